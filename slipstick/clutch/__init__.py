@@ -1,0 +1,1 @@
+"""The simulator: parameters and conditions in, shifting times and signals out."""

@@ -1,0 +1,33 @@
+"""The compiled entry points, cached on disk under a key that holds the sources of the whole simulator.
+
+numba looks only at the file a function stands in: with its own key, a changed effect or constant elsewhere would
+silently run the old machine code.
+"""
+
+import hashlib
+from pathlib import Path
+
+from slipstick.clutch import driver, loading
+from slipstick.clutch.fastmath import kernel
+
+_SOURCES = sorted(Path(__file__).parent.rglob("*.py"))
+_KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
+
+
+def _compile(key):
+    def drive(*arguments):
+        key  # noqa: B018 - named so that it is in the closure, and so in numba's cache index
+        driver.drive(*arguments)
+
+    def observe(*arguments):
+        key  # noqa: B018
+        driver.observe(*arguments)
+
+    def initial_speeds(*arguments):
+        key  # noqa: B018
+        loading.initial_speeds(*arguments)
+
+    return kernel(drive, cache=True), kernel(observe, cache=True), kernel(initial_speeds, cache=True)
+
+
+drive, observe, initial_speeds = _compile(_KEY)

@@ -1,0 +1,95 @@
+"""The experiments: current profile, motor speed, load inertia and brake torque of each engagement (section II.A)."""
+
+import hashlib
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from slipstick.errors import InvalidValue
+
+HORIZON = 3.5
+"""End of the current profiles in s: an engagement that has not locked by then never does."""
+
+_MOTOR_SPEEDS = np.array([1000.0, 1300.0, 1600.0, 1900.0]) * np.pi / 30  # rpm -> rad/s
+_LOAD_INERTIAS = (6.0, 10.0, 14.0)
+_BRAKE_TORQUES = (20.0, 50.0, 80.0)
+
+# A fill pulse, a fall to the hold current, then the ramp that presses the plates: peak and hold current in A,
+# end of the pulse in s, final current in A.
+_PROFILES = (
+    (0.70, 0.30, 0.105, 0.70),
+    (0.70, 0.28, 0.125, 0.70),
+    (0.80, 0.31, 0.085, 0.75),
+    (0.80, 0.29, 0.105, 0.75),
+    (0.60, 0.32, 0.130, 0.65),
+    (0.75, 0.27, 0.095, 0.80),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """n engagements and the p current profiles they use, each of k breakpoints joined by straight lines.
+
+    Shapes: `current_profile` (n,) index into the profiles, `motor_speed` (n,) rad/s, `load_inertia` (n,) kg m^2,
+    `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. Raises `InvalidValue`.
+    """
+
+    current_profile: np.ndarray
+    motor_speed: np.ndarray
+    load_inertia: np.ndarray
+    brake_torque: np.ndarray
+    profile_time: np.ndarray
+    profile_current: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Check shapes, order, finiteness and signs once, so that nothing downstream has to."""
+        n = len(self.current_profile)
+        for name in ("motor_speed", "load_inertia", "brake_torque"):
+            column = getattr(self, name)
+            _require(column.shape == (n,), f"{name} has shape {column.shape}, not ({n},)", "Give one value a condition")
+            floor = column >= 0 if name == "brake_torque" else column > 0
+            _require(bool(np.all(np.isfinite(column) & floor)), f"{name} has values that are not finite and positive",
+                     "Check the column and its unit")
+        time, current = self.profile_time, self.profile_current
+        _require(time.ndim == 2 and time.shape == current.shape and time.shape[1] >= 2,
+                 f"profile times {time.shape} and currents {current.shape} do not pair up",
+                 "Give both as (profiles, breakpoints)")
+        _require(bool(np.all(np.isfinite(time)) and np.all(np.isfinite(current))), "a current profile is not finite",
+                 "Check its breakpoints")
+        _require(bool(np.all(np.diff(time, axis=1) > 0) and np.all(time[:, 0] == 0)),
+                 "the times of a current profile do not rise from 0", "Sort its breakpoints and start at t = 0")
+        known = (self.current_profile >= 0) & (self.current_profile < len(time))
+        _require(bool(np.all(known)), f"current_profile refers to profiles beyond the {len(time)} given",
+                 "Number the profiles from 0")
+
+    def __len__(self) -> int:
+        return len(self.current_profile)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over all columns to nine digits, so that the rounding of a file format does not matter."""
+        columns = (np.asarray(getattr(self, field.name), dtype=float) for field in fields(self))
+        text = "\n".join(f"{column.shape} " + " ".join(f"{value:.9g}" for value in column.flat) for column in columns)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def take(self, indices: Sequence[int] | np.ndarray) -> "Conditions":
+        """Return the conditions at `indices`, in that order."""
+        chosen = np.asarray(indices, dtype=np.int64)
+        return Conditions(self.current_profile[chosen], self.motor_speed[chosen], self.load_inertia[chosen],
+                          self.brake_torque[chosen], self.profile_time, self.profile_current)
+
+
+def paper_conditions() -> Conditions:
+    """The 216 = 6 x 4 x 3 x 3 experiments of the paper's section II.A, brake torque running fastest."""
+    grid = itertools.product(range(len(_PROFILES)), _MOTOR_SPEEDS, _LOAD_INERTIAS, _BRAKE_TORQUES)
+    profile, speed, inertia, brake = (np.array(column) for column in zip(*grid, strict=True))
+    time = np.array([[0, 0.002, end, end + 0.01, end + 0.15, end + 1.5, HORIZON] for _, _, end, _ in _PROFILES])
+    current = np.array([[0.1, peak, peak, hold, hold, final, final] for peak, hold, _, final in _PROFILES])
+    return Conditions(profile.astype(np.int64), speed, inertia, brake, time, current)
+
+
+def _require(holds: bool, cause: str, remedy: str) -> None:
+    if not holds:
+        raise InvalidValue(cause[0].upper() + cause[1:], remedy)

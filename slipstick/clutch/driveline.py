@@ -1,0 +1,100 @@
+"""Eqs. 2-4: film and friction torque, torque converter, and the shafts at rest, in slip and in stick."""
+
+import numpy as np
+
+from slipstick.clutch import converter
+from slipstick.clutch.fastmath import compiled, kernel
+from slipstick.clutch.hooks import hook
+from slipstick.clutch.lanes import (
+    BRAKE,
+    BREAKAWAY,
+    CLEARANCE,
+    CLUTCH_TORQUE,
+    CONTACT,
+    CONVERTER,
+    DIRECTION,
+    FILM,
+    FILM_COEFFICIENT,
+    FRICTION,
+    FRICTION_COEFFICIENT,
+    GEAR,
+    INPUT_COULOMB,
+    INPUT_INERTIA,
+    INPUT_SPEED,
+    INPUT_VISCOUS,
+    INVERSE_GEAR,
+    INVERSE_INPUT_INERTIA,
+    INVERSE_LOAD_INERTIA,
+    INVERSE_MOTOR_SPEED,
+    INVERSE_RAMP_WIDTH,
+    INVERSE_TOTAL_INERTIA,
+    LANES,
+    LOAD,
+    MOTOR_SPEED,
+    MOVING,
+    OUTPUT_SPEED,
+    OUTPUT_VISCOUS,
+    RAMP,
+    RATE,
+    RELEASE,
+    SLIPPING,
+)
+
+# The curves on an even grid that contains all their points, so that the place of a speed ratio is one product.
+_CELLS = 20
+_GRID = np.linspace(0.0, 1.0, _CELLS + 1)
+_TORQUE_RATIO = np.interp(_GRID, converter.SPEED_RATIO, converter.TORQUE_RATIO)
+_CAPACITY = np.interp(_GRID, converter.SPEED_RATIO, converter.CAPACITY_FACTOR)
+_TORQUE_RATIO_RISE, _CAPACITY_RISE = np.diff(_TORQUE_RATIO), np.diff(_CAPACITY)
+
+_on_friction, _on_film = hook("friction coefficient"), hook("film torque")
+_on_converter, _on_load = hook("converter torque"), hook("load torque")
+
+
+@compiled
+def converter_torque(speed_ratio, motor_speed):
+    """Converter output torque in N m, motor_speed^2 f_st / f_sk^2, at a motor speed in rad/s."""
+    place = min(float(_CELLS), max(0.0, speed_ratio * _CELLS))
+    cell = np.uint64(min(_CELLS - 1.0, place))
+    share = place - cell
+    ratio = _TORQUE_RATIO[cell] + share * _TORQUE_RATIO_RISE[cell]
+    capacity = motor_speed / (_CAPACITY[cell] + share * _CAPACITY_RISE[cell])
+    return ratio * capacity * capacity
+
+
+@kernel
+def driveline(b, active):
+    """Fill the torque rows in N m, the rates of Omega and omega, and how far the modes are from their end."""
+    for i in range(LANES):
+        # f_reg, and (1 - f_reg)/clearance in the form that has no division by zero as the plates meet.
+        s = min(1.0, max(0.0, 1.0 - b[CLEARANCE + i] * b[INVERSE_RAMP_WIDTH + i]))
+        b[RAMP + i] = s * s * (3.0 - 2.0 * s)
+        closing = (1.0 - s) * (1.0 + 2.0 * s) * b[INVERSE_RAMP_WIDTH + i]
+        clearance = b[CLEARANCE + i]
+        per_gap = closing if s > 0.0 else 1.0 / clearance
+        slip = b[INPUT_SPEED + i] * b[INVERSE_GEAR + i] - b[OUTPUT_SPEED + i]
+        b[FILM + i] = b[FILM_COEFFICIENT + i] * per_gap * slip
+        b[FRICTION + i] = b[FRICTION_COEFFICIENT + i]
+        b[LOAD + i] = b[BRAKE + i] + b[OUTPUT_VISCOUS + i] * b[OUTPUT_SPEED + i]
+    for i in range(LANES):
+        b[CONVERTER + i] = converter_torque(b[INPUT_SPEED + i] * b[INVERSE_MOTOR_SPEED + i], b[MOTOR_SPEED + i])
+    _on_friction(b, active)
+    _on_film(b, active)
+    _on_converter(b, active)
+    _on_load(b, active)
+    for i in range(LANES):
+        capacity = b[RAMP + i] * b[FRICTION + i] * b[CONTACT + i]
+        slip_torque = capacity * b[DIRECTION + i] + b[FILM + i]
+        drive = b[CONVERTER + i] - b[INPUT_VISCOUS + i] * b[INPUT_SPEED + i] - b[INPUT_COULOMB + i]
+        stick_rate = (drive - b[LOAD + i] * b[INVERSE_GEAR + i]) * b[INVERSE_TOTAL_INERTIA + i]
+        stick_torque = drive - b[INPUT_INERTIA + i] * stick_rate
+        slipping = b[SLIPPING + i] > 0.0
+        torque = slip_torque if slipping else stick_torque
+        b[CLUTCH_TORQUE + i] = torque
+        net = b[GEAR + i] * torque - b[LOAD + i]
+        b[BREAKAWAY + i] = net
+        b[RELEASE + i] = abs(stick_torque) - capacity
+        slip_rate = (drive - torque) * b[INVERSE_INPUT_INERTIA + i]
+        load_rate = net * b[INVERSE_LOAD_INERTIA + i] * b[MOVING + i]
+        b[RATE + 3 * LANES + i] = slip_rate if slipping else stick_rate
+        b[RATE + 4 * LANES + i] = load_rate if slipping else stick_rate * b[INVERSE_GEAR + i]

@@ -1,0 +1,157 @@
+"""The loop that feeds engagements to lanes, notes when they lock, and samples their signals."""
+
+import numpy as np
+
+from slipstick.clutch.driveline import driveline
+from slipstick.clutch.fastmath import kernel
+from slipstick.clutch.hydraulics import hydraulics
+from slipstick.clutch.integrator import (
+    LOCKS,
+    LOSES,
+    NOTHING,
+    accept,
+    dense,
+    events,
+    first_stage,
+    locate,
+    other_stages,
+    settle,
+)
+from slipstick.clutch.lanes import (
+    CLEARANCE,
+    CLUTCH_TORQUE,
+    CONTACT_POSITION,
+    DIRECTION,
+    EVENT,
+    GEAR,
+    LANES,
+    LINE_END,
+    SIZE,
+    SLIPPING,
+    STAGE_TIME,
+    STATE,
+    STATES,
+    STEP,
+    TIME,
+)
+from slipstick.clutch.loading import load, park, set_line
+
+LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
+SAMPLE = STATES + 2
+"""Numbers kept a sample: the five states, slipping or stuck, direction of the slip."""
+
+
+@kernel
+def drive(first, stop, vectors, coefficients, active, conditions, profiles, initial_speed, profile_lines, fine, coarse,
+          sample_times, samples, times, status):
+    """Simulate engagements first..stop-1 (point-major) and fill `times` in s, `status`, and `samples` if wanted.
+
+    `conditions` is (n, 3): motor speed, load inertia, brake torque; `profiles` (n, 2): current profile, column of
+    `initial_speed`. An engagement that has not locked when its current profile ends never does.
+    """
+    n, count, last_line = len(conditions), len(sample_times), profile_lines.shape[1] - 1
+    b = np.zeros(SIZE)
+    who, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
+    line, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
+    for i in range(LANES):
+        park(b, i)
+    waiting, busy = first, 0
+    while True:
+        for i in range(LANES):
+            if who[i] < 0 and waiting < stop:
+                point = waiting // n
+                condition = waiting - point * n
+                profile[i] = profiles[condition, 0]
+                load(b, i, vectors, coefficients, point, conditions, condition,
+                     initial_speed[point, profiles[condition, 1]])
+                set_line(b, i, profile_lines, profile[i], 0)
+                times[waiting], status[waiting] = np.nan, NEVER_LOCKED
+                who[i], line[i], sampled[i] = waiting, 0, 0
+                waiting += 1
+                busy += 1
+        if busy == 0:
+            return
+        freed = False
+        while not freed:
+            first_stage(b, active, fine, coarse)
+            other_stages(b, active)
+            marks = events(b)
+            if count > 0:
+                for i in range(LANES):
+                    if who[i] >= 0:
+                        sampled[i] = sample(b, i, sample_times, sampled[i], samples, who[i])
+            accept(b)
+            if marks == 0 and count == 0:
+                continue
+            for i in range(LANES):
+                engagement = who[i]
+                if engagement < 0 or (b[EVENT + i] == 0.0 and sampled[i] < count):
+                    continue
+                what = NOTHING
+                if b[EVENT + i] > 1.0:
+                    what, share = locate(b, i)
+                    settle(b, i, what, share)
+                    if what == LOCKS and status[engagement] == NEVER_LOCKED:
+                        times[engagement], status[engagement] = b[TIME + i], LOCKED
+                    elif what == LOSES:
+                        times[engagement], status[engagement] = np.nan, FAILED
+                if b[TIME + i] >= b[LINE_END + i]:
+                    line[i] += 1
+                    set_line(b, i, profile_lines, profile[i], line[i])
+                decided = status[engagement] == LOCKED or line[i] == last_line
+                if what == LOSES or (decided and sampled[i] == count):
+                    park(b, i)
+                    who[i] = -1
+                    busy -= 1
+                    freed = True
+
+
+@kernel
+def sample(b, i, sample_times, position, samples, engagement):
+    """Keep lane i's states at all sample times from `position` on that its step reaches; returns the next position."""
+    what, share = NOTHING, 1.0
+    if b[EVENT + i] > 1.0:
+        what, share = locate(b, i)
+    reach = b[TIME + i] + share * b[STEP + i]
+    while what != LOSES and position < len(sample_times) and sample_times[position] <= reach:
+        at = (sample_times[position] - b[TIME + i]) / b[STEP + i]
+        for s in range(STATES):
+            samples[engagement, position, s] = dense(b, s * LANES + i, at)
+        samples[engagement, position, STATES] = b[SLIPPING + i]
+        samples[engagement, position, STATES + 1] = b[DIRECTION + i]
+        position += 1
+    return position
+
+
+@kernel
+def observe(first, stop, vectors, coefficients, active, conditions, profiles, profile_lines, sample_times, samples,
+            signals):
+    """Turn samples into signals[engagement, time]: pressure, input speed, output speed, output torque, position."""
+    n, count = len(conditions), len(sample_times)
+    b = np.zeros(SIZE)
+    for engagement in range(first, stop):
+        point = engagement // n
+        condition = engagement - point * n
+        profile = profiles[condition, 0]
+        line = 0
+        for i in range(LANES):
+            load(b, i, vectors, coefficients, point, conditions, condition, 0.0)
+        for start in range(0, count, LANES):
+            for i in range(LANES):
+                position = min(start + i, count - 1)
+                for s in range(STATES):
+                    b[STATE + s * LANES + i] = samples[engagement, position, s]
+                b[SLIPPING + i] = samples[engagement, position, STATES]
+                b[DIRECTION + i] = samples[engagement, position, STATES + 1]
+                b[STAGE_TIME + i] = sample_times[position]
+                while sample_times[position] >= profile_lines[profile, line, 3]:
+                    line += 1
+                set_line(b, i, profile_lines, profile, line)
+            hydraulics(b, active)
+            driveline(b, active)
+            for i in range(min(LANES, count - start)):
+                signals[engagement, start + i, 0] = b[STATE + i]
+                signals[engagement, start + i, 1] = b[STATE + 3 * LANES + i]
+                signals[engagement, start + i, 2] = b[STATE + 4 * LANES + i]
+                signals[engagement, start + i, 3] = b[GEAR + i] * b[CLUTCH_TORQUE + i]
+                signals[engagement, start + i, 4] = b[CONTACT_POSITION + i] - b[CLEARANCE + i]

@@ -1,0 +1,41 @@
+"""The catalogue: one physical effect that the paper's model lacks per file of this folder.
+
+To add one, copy a file, change it, and run the tests: nothing else has to be edited (docs/add_an_effect.md).
+"""
+
+import importlib
+import pkgutil
+
+import numpy as np
+
+from slipstick.clutch.effects.effect import Coefficient, Effect
+from slipstick.errors import UnknownName
+
+__all__ = ["CATALOGUE", "Coefficient", "Effect", "index", "neutral", "span"]
+
+_FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name != "effect")
+CATALOGUE: tuple[Effect, ...] = tuple(importlib.import_module(f"{__name__}.{name}").EFFECT for name in _FILES)
+
+
+def neutral() -> np.ndarray:
+    """Neutral value of every coefficient, in the order of the catalogue: shape (c,)."""
+    return np.array([coefficient.neutral for effect in CATALOGUE for coefficient in effect.coefficients])
+
+
+def index(effect: str, coefficient: str) -> int:
+    """Position of a coefficient in every coefficient vector; raises `UnknownName`."""
+    position = 0
+    for entry in CATALOGUE:
+        names = [known.name for known in entry.coefficients]
+        if entry.name == effect:
+            if coefficient not in names:
+                raise UnknownName.of(f"coefficient of {effect}", coefficient, names)
+            return position + names.index(coefficient)
+        position += len(names)
+    raise UnknownName.of("effect", effect, [entry.name for entry in CATALOGUE])
+
+
+def span(effect: Effect) -> slice:
+    """Where the coefficients of `effect` stand in every coefficient vector."""
+    first = index(effect.name, effect.coefficients[0].name)
+    return slice(first, first + len(effect.coefficients))

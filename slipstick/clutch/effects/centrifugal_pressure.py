@@ -1,0 +1,23 @@
+"""Centrifugal pressure head: oil turning with the drum presses on the piston."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.fastmath import compiled
+
+
+@compiled
+def _formula(pressure: float, signals: Signals, c: tuple[float, ...]) -> float:
+    head = c[0]
+    return pressure + head * signals.input_speed * signals.input_speed
+
+
+EFFECT = Effect(
+    name="centrifugal_pressure",
+    quantity="chamber pressure",
+    law="pressure + head Omega^2",
+    coefficients=(
+        Coefficient("head", "bar s^2", 0.0, -5e-5, 5e-5, "density times half the difference of squared radii"),
+    ),
+    source="White, Fluid Mechanics, section on pressure distribution in rigid-body motion",
+    signature="earlier contact and more torque at high motor speed, with no change in the line pressure measured",
+    formula=_formula,
+)

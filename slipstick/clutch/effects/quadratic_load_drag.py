@@ -1,0 +1,23 @@
+"""Quadratic load drag: windage of the flywheel and brake on the load shaft."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.fastmath import compiled
+
+
+@compiled
+def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
+    drag = c[0]
+    return torque + drag * signals.output_speed * abs(signals.output_speed)
+
+
+EFFECT = Effect(
+    name="quadratic_load_drag",
+    quantity="load torque",
+    law="load torque + drag omega |omega|",
+    coefficients=(
+        Coefficient("drag", "N m s^2", 0.0, -0.1, 0.1, "torque at one rad/s of the load shaft"),
+    ),
+    source="White, Fluid Mechanics, chapter on flow past immersed bodies",
+    signature="the load shaft accelerates less the faster it turns; longer shifting times at high motor speed",
+    formula=_formula,
+)

@@ -1,0 +1,24 @@
+"""Slip-speed-dependent friction: boundary friction above the dynamic value as the plates slow down."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.fastmath import compiled, exp
+
+
+@compiled
+def _formula(friction: float, signals: Signals, c: tuple[float, ...]) -> float:
+    strength, decay_speed = c[0], c[1]
+    return friction * (1.0 + strength * exp(-abs(signals.plate_slip) / decay_speed))
+
+
+EFFECT = Effect(
+    name="stribeck_friction",
+    quantity="friction coefficient",
+    law="alpha (1 + strength exp(-|plate slip| / decay_speed))",
+    coefficients=(
+        Coefficient("strength", "1", 0.0, -0.5, 1.0, "rise of the friction at zero slip, as a share of alpha"),
+        Coefficient("decay_speed", "rad/s", 25.0, 2.0, 100.0, "plate slip over which the rise fades by 1/e"),
+    ),
+    source="Bo and Pavelescu, Wear 82(3), 1982: exponential law of friction against speed, here with exponent 1",
+    signature="torque per pressure grows towards lock-up: a hook at the end of the slip phase",
+    formula=_formula,
+)

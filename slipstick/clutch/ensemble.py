@@ -1,0 +1,161 @@
+"""Many engagements at once: shifting times, or signals at given times.
+
+The compiled integrator behind it is `driver` (the loop), `integrator` (the step), `hydraulics` and `driveline` (the
+equations), with all effects of the catalogue in; `reference` is its slow readable twin.
+"""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.clutch import effects, parameters
+from slipstick.clutch.compilation import drive, initial_speeds, observe
+from slipstick.clutch.conditions import Conditions
+from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED, SAMPLE
+from slipstick.clutch.loading import lines
+from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
+
+__all__ = ["DEFAULT", "FAILED", "LOCKED", "NEVER_LOCKED", "STATUS", "TIGHT", "Accuracy", "Response", "Simulator",
+           "initial_input_speed", "shifting_times", "signals", "simulate"]
+
+STATUS = {LOCKED: "locked", NEVER_LOCKED: "never locked", FAILED: "failed"}
+_BLOCK = 4096
+"""Engagements a thread takes at a time."""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Longest steps in s: `fine` where f_reg may change, `coarse` elsewhere."""
+
+    fine: float
+    coarse: float
+
+
+DEFAULT = Accuracy(1e-3, 7e-3)
+"""Shifting times within 1e-4 s of TIGHT over the default grid (tests/validation)."""
+TIGHT = Accuracy(2e-4, 1e-3)
+"""Shifting times within 1e-5 s of the outside reference."""
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What m points under n conditions gave: shifting times and status (m, n), and k samples of each signal (m, n, k).
+
+    Shifting times are in s and NaN unless locked. Signals of a failed engagement are NaN from where it failed.
+    """
+
+    shifting_time: np.ndarray
+    status: np.ndarray
+    pressure: np.ndarray
+    """bar"""
+    input_speed: np.ndarray
+    """rad/s"""
+    output_speed: np.ndarray
+    """rad/s"""
+    output_torque: np.ndarray
+    """N m"""
+    piston_position: np.ndarray
+    """m"""
+
+
+def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditions,
+             sample_times: np.ndarray | None = None, accuracy: Accuracy = DEFAULT,
+             threads: int | None = None) -> Response:
+    """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions.
+
+    `sample_times` (k,) in s, rising, asks for signals. The result does not depend on `threads`, nor on what is
+    simulated beside it. Raises `InvalidValue`; an engagement that never locks or blows up is a status, not an error.
+    """
+    vectors, coefficients = np.ascontiguousarray(vectors, float), np.ascontiguousarray(coefficients, float)
+    wanted = np.empty(0) if sample_times is None else np.ascontiguousarray(sample_times, float)
+    _check(vectors, coefficients, wanted, accuracy)
+    active = np.array([np.any(coefficients[:, effects.span(effect)] != effects.neutral()[effects.span(effect)])
+                       for effect in effects.CATALOGUE], dtype=np.bool_)
+    initial, column = initial_input_speed(vectors, conditions)
+    columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque])
+    profiles = np.column_stack([conditions.current_profile, column]).astype(np.int64)
+    profile_lines = lines(conditions.profile_time, conditions.profile_current)
+
+    m, n, k = len(vectors), len(conditions), len(wanted)
+    times, status = np.empty(m * n), np.empty(m * n, np.uint8)
+    samples, recorded = np.full((m * n, k, SAMPLE), np.nan), np.full((m * n, k, 5), np.nan)
+
+    def block(first: int) -> None:
+        stop = min(first + _BLOCK, m * n)
+        drive(first, stop, vectors, coefficients, active, columns, profiles, initial, profile_lines, accuracy.fine,
+              accuracy.coarse, wanted, samples, times, status)
+        if k:
+            observe(first, stop, vectors, coefficients, active, columns, profiles, profile_lines, wanted, samples,
+                    recorded)
+
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        list(pool.map(block, range(0, m * n, _BLOCK)))
+    columns_of = recorded.reshape(m, n, k, 5)
+    return Response(times.reshape(m, n), status.reshape(m, n), *(columns_of[..., s] for s in range(5)))
+
+
+def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (), points: np.ndarray | None = None,
+                   accuracy: Accuracy = DEFAULT, threads: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Shifting times in s (NaN unless locked) and status, both (m, n), at points (m, d) of multipliers of `axes`.
+
+    A multiplier scales the model's value of that parameter; without points the model itself is simulated (m = 1).
+    """
+    response = simulate(*_scaled(model, axes, points), conditions, None, accuracy, threads)
+    return response.shifting_time, response.status
+
+
+def signals(model: Model, conditions: Conditions, sample_times: np.ndarray, axes: Sequence[str] = (),
+            points: np.ndarray | None = None, accuracy: Accuracy = DEFAULT, threads: int | None = None) -> Response:
+    """As `shifting_times`, with all signals at `sample_times` (k,) in s."""
+    return simulate(*_scaled(model, axes, points), conditions, sample_times, accuracy, threads)
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """The direct simulation as a model block: points (m, d) of multipliers of `axes` to shifting times (m, n) in s."""
+
+    model: Model
+    axes: tuple[str, ...]
+    accuracy: Accuracy = DEFAULT
+
+    def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
+        """Shifting times (m, n) in s, NaN where an engagement does not lock."""
+        return shifting_times(self.model, conditions, self.axes, points, self.accuracy)[0]
+
+
+def initial_input_speed(vectors: np.ndarray, conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:
+    """Input speed at t = 0 in rad/s, (m, distinct motor speeds), and the column of each condition in it (n,)."""
+    speeds, column = np.unique(conditions.motor_speed, return_inverse=True)
+    initial = np.empty((len(vectors), len(speeds)))
+    initial_speeds(np.ascontiguousarray(vectors, float), speeds, initial)
+    return initial, column
+
+
+def _scaled(model: Model, axes: Sequence[str], points: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    multipliers = np.ones((1, len(axes))) if points is None else np.asarray(points, float)
+    if multipliers.ndim != 2 or multipliers.shape[1] != len(axes):
+        raise InvalidValue(f"Points of shape {multipliers.shape} do not fit {len(axes)} axes",
+                           f"Give (m, {len(axes)}) multipliers of {', '.join(axes)}")
+    vectors = np.tile(model.parameters, (len(multipliers), 1))
+    for column, name in enumerate(axes):
+        vectors[:, parameters.index(name)] *= multipliers[:, column]
+    return vectors, np.tile(model.coefficients(), (len(multipliers), 1))
+
+
+def _check(vectors: np.ndarray, coefficients: np.ndarray, sample_times: np.ndarray, accuracy: Accuracy) -> None:
+    if vectors.ndim != 2 or vectors.shape[1] != len(parameters.NAMES):
+        raise InvalidValue(f"Parameter vectors have shape {vectors.shape}", f"Give (m, {len(parameters.NAMES)})")
+    if coefficients.shape != (len(vectors), len(effects.neutral())):
+        raise InvalidValue(f"Effect coefficients have shape {coefficients.shape}",
+                           f"Give ({len(vectors)}, {len(effects.neutral())}), as `Model.coefficients` does")
+    if not (np.all(np.isfinite(vectors)) and np.all(np.isfinite(coefficients))):
+        raise InvalidValue("A parameter or coefficient is not finite", "Give every one a finite number")
+    if sample_times.ndim != 1 or np.any(~np.isfinite(sample_times)) or np.any(np.diff(sample_times, prepend=0.0) < 0):
+        raise InvalidValue("The sample times do not rise from t = 0 on", "Sort them, in seconds after the command")
+    if not (0 < accuracy.fine <= accuracy.coarse < np.inf):
+        raise InvalidValue(f"Steps of {accuracy.fine} and {accuracy.coarse} s are no accuracy",
+                           "Give 0 < fine <= coarse")

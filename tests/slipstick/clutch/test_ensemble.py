@@ -1,0 +1,102 @@
+"""The compiled ensemble against its readable twin, and what it promises beside the numbers."""
+
+import re
+
+import numpy as np
+import pytest
+
+from slipstick.clutch import driveline, effects, ensemble, hydraulics, integrator, reference
+from slipstick.clutch.conditions import paper_conditions
+from slipstick.clutch.fastmath import exp
+from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue, UnknownName
+
+CONDITIONS = paper_conditions()
+SAMPLE_TIMES = np.arange(0.0, 2.0, 0.02)
+
+
+def every_effect() -> Model:
+    """Every effect of the catalogue at once, each part of the way from neutral to its bound."""
+    model = Model()
+    for effect in effects.CATALOGUE:
+        model = model.with_effect(
+            effect.name, {c.name: c.neutral + 0.2 * (c.upper - c.neutral) for c in effect.coefficients}
+        )
+    return model
+
+
+@pytest.mark.parametrize("model", [Model(), every_effect()], ids=["paper", "every effect"])
+@pytest.mark.parametrize("condition", [0, 77, 215])
+def test_agrees_with_the_readable_twin(model: Model, condition: int) -> None:
+    time, signals = reference.simulate(model, CONDITIONS, condition, SAMPLE_TIMES)
+    fast = ensemble.signals(model, CONDITIONS.take([condition]), SAMPLE_TIMES, accuracy=ensemble.TIGHT)
+    assert abs(fast.shifting_time[0, 0] - time) < 1e-5
+    columns = (fast.pressure, fast.input_speed, fast.output_speed, fast.output_torque, fast.piston_position)
+    for k, column in enumerate(columns):
+        assert np.max(np.abs(column[0, 0] - signals[:, k])) < 1e-4 * np.ptp(signals[:, k])
+
+
+def test_plates_that_let_go_and_loads_that_stop_agree_with_the_twin() -> None:
+    # Weak plates cannot hold what the converter brings: they stick, let go, and the load stops and starts.
+    weak = Model().with_parameters({"friction_coefficient": 6e-5, "output_viscous": 3.0})
+    for condition in (20, 128):
+        time, signals = reference.simulate(weak, CONDITIONS, condition, SAMPLE_TIMES)
+        fast = ensemble.signals(weak, CONDITIONS.take([condition]), SAMPLE_TIMES, accuracy=ensemble.TIGHT)
+        np.testing.assert_allclose(fast.shifting_time[0, 0], time, atol=1e-5)
+        assert np.max(np.abs(fast.output_speed[0, 0] - signals[:, 2])) < 1e-4 * np.ptp(signals[:, 2])
+
+
+@pytest.mark.parametrize("effect", effects.CATALOGUE, ids=lambda effect: effect.name)
+def test_neutral_coefficients_are_bit_identical_to_the_papers_model(effect: effects.Effect) -> None:
+    plain, _ = ensemble.shifting_times(Model(), CONDITIONS)
+    # The second point makes the effect active for both: the first runs through its formula with neutral values.
+    vectors = np.tile(Model().parameters, (2, 1))
+    coefficients = np.tile(effects.neutral(), (2, 1))
+    coefficients[1, effects.span(effect)] = [0.5 * (c.neutral + c.upper) for c in effect.coefficients]
+    times = ensemble.simulate(vectors, coefficients, CONDITIONS).shifting_time
+    np.testing.assert_array_equal(times[0], plain[0])
+    assert np.max(np.abs(times[1] - plain[0])) > 1e-4
+
+
+def test_results_do_not_depend_on_threads_or_neighbours() -> None:
+    points = np.linspace(0.6, 1.4, 60)[:, None]
+    one, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=1)
+    many, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=5)
+    alone, _ = ensemble.shifting_times(Model(), CONDITIONS.take([97]), ["pressure_bias"], points[41:42])
+    np.testing.assert_array_equal(one, many)
+    assert alone[0, 0] == one[41, 97]
+
+
+def test_never_locking_and_blowing_up_are_statuses() -> None:
+    points = np.array([[1.0, 1.0], [0.01, 1.0], [1.0, 1e-4]])  # no friction; a delay too short for the steps
+    times, status = ensemble.shifting_times(Model(), CONDITIONS, ["friction_coefficient", "current_delay"], points)
+    assert np.all(status[0] == ensemble.LOCKED)
+    assert np.all(status[1] == ensemble.NEVER_LOCKED)
+    assert np.all(status[2] == ensemble.FAILED)
+    assert np.all(np.isnan(times) == (status != ensemble.LOCKED))
+    np.testing.assert_array_equal(times[0], ensemble.shifting_times(Model(), CONDITIONS)[0][0])
+
+
+def test_loops_over_lanes_are_vector_instructions() -> None:
+    # Losing them is silent and costs a factor of four: count arithmetic on packed and on single doubles.
+    ensemble.shifting_times(Model(), CONDITIONS.take([0]))
+    for function in (hydraulics.hydraulics, driveline.driveline, integrator.events):
+        assembly = "".join(function.inspect_asm().values())
+        packed = len(re.findall(r"v?(?:add|sub|mul|div|min|max|cmp\w*|f\w+)pd\s", assembly))
+        single = len(re.findall(r"v?(?:add|sub|mul|div|min|max|f\w+)sd\s", assembly))
+        assert packed > 5 * single, f"{function.__name__}: {packed} packed, {single} single"
+
+
+def test_exp_is_accurate() -> None:
+    x = np.linspace(-40, 40, 4001)
+    np.testing.assert_allclose([exp(value) for value in x], np.exp(x), rtol=5e-13)
+    assert exp(0.0) == 1.0
+
+
+def test_wrong_input_says_what_to_do() -> None:
+    with pytest.raises(UnknownName, match="Did you mean 'pressure_bias'"):
+        ensemble.shifting_times(Model(), CONDITIONS, ["presure_bias"], np.ones((1, 1)))
+    with pytest.raises(InvalidValue, match=r"Give \(m, 1\) multipliers of pressure_bias"):
+        ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], np.ones((1, 2)))
+    with pytest.raises(InvalidValue, match="finite"):
+        ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], np.array([[np.nan]]))
