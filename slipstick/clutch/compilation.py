@@ -7,11 +7,12 @@ silently run the old machine code.
 import hashlib
 from pathlib import Path
 
-from slipstick.clutch import driver, loading
+from slipstick.clutch import driver, effects, loading
 from slipstick.clutch.fastmath import kernel
 
 _SOURCES = sorted(Path(__file__).parent.rglob("*.py"))
-_KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
+_CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
+_KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES) + _CATALOGUE.encode()).hexdigest()
 
 
 def _compile(key):

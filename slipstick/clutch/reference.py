@@ -20,7 +20,7 @@ REST, SLIP, STICK = "rest", "slip", "stick"
 
 
 class Engagement:
-    """One engagement; states y are x1, x2, x3, Omega, omega. The mode and the slip's direction are frozen in a solve."""
+    """One engagement; states y are x1, x2, x3, Omega, omega. Mode and direction of the slip are frozen in a solve."""
 
     def __init__(self, model: Model, conditions: Conditions, condition: int) -> None:
         """Take condition number `condition` of `conditions`, at t = 0 and at rest."""

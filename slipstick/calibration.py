@@ -1,0 +1,199 @@
+"""Nominal parameters by nonlinear least squares on the recordings (section II.C of Tod et al.).
+
+A cold joint fit stalls, so the start is staged: the pressure gives delay, bias and gain of the current; torque over
+pressure gives the friction; shifting times and torque give the piston; then all move together on all data. Each
+residual is divided by the noise of its sensor.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from slipstick.clutch import ensemble, parameters
+from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
+from slipstick.recordings import Recordings, Signals
+
+SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque")
+_STAGES = (
+    (("current_delay", "current_bias", "current_gain"), ("pressure",)),
+    (("pressure_bias", "temperature_gain", "initial_position"), ("output_torque", "shifting_time")),
+)
+_EVERY = 8
+"""Signals are compared at every eighth sample: 16 ms at the shipped 500 Hz, a third of the current's delay."""
+_AT_BOUND = 1e-3
+"""A parameter within this share of its range from a bound counts as being at it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What a calibration found: `model`, and of its d `free` parameters value, standard error and correlation.
+
+    `standard_error` (d,) in the parameters' units and `correlation` (d, d) are those of estimates whose residuals may
+    depend on each other within an engagement, as they do when a run scatters as a whole (sandwich estimator, clustered
+    by engagement). `chi_square` is the reduced chi-square per signal: 1 where only sensor noise is left. `rms_before`
+    and `rms_after` are of the shifting time in s. `at_bound` names parameters that the recordings push against a
+    bound: their values are the bound's, not a result.
+    """
+
+    model: Model
+    free: tuple[str, ...]
+    standard_error: np.ndarray
+    correlation: np.ndarray
+    chi_square: dict[str, float]
+    noise: dict[str, float]
+    rms_before: float
+    rms_after: float
+    at_bound: tuple[str, ...]
+    evaluations: int
+
+    def spec(self) -> dict[str, Any]:
+        """The calibration as JSON; `Model.from_spec` reads its "model"."""
+        values = dict(zip(parameters.NAMES, self.model.parameters, strict=True))
+        fitted = {
+            name: {"value": values[name], "unit": parameters.PARAMETERS[parameters.index(name)].unit,
+                   "standard_error": float(error), "at_bound": name in self.at_bound}
+            for name, error in zip(self.free, self.standard_error, strict=True)
+        }
+        return {"model": self.model.spec(), "parameters": fitted, "correlation": self.correlation.tolist(),
+                "reduced_chi_square": self.chi_square, "noise": self.noise, "rms_before_s": self.rms_before,
+                "rms_after_s": self.rms_after, "evaluations": self.evaluations}
+
+
+def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_noise: float = 3e-3) -> Calibration:
+    """Fit the seven uncertain parameters of `start` to `recordings`, which must have signals.
+
+    `shifting_time_noise` is the standard deviation of the shifting-time measurement in s; those of the signals are
+    estimated from the recordings. Raises `InvalidValue`.
+    """
+    if recordings.signals is None:
+        raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
+                           "Record pressure, speeds and torque as well")
+    model = start or Model()
+    problem = _Problem(recordings, thin(recordings.signals, _EVERY), noise(recordings.signals, shifting_time_noise))
+    before = problem.residuals(model.parameters)["shifting_time"] * shifting_time_noise
+    evaluations = 0
+    for free, compared in _STAGES:
+        model, solution = problem.solve(model, free, compared)
+        evaluations += solution.nfev
+        if "pressure" in compared:
+            model = model.with_parameters({"friction_coefficient": problem.friction(model)})
+    free, compared = parameters.UNCERTAIN, (*SIGNALS, "shifting_time")
+    model, solution = problem.solve(model, free, compared)
+
+    covariance = problem.covariance(solution, compared)
+    error = np.sqrt(np.diag(covariance))
+    residuals = problem.residuals(model.parameters)
+    dof = 1 - len(free) / sum(residual.size for residual in residuals.values())
+    scale = np.array([model.parameters[parameters.index(name)] / value
+                      for name, value in zip(free, solution.x, strict=True)])
+    return Calibration(
+        model=model, free=free, standard_error=error * scale,
+        correlation=covariance / np.outer(error, error),
+        chi_square={name: float(np.mean(residual**2) / dof) for name, residual in residuals.items()},
+        noise=problem.noise, rms_before=_rms(before), rms_after=_rms(residuals["shifting_time"] * shifting_time_noise),
+        at_bound=tuple(name for name, value in zip(free, solution.x, strict=True) if _near_bound(name, value)),
+        evaluations=evaluations + solution.nfev,
+    )
+
+
+def thin(signals: Signals, every: int) -> Signals:
+    """All signals at the first and every `every`-th sample after it."""
+    return Signals(signals.time[::every], *(getattr(signals, name)[:, ::every] for name in SIGNALS))
+
+
+def noise(signals: Signals, shifting_time: float) -> dict[str, float]:
+    """Standard deviation of each sensor's noise: median third difference, which a smooth signal does not reach."""
+    third = (1, -3, 3, -1)
+    deviation = {}
+    for name in SIGNALS:
+        rough = np.abs(np.apply_along_axis(np.convolve, 1, getattr(signals, name).astype(float), third, "valid"))
+        deviation[name] = float(np.median(rough) / 0.6745 / np.sqrt(sum(c * c for c in third)))
+    return {**deviation, "shifting_time": shifting_time}
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """The recordings to meet, thinned, and the noise of each channel."""
+
+    recordings: Recordings
+    signals: Signals
+    noise: dict[str, float]
+
+    def residuals(self, vector: Any) -> dict[str, np.ndarray]:
+        """(simulated - measured) / noise of each channel at one parameter vector (20,): (n,) or (n, k)."""
+        return {name: residual[0] for name, residual in self._residuals(np.array([vector], float)).items()}
+
+    def _residuals(self, vectors: np.ndarray) -> dict[str, np.ndarray]:
+        coefficients = np.tile(Model().coefficients(), (len(vectors), 1))
+        response = ensemble.simulate(vectors, coefficients, self.recordings.conditions, self.signals.time)
+        if np.any(response.status == ensemble.FAILED):
+            raise InvalidValue("The simulation blows up within the bounds of the calibration",
+                               "Start from a model nearer to the nominal one")
+        found = {name: (getattr(response, name) - getattr(self.signals, name)) / self.noise[name] for name in SIGNALS}
+        # An engagement that does not lock is as wrong as one that locks at the end of its current profile.
+        conditions = self.recordings.conditions
+        latest = conditions.profile_time[conditions.current_profile, -1]
+        times = np.where(response.status == ensemble.LOCKED, response.shifting_time, latest)
+        found["shifting_time"] = (times - self.recordings.measured_time) / self.noise["shifting_time"]
+        return found
+
+    def solve(self, model: Model, free: tuple[str, ...], compared: tuple[str, ...]) -> tuple[Model, Any]:
+        """Least squares over multipliers of the nominal values of `free`, from `model` on."""
+        columns = [parameters.index(name) for name in free]
+        nominal = parameters.nominal()[columns]
+        base = np.array(model.parameters)
+
+        def vectors(points: np.ndarray) -> np.ndarray:
+            full = np.tile(base, (len(points), 1))
+            full[:, columns] = points * nominal
+            return full
+
+        def flat(points: np.ndarray) -> np.ndarray:
+            found = self._residuals(vectors(points))
+            return np.concatenate([found[name].reshape(len(points), -1) for name in compared], axis=1)
+
+        def slopes(point: np.ndarray) -> np.ndarray:
+            step = 1e-4
+            shifted = flat(np.concatenate([point + step * np.eye(len(free)), point - step * np.eye(len(free))]))
+            return ((shifted[:len(free)] - shifted[len(free):]) / (2 * step)).T
+
+        bounds = [[getattr(parameters.PARAMETERS[column], side) for column in columns] for side in ("lower", "upper")]
+        inside = np.clip(base[columns] / nominal, np.add(bounds[0], 1e-6), np.subtract(bounds[1], 1e-6))
+        solution = least_squares(lambda point: flat(point[None])[0], inside, jac=slopes, bounds=tuple(bounds),
+                                 x_scale="jac", max_nfev=60)
+        return model.with_parameters(dict(zip(free, solution.x * nominal, strict=True))), solution
+
+    def friction(self, model: Model) -> float:
+        """Friction coefficient in N m/Pa from torque over pressure, while the plates press and slip just before lock-up."""
+        values = dict(zip(parameters.NAMES, model.parameters, strict=True))
+        before = self.recordings.measured_time[:, None] - self.signals.time
+        pressing = (before > 0.02) & (before < 0.08) & (self.signals.pressure > 1.0)
+        share = values["contact_position"] / (values["contact_position"] - values["contact_length"])
+        torque = self.signals.output_torque / values["gear_ratio"]
+        return float(np.median(torque[pressing] / (share * 1e5 * self.signals.pressure[pressing])))
+
+    def covariance(self, solution: Any, compared: tuple[str, ...]) -> np.ndarray:
+        """Sandwich estimator of the covariance of the multipliers, clustered by engagement: (d, d)."""
+        n, d, k = len(self.recordings.conditions), solution.jac.shape[1], len(self.signals.time)
+        scores, position = np.zeros((n, d)), 0
+        for name in compared:
+            width = 1 if name == "shifting_time" else k
+            rows = slice(position, position + n * width)
+            weighted = solution.jac[rows] * solution.fun[rows, None]
+            scores += weighted.reshape(n, width, d).sum(axis=1)
+            position += n * width
+        bread = np.linalg.inv(solution.jac.T @ solution.jac)
+        return bread @ (scores.T @ scores) @ bread * n / (n - 1)  # type: ignore[no-any-return]
+
+
+def _near_bound(name: str, multiplier: float) -> bool:
+    parameter = parameters.PARAMETERS[parameters.index(name)]
+    margin = _AT_BOUND * (parameter.upper - parameter.lower)
+    return multiplier < parameter.lower + margin or multiplier > parameter.upper - margin
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
