@@ -17,12 +17,19 @@ from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 
 SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque")
-_STAGES = (
+_CHANNELS = (*SIGNALS, "shifting_time")
+_STAGES: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
     (("current_delay", "current_bias", "current_gain"), ("pressure",)),
     (("pressure_bias", "temperature_gain", "initial_position"), ("output_torque", "shifting_time")),
 )
-_EVERY = 8
-"""Signals are compared at every eighth sample: 16 ms at the shipped 500 Hz, a third of the current's delay."""
+_WIDTH = 8
+"""Samples averaged to one compared value: 16 ms at the shipped 500 Hz. Picking single samples instead would make the
+sum of squares jump whenever a simulated lock-up passes one, and the search stall."""
+_STEP = 5e-4
+"""Of the central differences, in multiples of nominal."""
+_CONVERGED = 1e-6
+"""Relative change of the sum of squares, or of the multipliers, at which the search ends."""
+_ACCURACY = ensemble.Accuracy(5e-4, 2e-3)
 _AT_BOUND = 1e-3
 """A parameter within this share of its range from a bound counts as being at it."""
 
@@ -52,14 +59,14 @@ class Calibration:
     def spec(self) -> dict[str, Any]:
         """The calibration as JSON; `Model.from_spec` reads its "model"."""
         values = dict(zip(parameters.NAMES, self.model.parameters, strict=True))
+        units = {parameter.name: parameter.unit for parameter in parameters.PARAMETERS}
         fitted = {
-            name: {"value": values[name], "unit": parameters.PARAMETERS[parameters.index(name)].unit,
-                   "standard_error": float(error), "at_bound": name in self.at_bound}
+            name: {"value": values[name], "unit": units[name], "standard_error": float(error)}
             for name, error in zip(self.free, self.standard_error, strict=True)
         }
         return {"model": self.model.spec(), "parameters": fitted, "correlation": self.correlation.tolist(),
-                "reduced_chi_square": self.chi_square, "noise": self.noise, "rms_before_s": self.rms_before,
-                "rms_after_s": self.rms_after, "evaluations": self.evaluations}
+                "reduced_chi_square": self.chi_square, "noise": self.noise, "at_bound": list(self.at_bound),
+                "rms_before_s": self.rms_before, "rms_after_s": self.rms_after, "evaluations": self.evaluations}
 
 
 def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_noise: float = 3e-3) -> Calibration:
@@ -72,7 +79,7 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
         raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
                            "Record pressure, speeds and torque as well")
     model = start or Model()
-    problem = _Problem(recordings, thin(recordings.signals, _EVERY), noise(recordings.signals, shifting_time_noise))
+    problem = _Problem(recordings, recordings.signals, noise(recordings.signals, shifting_time_noise))
     before = problem.residuals(model.parameters)["shifting_time"] * shifting_time_noise
     evaluations = 0
     for free, compared in _STAGES:
@@ -80,28 +87,47 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
         evaluations += solution.nfev
         if "pressure" in compared:
             model = model.with_parameters({"friction_coefficient": problem.friction(model)})
-    free, compared = parameters.UNCERTAIN, (*SIGNALS, "shifting_time")
-    model, solution = problem.solve(model, free, compared)
+    fitted = parameters.UNCERTAIN
+    model, solution = problem.solve(model, fitted, _CHANNELS)
 
-    covariance = problem.covariance(solution, compared)
+    covariance = problem.covariance(solution)
     error = np.sqrt(np.diag(covariance))
     residuals = problem.residuals(model.parameters)
-    dof = 1 - len(free) / sum(residual.size for residual in residuals.values())
+    dof = 1 - len(fitted) / sum(residual.size for residual in residuals.values())
     scale = np.array([model.parameters[parameters.index(name)] / value
-                      for name, value in zip(free, solution.x, strict=True)])
+                      for name, value in zip(fitted, solution.x, strict=True)])
     return Calibration(
-        model=model, free=free, standard_error=error * scale,
+        model=model, free=fitted, standard_error=error * scale,
         correlation=covariance / np.outer(error, error),
         chi_square={name: float(np.mean(residual**2) / dof) for name, residual in residuals.items()},
         noise=problem.noise, rms_before=_rms(before), rms_after=_rms(residuals["shifting_time"] * shifting_time_noise),
-        at_bound=tuple(name for name, value in zip(free, solution.x, strict=True) if _near_bound(name, value)),
+        at_bound=tuple(name for name, value in zip(fitted, solution.x, strict=True) if _near_bound(name, value)),
         evaluations=evaluations + solution.nfev,
     )
 
 
-def thin(signals: Signals, every: int) -> Signals:
-    """All signals at the first and every `every`-th sample after it."""
-    return Signals(signals.time[::every], *(getattr(signals, name)[:, ::every] for name in SIGNALS))
+def blended(torque: np.ndarray, shifting_time: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """`torque` (m, n, k) with the sample nearest to each lock-up (m, n) blended from its two neighbours.
+
+    At lock-up the torque jumps. The blend makes its average a continuous function of the shifting time, without
+    which differences between two simulations say nothing about slopes.
+    """
+    torque = torque.copy()
+    locked = np.argwhere((shifting_time > time[1]) & (shifting_time < time[-2]))
+    row, column = locked[:, 0], locked[:, 1]
+    when = shifting_time[row, column]
+    edges = 0.5 * (time[1:] + time[:-1])
+    nearest = np.clip(np.searchsorted(edges, when), 1, len(time) - 2)
+    share = (when - edges[nearest - 1]) / (edges[nearest] - edges[nearest - 1])
+    before, after = torque[row, column, nearest - 1], torque[row, column, nearest + 1]
+    torque[row, column, nearest] = share * before + (1 - share) * after
+    return torque
+
+
+def averaged(samples: np.ndarray, width: int) -> np.ndarray:
+    """Means of `width` successive samples, shape (..., k // width)."""
+    whole = samples.shape[-1] // width * width
+    return np.asarray(samples[..., :whole].reshape(*samples.shape[:-1], -1, width).mean(axis=-1))
 
 
 def noise(signals: Signals, shifting_time: float) -> dict[str, float]:
@@ -116,23 +142,26 @@ def noise(signals: Signals, shifting_time: float) -> dict[str, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """The recordings to meet, thinned, and the noise of each channel."""
+    """The recordings to meet and the noise of each channel."""
 
     recordings: Recordings
     signals: Signals
     noise: dict[str, float]
 
     def residuals(self, vector: Any) -> dict[str, np.ndarray]:
-        """(simulated - measured) / noise of each channel at one parameter vector (20,): (n,) or (n, k)."""
+        """(simulated - measured) / noise of each channel at one parameter vector (20,): (n,) or (n, averages)."""
         return {name: residual[0] for name, residual in self._residuals(np.array([vector], float)).items()}
 
     def _residuals(self, vectors: np.ndarray) -> dict[str, np.ndarray]:
         coefficients = np.tile(Model().coefficients(), (len(vectors), 1))
-        response = ensemble.simulate(vectors, coefficients, self.recordings.conditions, self.signals.time)
+        response = ensemble.simulate(vectors, coefficients, self.recordings.conditions, self.signals.time, _ACCURACY)
         if np.any(response.status == ensemble.FAILED):
             raise InvalidValue("The simulation blows up within the bounds of the calibration",
                                "Start from a model nearer to the nominal one")
-        found = {name: (getattr(response, name) - getattr(self.signals, name)) / self.noise[name] for name in SIGNALS}
+        simulated = {name: getattr(response, name) for name in SIGNALS}
+        simulated["output_torque"] = blended(response.output_torque, response.shifting_time, self.signals.time)
+        found = {name: averaged(simulated[name] - getattr(self.signals, name), _WIDTH)
+                 / (self.noise[name] / np.sqrt(_WIDTH)) for name in SIGNALS}
         # An engagement that does not lock is as wrong as one that locks at the end of its current profile.
         conditions = self.recordings.conditions
         latest = conditions.profile_time[conditions.current_profile, -1]
@@ -155,19 +184,24 @@ class _Problem:
             found = self._residuals(vectors(points))
             return np.concatenate([found[name].reshape(len(points), -1) for name in compared], axis=1)
 
-        def slopes(point: np.ndarray) -> np.ndarray:
-            step = 1e-4
-            shifted = flat(np.concatenate([point + step * np.eye(len(free)), point - step * np.eye(len(free))]))
-            return ((shifted[:len(free)] - shifted[len(free):]) / (2 * step)).T
+        def residuals(point: np.ndarray) -> np.ndarray:
+            return np.asarray(flat(point[None])[0])
 
-        bounds = [[getattr(parameters.PARAMETERS[column], side) for column in columns] for side in ("lower", "upper")]
-        inside = np.clip(base[columns] / nominal, np.add(bounds[0], 1e-6), np.subtract(bounds[1], 1e-6))
-        solution = least_squares(lambda point: flat(point[None])[0], inside, jac=slopes, bounds=tuple(bounds),
-                                 x_scale="jac", max_nfev=60)
+        def slopes(point: np.ndarray) -> np.ndarray:
+            steps = _STEP * np.eye(len(free))
+            shifted = flat(np.concatenate([point + steps, point - steps]))
+            return np.asarray((shifted[:len(free)] - shifted[len(free):]).T / (2 * _STEP))
+
+        lower = np.array([parameters.PARAMETERS[column].lower for column in columns])
+        upper = np.array([parameters.PARAMETERS[column].upper for column in columns])
+        inside = np.clip(base[columns] / nominal, lower + 1e-6, upper - 1e-6)
+        solution = least_squares(residuals, inside, jac=slopes,
+                                 bounds=(lower, upper), x_scale="jac",
+                                 ftol=_CONVERGED, xtol=_CONVERGED, max_nfev=60)
         return model.with_parameters(dict(zip(free, solution.x * nominal, strict=True))), solution
 
     def friction(self, model: Model) -> float:
-        """Friction coefficient in N m/Pa from torque over pressure, while the plates press and slip just before lock-up."""
+        """Friction coefficient in N m/Pa: torque over pressure while the pressed plates slip, just before lock-up."""
         values = dict(zip(parameters.NAMES, model.parameters, strict=True))
         before = self.recordings.measured_time[:, None] - self.signals.time
         pressing = (before > 0.02) & (before < 0.08) & (self.signals.pressure > 1.0)
@@ -175,18 +209,18 @@ class _Problem:
         torque = self.signals.output_torque / values["gear_ratio"]
         return float(np.median(torque[pressing] / (share * 1e5 * self.signals.pressure[pressing])))
 
-    def covariance(self, solution: Any, compared: tuple[str, ...]) -> np.ndarray:
+    def covariance(self, solution: Any) -> np.ndarray:
         """Sandwich estimator of the covariance of the multipliers, clustered by engagement: (d, d)."""
-        n, d, k = len(self.recordings.conditions), solution.jac.shape[1], len(self.signals.time)
+        n, d, k = len(self.recordings.conditions), solution.jac.shape[1], len(self.signals.time) // _WIDTH
         scores, position = np.zeros((n, d)), 0
-        for name in compared:
+        for name in _CHANNELS:
             width = 1 if name == "shifting_time" else k
             rows = slice(position, position + n * width)
             weighted = solution.jac[rows] * solution.fun[rows, None]
             scores += weighted.reshape(n, width, d).sum(axis=1)
             position += n * width
         bread = np.linalg.inv(solution.jac.T @ solution.jac)
-        return bread @ (scores.T @ scores) @ bread * n / (n - 1)  # type: ignore[no-any-return]
+        return np.asarray(bread @ (scores.T @ scores) @ bread * n / (n - 1))
 
 
 def _near_bound(name: str, multiplier: float) -> bool:

@@ -10,7 +10,7 @@ from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import QUANTITIES
 
 LANES = 48
-"""Engagements advanced in one loop: two AVX-512 vectors of doubles, or four AVX2 ones."""
+"""Engagements advanced in one loop: pairs of AVX-512 vectors, more than LLVM unrolls, few enough for the L1 cache."""
 
 _rows = count()
 

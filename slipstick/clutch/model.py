@@ -48,6 +48,7 @@ class Model:
         """All coefficients of the catalogue in its order, neutral where the model says nothing: shape (c,)."""
         vector = effects.neutral()
         for name, values in self.effects.items():
+            effects.find(name)
             for coefficient, value in values.items():
                 vector[effects.index(name, coefficient)] = float(value)
         return vector

@@ -39,7 +39,7 @@ PARAMETERS = (
     Parameter("pressure_bias", "aa", 1.6, "bar", "oil pressure bias in the piston position", True),
     Parameter("temperature_gain", "k_T", 1.0, "1", "gain of the oil temperature on the piston position", True),
     Parameter("contact_position", "z_contact", 2e-3, "m", "largest piston displacement"),
-    Parameter("initial_position", "x3(0)", 5e-4, "m", "initial piston position", True),
+    Parameter("initial_position", "x3(0)", 5e-4, "m", "initial piston position", True, 0.1, 3.0),
     Parameter("contact_length", "beta", 2e-5, "m", "length in the contact-pressure law of eq. 1"),
     Parameter("film_coefficient", "gamma", 8e-5, "N m^2 s", "plate geometry and fluid viscosity"),
     Parameter("friction_coefficient", "alpha", 3.2e-4, "N m/Pa", "plate geometry and dynamic friction", True),

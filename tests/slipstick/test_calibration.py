@@ -22,9 +22,11 @@ def bench(model: Model, every: int = 5, seed: int = 7) -> Recordings:
     """Recordings of `model` on every fifth condition, with sensor noise and nothing else."""
     conditions = paper_conditions().take(range(0, 216, every))
     time, rng = np.arange(0.0, 2.0, 0.002), np.random.default_rng(seed)
-    response = ensemble.signals(model, conditions, time)
-    noisy = [getattr(response, name)[0] + rng.normal(0, std, (len(conditions), len(time))) for name, std in NOISE.items()]
-    return Recordings(conditions, response.shifting_time[0] + rng.normal(0, 3e-3, len(conditions)), Signals(time, *noisy))
+    response = ensemble.signals(model, conditions, time, accuracy=ensemble.TIGHT)
+    shape = (len(conditions), len(time))
+    noisy = [getattr(response, name)[0] + rng.normal(0, std, shape) for name, std in NOISE.items()]
+    measured_time = response.shifting_time[0] + rng.normal(0, 3e-3, len(conditions))
+    return Recordings(conditions, measured_time, Signals(time, *noisy))
 
 
 def true_model() -> Model:

@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.clutch.effects.effect import Coefficient, Effect
 from slipstick.errors import UnknownName
 
-__all__ = ["CATALOGUE", "Coefficient", "Effect", "index", "neutral", "span"]
+__all__ = ["CATALOGUE", "Coefficient", "Effect", "find", "index", "neutral", "span"]
 
 _FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name != "effect")
 CATALOGUE: tuple[Effect, ...] = tuple(importlib.import_module(f"{__name__}.{name}").EFFECT for name in _FILES)
@@ -22,20 +22,23 @@ def neutral() -> np.ndarray:
     return np.array([coefficient.neutral for effect in CATALOGUE for coefficient in effect.coefficients])
 
 
+def find(name: str) -> Effect:
+    """The effect of that name; raises `UnknownName`."""
+    for effect in CATALOGUE:
+        if effect.name == name:
+            return effect
+    raise UnknownName.of("effect", name, [effect.name for effect in CATALOGUE])
+
+
 def index(effect: str, coefficient: str) -> int:
     """Position of a coefficient in every coefficient vector; raises `UnknownName`."""
-    position = 0
-    for entry in CATALOGUE:
-        names = [known.name for known in entry.coefficients]
-        if entry.name == effect:
-            if coefficient not in names:
-                raise UnknownName.of(f"coefficient of {effect}", coefficient, names)
-            return position + names.index(coefficient)
-        position += len(names)
-    raise UnknownName.of("effect", effect, [entry.name for entry in CATALOGUE])
+    names = [known.name for known in find(effect).coefficients]
+    if coefficient not in names:
+        raise UnknownName.of(f"coefficient of {effect}", coefficient, names)
+    return span(find(effect)).start + names.index(coefficient)
 
 
 def span(effect: Effect) -> slice:
     """Where the coefficients of `effect` stand in every coefficient vector."""
-    first = index(effect.name, effect.coefficients[0].name)
+    first = sum(len(entry.coefficients) for entry in CATALOGUE[:CATALOGUE.index(effect)])
     return slice(first, first + len(effect.coefficients))

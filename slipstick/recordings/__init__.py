@@ -1,0 +1,6 @@
+"""Recordings of engagements: shifting times, conditions and signals, from HDF5 or CSV."""
+
+from slipstick.recordings.recordings import Form, Recordings, open_conditions
+from slipstick.recordings.signals import Signals
+
+__all__ = ["Form", "Recordings", "Signals", "open_conditions"]

@@ -1,0 +1,32 @@
+"""Recordings as HDF5: `conditions`, `current_profiles`, `shifting_time`, `signals`, units as attributes."""
+
+import numpy as np
+
+from slipstick.clutch.conditions import Conditions
+from slipstick.condition_layout import read_conditions
+from slipstick.errors import BadRecording
+from slipstick.hdf5 import SIGNATURE, reading
+from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, Signals
+
+Fields = tuple[Conditions, np.ndarray, Signals | None, np.ndarray | None, str]
+"""The fields of `Recordings` in their order."""
+
+
+def read(content: bytes) -> Fields:
+    """Read the bytes of a file that nobody vouches for; raises `BadRecording`."""
+    if not content.startswith(SIGNATURE):
+        raise BadRecording("The file is not HDF5", "Give an HDF5 file, or name a CSV one .csv")
+    with reading(content, BadRecording, largest=8 * LARGEST // len(SIGNAL_UNITS)) as source:
+        conditions = read_conditions(source)
+        n = len(conditions)
+        measured = source.array("shifting_time", "f", (n,), "s").astype(np.float64)
+        order = signals = None
+        if source.has("conditions/run_order"):
+            order = source.array("conditions/run_order", "iu", (n,), "1").astype(np.int64)
+        if source.has("signals"):
+            time = source.array("signals/time", "f", (None,), "s").astype(np.float64)
+            columns = [source.array(f"signals/{name}", "f", (n, len(time)), unit).astype(np.float64)
+                       for name, unit in SIGNAL_UNITS.items()]
+            signals = Signals(time, *columns)
+        description = source.attribute("", "description") if "description" in source.file.attrs else ""
+    return conditions, measured, signals, order, description

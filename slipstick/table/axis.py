@@ -1,0 +1,39 @@
+"""One axis of a table: multipliers of the nominal value of one parameter."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.errors import InvalidValue
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """`values` (g,) rising multipliers of `nominal`, the value of the parameter `name` in `unit`.
+
+    Raises `InvalidValue` where there are fewer than two values, or they do not rise or are not finite.
+    """
+
+    name: str
+    values: np.ndarray
+    nominal: float
+    unit: str
+
+    def __post_init__(self) -> None:
+        """Check once what the interpolation relies on."""
+        values = self.values
+        if values.ndim != 1 or len(values) < 2:
+            raise InvalidValue(f"The axis '{self.name}' has {values.size} value(s)", "Give it two or more")
+        if not (np.all(np.isfinite(values)) and np.all(np.diff(values) > 0) and np.isfinite(self.nominal)):
+            raise InvalidValue(f"The values of the axis '{self.name}' do not rise or are not finite",
+                               "Give finite multipliers in rising order, each once")
+
+    @property
+    def lower(self) -> float:
+        """Smallest multiplier."""
+        return float(self.values[0])
+
+    @property
+    def upper(self) -> float:
+        """Largest multiplier."""
+        return float(self.values[-1])

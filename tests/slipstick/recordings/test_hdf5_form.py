@@ -1,0 +1,227 @@
+import resource
+import shutil
+import zlib
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from slipstick.clutch.conditions import paper_conditions
+from slipstick.errors import BadRecording, UnknownName
+from slipstick.recordings import Recordings, apart, open_conditions
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def copy(shipped_file, tmp_path):
+    shutil.copy(shipped_file, tmp_path / "copy.h5")
+    return tmp_path / "copy.h5"
+
+
+def test_reads_what_is_shipped(shipped, shipped_file):
+    assert (len(shipped), shipped.signals.pressure.shape) == (216, (216, 1001))
+    assert shipped.conditions.digest == paper_conditions().digest
+    assert open_conditions(shipped_file).digest == paper_conditions().digest
+    assert sorted(shipped.run_order) == list(range(216))
+    assert shipped.description.startswith("Simulated test-bench recordings")
+    with h5py.File(shipped_file) as file:
+        assert np.array_equal(shipped.measured_time, file["shifting_time"])
+        assert np.array_equal(shipped.signals.output_torque, file["signals/output_torque"])
+    assert Recordings.read(shipped_file.read_bytes(), "h5").digest == shipped.digest
+
+
+def put(file, path, values, **options):
+    units = file[path].attrs["units"]
+    del file[path]
+    file.create_dataset(path, data=values, **options).attrs["units"] = units
+
+
+def edit(path, place, value):
+    def damage(file):
+        values = file[path][()].astype(float)
+        values[place] = value
+        put(file, path, values)
+    return damage
+
+
+def unit(path, said):
+    def damage(file):
+        file[path].attrs["units"] = said
+    return damage
+
+
+def cut(path):
+    return lambda file: put(file, path, file[path][:-1])
+
+
+def drop(path):
+    def damage(file):
+        del file[path]
+    return damage
+
+
+def drop_unit(file):
+    del file["signals/pressure"].attrs["units"]
+
+
+def swap_times(file):
+    times = file["signals/time"][()]
+    times[[10, 11]] = times[[11, 10]]
+    put(file, "signals/time", times)
+
+
+def text_for_numbers(file):
+    put(file, "shifting_time", np.array(["fast"] * 216, dtype="S4"))
+
+
+def group_for_dataset(file):
+    del file["shifting_time"]
+    file.create_group("shifting_time")
+
+
+@pytest.mark.parametrize(("damage", "says"), [
+    (unit("shifting_time", "ms"), "'shifting_time' is in 'ms', not in 's'"),
+    (unit("conditions/motor_speed", "rpm"), "'conditions/motor_speed' is in 'rpm', not in 'rad/s'"),
+    (drop_unit, "'units' of 'signals/pressure' is missing"),
+    (cut("shifting_time"), r"'shifting_time' has shape \(215,\), not \(216\)"),
+    (cut("signals/time"), r"'signals/pressure' has shape \(216, 1001\), not \(216, 1000\)"),
+    (cut("conditions/run_order"), "'conditions/run_order' has shape"),
+    (swap_times, "does not rise at sample 11 "),
+    (edit("shifting_time", 7, np.nan), "shifting time of condition 7 is nan s"),
+    (edit("shifting_time", 8, 1520.0), "shifting time of condition 8 is 1520 s"),
+    (edit("signals/output_speed", (5, 17), np.inf), "output_speed of condition 5 is not finite at sample 17 "),
+    (edit("conditions/load_inertia", 3, np.nan), "'conditions/load_inertia' of condition 3 is nan"),
+    (edit("conditions/motor_speed", 4, -1.0), "'conditions/motor_speed' of condition 4 is -1"),
+    (edit("conditions/motor_speed", 4, 0.0), "Motor_speed has values that are not finite and positive"),
+    (edit("current_profiles/time", (2, 3), 9.0), "do not rise"),
+    (lambda file: put(file, "conditions/current_profile", np.full(216, 6)), "beyond the 6"),
+    (lambda file: put(file, "conditions/run_order", np.zeros(216, int)), "run order"),
+    (text_for_numbers, "'shifting_time' is of type"), (group_for_dataset, "'shifting_time' is a group"),
+    (drop("shifting_time"), "'shifting_time' is missing"), (drop("conditions"), "'conditions' is missing"),
+    (drop("signals/output_torque"), "'signals/output_torque' is missing"),
+], ids=str)
+def test_what_is_wrong_is_named(copy, damage, says):
+    with h5py.File(copy, "r+") as file:
+        damage(file)
+    with pytest.raises(BadRecording, match=says):
+        Recordings.open(copy)
+
+
+def test_signals_and_run_order_may_be_absent(copy, shipped):
+    with h5py.File(copy, "r+") as file:
+        del file["signals"], file["conditions/run_order"], file.attrs["description"]
+    found = Recordings.open(copy)
+    assert (found.signals, found.run_order, found.description) == (None, None, "")
+    assert np.array_equal(found.measured_time, shipped.measured_time)
+    assert found.digest != shipped.digest
+
+
+def link_to_a_file(file):
+    del file["shifting_time"]
+    file["shifting_time"] = h5py.ExternalLink(ROOT / "tables" / "measured.h5", "shifting_time")
+
+
+def link_a_group_to_a_file(file):
+    del file["signals"]
+    file["signals"] = h5py.ExternalLink(ROOT / "tables" / "measured.h5", "signals")
+
+
+def values_in_another_file(file):
+    del file["shifting_time"]
+    made = file.create_dataset("shifting_time", (216,), "f8", external=[("/proc/self/environ", 0, 8 * 216)])
+    made.attrs["units"] = "s"
+
+
+def values_of_another_dataset(file):
+    del file["shifting_time"]
+    layout = h5py.VirtualLayout((216,), "f8")
+    layout[:] = h5py.VirtualSource(ROOT / "tables" / "measured.h5", "shifting_time", (216,))
+    file.create_virtual_dataset("shifting_time", layout).attrs["units"] = "s"
+
+
+def seven_tebibytes(file):
+    del file["current_profiles/current"]
+    made = file.create_dataset("current_profiles/current", (216, 1 << 32), "f8", chunks=(1, 1000))
+    made.attrs["units"] = "A"
+
+
+def long_clock(file):
+    del file["signals/time"]
+    made = file.create_dataset("signals/time", (1 << 40,), "f8", chunks=(1000,), compression="gzip")
+    made.attrs["units"] = "s"
+
+
+def never_written(file):
+    del file["signals/pressure"]
+    made = file.create_dataset("signals/pressure", (216, 1001), "f8", chunks=(1, 1001), compression="gzip")
+    made.attrs["units"] = "bar"
+
+
+def huge_chunk(file):
+    del file["shifting_time"]
+    made = file.create_dataset("shifting_time", (216,), "f8", chunks=(1 << 28,), maxshape=(None,))
+    made.attrs["units"] = "s"
+
+
+def inflating_chunk(file):
+    del file["shifting_time"]
+    made = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
+    made.attrs["units"] = "s"
+    packer = zlib.compressobj()
+    packed = b"".join(packer.compress(bytes(1 << 20)) for _ in range(500)) + packer.flush()
+    made.id.write_direct_chunk((0,), packed)  # half a megabyte that fills 500
+
+
+def skipped_filter(file):
+    del file["shifting_time"]
+    made = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
+    made.attrs["units"] = "s"
+    made.id.write_direct_chunk((0,), bytes(8 * 216), filter_mask=1)
+
+
+def other_filter(file):
+    put(file, "shifting_time", file["shifting_time"][()], compression="lzf")
+
+
+@pytest.mark.parametrize(("damage", "says"), [
+    (link_to_a_file, "is a link"), (link_a_group_to_a_file, "is a link"),
+    (values_in_another_file, "lie in another file"), (values_of_another_dataset, "lie in another file"),
+    (seven_tebibytes, r"claims 7,\d+,\d+,\d+,\d+ bytes"), (long_clock, "claims"), (never_written, "holds less"),
+    (huge_chunk, "claims"), (inflating_chunk, "inflates to more"), (skipped_filter, "more than the file holds"),
+    (other_filter, "filters other than"),
+])
+def test_hostile_files_are_refused_before_their_values_are_read(copy, damage, says):
+    with h5py.File(copy, "r+") as file:
+        damage(file)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(BadRecording, match=says):
+        Recordings.open(copy)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kB
+
+
+def test_a_file_that_hangs_its_reader_is_refused(shipped_file):
+    content = bytearray(shipped_file.read_bytes())
+    heap = content.index(b"GCOL")
+    size = int.from_bytes(content[heap + 24 : heap + 32], "little")  # of the first text in the heap
+    content[heap + 25] ^= 8
+    assert size < 2048 < int.from_bytes(content[heap + 24 : heap + 32], "little")
+    with pytest.raises(BadRecording, match="hangs or crashes"):
+        apart.require_readable(bytes(content), seconds=2)
+
+
+def test_damaged_bytes_are_refused(shipped_file):
+    content = shipped_file.read_bytes()
+    for broken in (b"", b"not HDF5", content[:1000], content[:-1000], content[8:], content[:8] + bytes(5000)):
+        with pytest.raises(BadRecording):
+            Recordings.read(broken, "h5")
+
+
+def test_only_files_that_are_there_and_named_after_their_format(tmp_path, copy):
+    with pytest.raises(UnknownName, match=r"Did you mean 'copy\.h5'"):
+        Recordings.open(tmp_path / "copi.h5")
+    with pytest.raises(BadRecording, match=r"neither \.h5 nor \.csv"):
+        Recordings.open(tmp_path / "copy.mat")
+    with pytest.raises(BadRecording, match="second file of signals"):
+        Recordings.open(copy, copy)

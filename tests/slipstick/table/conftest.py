@@ -1,0 +1,18 @@
+import numpy as np
+import pytest
+
+from slipstick.clutch.conditions import paper_conditions
+from slipstick.clutch.model import Model
+from slipstick.table import Axis, Table
+
+
+@pytest.fixture
+def table():
+    """7 x 5 grid points, 3 conditions, one engagement that never locked and one that failed."""
+    axes = (Axis("pressure_bias", np.linspace(0.5, 1.5, 7), 1.6, "bar"),
+            Axis("initial_position", np.array([0.5, 0.8, 0.9, 1.2, 1.5]), 5e-4, "m"))
+    times = np.random.default_rng(1).uniform(0.5, 1.5, (7, 5, 3))
+    status = np.zeros((7, 5, 3), dtype=np.uint8)
+    status[6, 4, 0], status[0, 0, 2] = 1, 2
+    times[status != 0] = np.nan
+    return Table(axes, times, status, paper_conditions().take([3, 100, 215]), Model(), "a test")

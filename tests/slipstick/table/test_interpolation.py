@@ -1,0 +1,78 @@
+import itertools
+
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+
+from slipstick.errors import InvalidValue, OutsideTable
+from slipstick.table.axis import Axis
+from slipstick.table.interpolation import interpolate
+
+GRIDS = [np.array([0.5, 0.6, 1.1, 1.5]), np.linspace(0.7, 1.3, 6), np.array([0.9, 1.0, 1.4]),
+         np.array([1.0, 2.0])]
+
+
+def case(dimension, outputs=4):
+    axes = [Axis(f"axis{i}", grid, 1.0, "1") for i, grid in enumerate(GRIDS[:dimension])]
+    shape = (*(len(axis.values) for axis in axes), outputs)
+    return axes, np.random.default_rng(dimension).uniform(0.5, 1.5, shape)
+
+
+def inside(axes, count, seed=0):
+    low, high = [axis.lower for axis in axes], [axis.upper for axis in axes]
+    return np.random.default_rng(seed).uniform(low, high, (count, len(axes)))
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_agrees_with_scipy(dimension):
+    axes, values = case(dimension)
+    points = inside(axes, 500)
+    reference = RegularGridInterpolator([axis.values for axis in axes], values)(points)
+    np.testing.assert_allclose(interpolate(axes, values, points, "error"), reference, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_grid_points_come_back_bit_for_bit(dimension):
+    axes, values = case(dimension)
+    points = np.array(list(itertools.product(*(axis.values for axis in axes))))
+    assert np.array_equal(interpolate(axes, values, points, "error"), values.reshape(len(points), -1))
+
+
+def test_a_corner_without_a_value_spoils_only_what_depends_on_it():
+    axes, values = case(2)
+    values[1, 2, 0] = np.nan
+    a, b = axes[0].values, axes[1].values
+    beside = [[(a[1] + a[2]) / 2, (b[2] + b[3]) / 2], [(a[0] + a[1]) / 2, b[2]], [a[1], b[2]]]
+    clear = [[a[0], (b[1] + b[2]) / 2], [(a[0] + a[1]) / 2, b[1]], [a[2], (b[2] + b[3]) / 2]]
+    found = interpolate(axes, values, np.array(beside + clear), "error")
+    assert np.isnan(found[:, 0]).tolist() == [True] * 3 + [False] * 3
+    assert np.isfinite(found[:, 1:]).all()
+
+
+def test_what_lies_outside_is_an_error_the_edge_or_nan():
+    axes, values = case(2)
+    points = np.array([[1.0, 1.0], [0.2, 1.0], [1.0, 1.7], [9.0, -9.0]])
+    edge = np.array([[1.0, 1.0], [0.5, 1.0], [1.0, 1.3], [1.5, 0.7]])
+    clipped = interpolate(axes, values, points, "clip")
+    assert np.array_equal(clipped, interpolate(axes, values, edge, "error"))
+    blank = interpolate(axes, values, points, "nan")
+    assert np.isnan(blank[1:]).all()
+    assert np.array_equal(blank[0], clipped[0])
+    with pytest.raises(OutsideTable, match=r"Point 1 has axis0 = 0\.2, outside the table's 0\.5 to 1\.5"):
+        interpolate(axes, values, points, "error")
+
+
+@pytest.mark.parametrize(("points", "says"), [
+    (np.ones((3, 1)), r"not \(m, 2\)"), (np.ones(2), r"not \(m, 2\)"),
+    (np.array([[1.0, 1.0], [1.0, np.nan]]), "Point 1 is not finite in axis1"),
+    (np.array([[np.inf, 1.0]]), "Point 0 is not finite in axis0"),
+])
+def test_points_that_are_none_are_refused(points, says):
+    axes, values = case(2)
+    with pytest.raises(InvalidValue, match=says):
+        interpolate(axes, values, points, "clip")
+
+
+def test_no_points_give_no_rows():
+    axes, values = case(2)
+    assert interpolate(axes, values, np.empty((0, 2)), "error").shape == (0, 4)

@@ -1,0 +1,270 @@
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from slipstick.clutch.model import Model
+from slipstick.errors import BadTable, CorruptTable, UnknownName, WrongDigest, WrongLayout
+from slipstick.hdf5 import text
+from slipstick.table import Table
+
+
+@pytest.fixture
+def path(table, tmp_path):
+    table.write(tmp_path / "table.h5")
+    return tmp_path / "table.h5"
+
+
+def test_comes_back_as_it_was(table, path):
+    back = Table.open(path)
+    assert back.digest == table.digest
+    assert np.array_equal(back.times, table.times, equal_nan=True)
+    assert np.array_equal(back.status, table.status)
+    assert (back.origin, back.model) == ("a test", Model())
+    assert [(axis.name, axis.nominal, axis.unit) for axis in back.axes] == [
+        ("pressure_bias", 1.6, "bar"), ("initial_position", 5e-4, "m")]
+
+
+def test_the_file_explains_itself_to_other_readers(path):
+    with h5py.File(path) as file:
+        times = file["times"]
+        assert [dimension.label for dimension in times.dims] == ["pressure_bias", "initial_position", "condition"]
+        assert np.array_equal(times.dims[1]["initial_position"], [0.5, 0.8, 0.9, 1.2, 1.5])
+        assert times.fletcher32
+        assert times.attrs["units"] == b"s"
+        assert file["status"].attrs["flag_meanings"] == b"locked never_locked failed"
+        assert file["axes/pressure_bias"].attrs["nominal_units"] == b"bar"
+
+
+def flip(path, position, bit=3):
+    content = bytearray(path.read_bytes())
+    content[position] ^= 1 << bit
+    path.write_bytes(content)
+
+
+def place(path, dataset):
+    """Byte range of a dataset's first chunk, or of the whole where it is contiguous."""
+    with h5py.File(path) as file:
+        stored = file[dataset].id
+        if file[dataset].chunks:
+            return stored.get_chunk_info(0).byte_offset, stored.get_chunk_info(0).size
+        return stored.get_offset(), stored.get_storage_size()
+
+
+@pytest.mark.parametrize(("dataset", "error", "says"), [
+    ("times", CorruptTable, "damaged"), ("status", CorruptTable, "damaged"),
+    ("conditions/motor_speed", CorruptTable, "damaged"), ("current_profiles/current", CorruptTable, "damaged"),
+    ("model", WrongDigest, "The model of the table"), ("axes/initial_position", BadTable, "digest|rise"),
+])
+def test_a_flipped_bit_in_any_dataset_is_refused(path, dataset, error, says):
+    offset, size = place(path, dataset)
+    for share in (0.0, 0.3, 0.6, 0.9):
+        broken = path.with_name("broken.h5")
+        shutil.copy(path, broken)
+        flip(broken, offset + int(share * size), bit=0)
+        with pytest.raises(error, match=says):
+            Table.open(broken)
+
+
+def test_a_bit_flipped_anywhere_is_refused_or_harmless(table, path):
+    content, refused = path.read_bytes(), 0
+    generator = np.random.default_rng(5)
+    for position in generator.integers(len(content), size=300):
+        broken = bytearray(content)
+        broken[position] ^= 1 << int(generator.integers(8))
+        path.write_bytes(broken)
+        try:
+            assert Table.open(path).digest == table.digest
+        except BadTable:
+            refused += 1
+    assert refused > 100
+
+
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.2, 0.9, 0.9999])
+def test_a_truncated_file_is_refused(path, share):
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(WrongLayout if share < 0.0005 else CorruptTable):
+        Table.open(path)
+
+
+def change_digest(file):
+    file.attrs["content_digest"] = text("0" * 64)
+
+
+def change_time(file):
+    file["times"][2, 2, 2] += 1e-12  # with a valid checksum: only the digest can tell
+
+
+def change_condition(file):
+    file["conditions/load_inertia"][0] += 1.0
+
+
+def change_condition_below_nine_digits(file):
+    file["conditions/load_inertia"][0] *= 1 + 1e-14
+
+
+def change_model(file):
+    spec = file["model"].asstr()[()].replace("3.2,", "3.3,")
+    file["model"][()] = spec.encode()
+
+
+def change_nominal(file):
+    file["axes/pressure_bias"].attrs["nominal"] = 1.7
+
+
+def change_order(file):
+    file["axes"].attrs["order"] = text('["initial_position", "pressure_bias"]')
+
+
+def change_shape(file):
+    times = file["times"][:, :4]
+    del file["times"]
+    file.create_dataset("times", data=times).attrs["units"] = text("s")
+
+
+def change_type(file):
+    status = file["status"][()].astype(float)
+    del file["status"]
+    file.create_dataset("status", data=status).attrs["units"] = text("1")
+
+
+def change_unit(file):
+    file["times"].attrs["units"] = text("ms")
+
+
+def change_version(file):
+    file.attrs["layout_version"] = 2
+
+
+def change_layout(file):
+    file.attrs["layout"] = text("a poem")
+
+
+def change_meanings(file):
+    file["status"].attrs["flag_meanings"] = text("failed never_locked locked")
+
+
+def change_statuses(file):
+    file["status"][0, 1, 1] = 1
+
+
+def remove_version(file):
+    del file.attrs["layout_version"]
+
+
+def remove_times(file):
+    del file["times"]
+
+
+def remove_conditions(file):
+    del file["conditions"]
+
+
+def link_outside(file):
+    with h5py.File(file.filename + ".other", "w") as other:
+        other["times"] = file["times"][()]
+    del file["times"]
+    file["times"] = h5py.ExternalLink(file.filename + ".other", "times")
+
+
+def link_softly(file):
+    file["kept"] = file["status"]
+    del file["status"]
+    file["status"] = h5py.SoftLink("/kept")
+
+
+def store_outside(file):
+    times = file["times"][()]
+    del file["times"]
+    with open(file.filename + ".raw", "wb") as raw:
+        raw.write(times.tobytes())
+    made = file.create_dataset("times", times.shape, "f8", external=[(file.filename + ".raw", 0, times.nbytes)])
+    made.attrs["units"] = text("s")
+
+
+def leave_out_chunks(file):
+    shape = file["times"].shape
+    del file["times"]
+    file.create_dataset("times", shape, "f8", chunks=(1, 5, 3)).attrs["units"] = text("s")
+
+
+@pytest.mark.parametrize(("damage", "error", "says"), [
+    (change_digest, WrongDigest, "The content of the table"), (change_time, WrongDigest, "The content of the table"),
+    (change_condition, WrongDigest, "The conditions of the table"),
+    (change_condition_below_nine_digits, WrongDigest, "The content of the table"),
+    (change_model, WrongDigest, "The model of the table"), (change_nominal, WrongDigest, "The content"),
+    (change_order, CorruptTable, r"'times' has shape \(7, 5, 3\), not \(5, 7, 3\)"),
+    (change_shape, CorruptTable, r"'times' has shape \(7, 4, 3\), not \(7, 5, 3\)"),
+    (change_type, CorruptTable, "'status' is of type float64, not unsigned"),
+    (change_unit, CorruptTable, "'times' is in 'ms', not in 's'"),
+    (change_version, WrongLayout, "layout version 2, not 1"), (change_layout, WrongLayout, "not a table"),
+    (change_meanings, WrongLayout, "other meanings"), (change_statuses, CorruptTable, "contradict"),
+    (remove_version, CorruptTable, "'layout_version' of '/' is missing"),
+    (remove_times, CorruptTable, "'times' is missing"), (remove_conditions, CorruptTable, "'conditions' is missing"),
+    (link_outside, CorruptTable, "'times' is a link"), (link_softly, CorruptTable, "'status' is a link"),
+    (store_outside, CorruptTable, "'times' lie in another file"),
+    (leave_out_chunks, CorruptTable, "'times' holds less than its shape"),
+], ids=lambda value: getattr(value, "__name__", ""))
+def test_what_does_not_match_is_refused_and_said(path, damage, error, says):
+    with h5py.File(path, "r+") as file:
+        damage(file)
+    with pytest.raises(BadTable, match=says) as caught:
+        Table.open(path)
+    assert type(caught.value) is error
+
+
+def test_what_is_no_table_is_refused(path, tmp_path):
+    with pytest.raises(UnknownName, match=r"no table 'tabel\.h5'\. Did you mean 'table\.h5'"):
+        Table.open(tmp_path / "tabel.h5")
+    (tmp_path / "note.h5").write_text("not HDF5")
+    h5py.File(tmp_path / "empty.h5", "w").close()
+    for name, says in (("note.h5", "is not an HDF5 file"), ("empty.h5", "is not a table")):
+        with pytest.raises(WrongLayout, match=says):
+            Table.open(tmp_path / name)
+
+
+def test_a_failed_write_leaves_the_old_table(table, path, monkeypatch):
+    before = path.read_bytes()
+    monkeypatch.setattr("slipstick.table.store.content_digest", lambda _: "0" * 64)
+    other = Table(table.axes, table.times + 1, table.status, table.conditions, table.model)
+    assert other.digest == "0" * 64  # kept: what is read back has the true digest again
+    monkeypatch.undo()
+    with pytest.raises(WrongDigest):
+        other.write(path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in path.parent.iterdir()] == ["table.h5"]
+
+
+WRITER = """
+import sys
+from slipstick.table import Table
+first, second = (Table.open(name) for name in sys.argv[1:3])
+print("ready", flush=True)
+while True:
+    for table in (first, second):
+        table.write(sys.argv[3])
+"""
+
+
+def test_a_killed_writer_leaves_no_half_table(table, tmp_path):
+    other = Table(table.axes, table.times + 1, table.status, table.conditions, table.model)
+    table.write(tmp_path / "first.h5")
+    other.write(tmp_path / "second.h5")
+    out, generator, seen = tmp_path / "out.h5", np.random.default_rng(3), set()
+    for _ in range(6):
+        arguments = [sys.executable, "-c", WRITER, tmp_path / "first.h5", tmp_path / "second.h5", out]
+        with subprocess.Popen(arguments, stdout=subprocess.PIPE, cwd=Path(__file__).parents[3]) as writer:
+            assert writer.stdout.readline() == b"ready\n"
+            time.sleep(generator.uniform(0, 0.06))
+            writer.send_signal(signal.SIGKILL)
+        if out.exists():
+            seen.add(Table.open(out).digest)
+    assert seen
+    assert seen <= {table.digest, other.digest}

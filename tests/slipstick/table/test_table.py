@@ -1,0 +1,68 @@
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.conditions import paper_conditions
+from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
+from slipstick.table import Axis, Table
+
+
+def test_conditions_are_matched_by_what_they_are(table):
+    points = np.random.default_rng(2).uniform(0.6, 1.4, (20, 2))
+    whole = table.interpolate(points)
+    paper = paper_conditions()
+    assert np.array_equal(table(points, table.conditions), whole)
+    assert np.array_equal(table(points, paper.take([215, 3])), whole[:, [2, 0]])
+    rounded = replace(paper.take([100]), motor_speed=paper.motor_speed[[100]] * (1 + 1e-13))
+    assert np.array_equal(table(points, rounded), whole[:, [1]])
+
+
+def test_unknown_conditions_are_refused(table):
+    paper = paper_conditions()
+    for other in (paper.take([3, 4]), replace(paper.take([100, 3]), profile_current=paper.profile_current * 1.001)):
+        with pytest.raises(InvalidValue, match="is not in the table"):
+            table(np.ones((1, 2)), other)
+
+
+def test_points_outside_are_clipped_by_the_model_protocol(table):
+    assert np.array_equal(table(np.array([[0.1, 1.0]]), table.conditions), table.interpolate(np.array([[0.5, 1.0]])))
+    assert (table.lower.tolist(), table.upper.tolist()) == ([0.5, 0.5], [1.5, 1.5])
+
+
+def test_the_digest_covers_all_that_matters_and_nothing_else(table):
+    axes, times, status = table.axes, table.times, table.status
+    faster = replace(table.conditions, motor_speed=table.conditions.motor_speed * 1.01)
+    later = times.copy()
+    later[3, 3, 1] = np.nextafter(later[3, 3, 1], 2)
+    failed = np.where(status == 1, 2, status).astype(np.uint8)
+    others = [
+        Table(axes, later, status, table.conditions, table.model),
+        Table(axes, times, failed, table.conditions, table.model),
+        Table(axes, times, status, faster, table.model),
+        Table(axes, times, status, table.conditions, Model().with_parameters({"gear_ratio": 3.0})),
+        *(Table((replace(axes[0], **change), axes[1]), times, status, table.conditions, table.model)
+          for change in ({"name": "gear_ratio"}, {"nominal": 1.7}, {"unit": "Pa"},
+                         {"values": axes[0].values + 0.01})),
+    ]
+    assert len({table.digest, *(other.digest for other in others)}) == len(others) + 1
+    assert Table(axes, times.copy(), status, table.conditions, Model(), "other hands").digest == table.digest
+
+
+def test_contradictions_are_refused(table):
+    locked = np.zeros_like(table.status)
+    for change, says in [({"status": locked}, "contradict"), ({"status": table.status + 3}, "contradict"),
+                         ({"times": table.times[:-1]}, "not float64"), ({"axes": table.axes[:1] * 2}, "axes"),
+                         ({"times": table.times.astype("f4")}, "float32")]:
+        with pytest.raises(InvalidValue, match=says):
+            replace(table, **change)
+    for values in ([1.0], [1.0, 1.0], [1.0, np.nan], [2.0, 1.0]):
+        with pytest.raises(InvalidValue, match="pressure_bias"):
+            Axis("pressure_bias", np.array(values), 1.6, "bar")
+
+
+def test_travels_to_another_process(table):
+    table(np.ones((1, 2)), table.conditions.take([1]))
+    assert pickle.loads(pickle.dumps(table)).digest == table.digest

@@ -1,0 +1,56 @@
+"""What a build is to compute: a model on a grid of multipliers under some conditions, cut into chunks."""
+
+import hashlib
+import json
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+import slipstick.clutch
+from slipstick.clutch.conditions import Conditions
+from slipstick.clutch.ensemble import Accuracy
+from slipstick.clutch.model import Model
+from slipstick.table import Axis
+
+CHUNK = 20_000
+"""Engagements in a chunk, about a twentieth of a second of work: what a killed build may lose."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """One simulation at each of the G grid points (the last axis runs fastest) for each of the n conditions."""
+
+    model: Model
+    conditions: Conditions
+    axes: tuple[Axis, ...]
+    accuracy: Accuracy
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Grid points along each axis, (g1, ..., gd)."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def chunks(self) -> list[slice]:
+        """The grid points in pieces, always the same ones for the same plan."""
+        size = max(1, CHUNK // len(self.conditions))
+        total = int(np.prod(self.shape))
+        return [slice(first, min(first + size, total)) for first in range(0, total, size)]
+
+    def points(self, chunk: slice) -> np.ndarray:
+        """Multipliers (m, d) at the grid points of `chunk`."""
+        places = np.unravel_index(np.arange(chunk.start, chunk.stop), self.shape)
+        return np.column_stack([axis.values[place] for axis, place in zip(self.axes, places, strict=True)])
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all that the numbers depend on, the program included: chunks are shared only by equals."""
+        columns = [getattr(self.conditions, column.name).tolist() for column in fields(self.conditions)]
+        axes = [(axis.name, axis.values.tolist()) for axis in self.axes]
+        described = json.dumps([self.model.digest, columns, axes, vars(self.accuracy), CHUNK])
+        hashed = hashlib.sha256(described.encode())
+        for path in sorted(Path(slipstick.clutch.__path__[0]).rglob("*.py")):
+            hashed.update(path.read_bytes())
+        return hashed.hexdigest()
