@@ -35,7 +35,7 @@ def index(effect: str, coefficient: str) -> int:
     names = [known.name for known in find(effect).coefficients]
     if coefficient not in names:
         raise UnknownName.of(f"coefficient of {effect}", coefficient, names)
-    return span(find(effect)).start + names.index(coefficient)
+    return int(span(find(effect)).start) + names.index(coefficient)
 
 
 def span(effect: Effect) -> slice:

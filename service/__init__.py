@@ -1,0 +1,1 @@
+"""The online half: tables, recordings, propagation, likelihood and fits over REST."""

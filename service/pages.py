@@ -1,0 +1,27 @@
+"""The page /docs: Swagger UI from the package itself, so that it renders without the internet."""
+
+from pathlib import Path
+
+from fastapi import FastAPI
+from fastapi.openapi.docs import get_swagger_ui_html
+from fastapi.responses import HTMLResponse
+from fastapi.staticfiles import StaticFiles
+
+_STATIC = Path(__file__).parent / "static"
+
+
+def install(app: FastAPI) -> None:
+    """Serve the static files and /docs, which refers to them by relative addresses."""
+    app.mount("/static", StaticFiles(directory=_STATIC), name="static")
+
+    @app.get("/docs", include_in_schema=False)
+    def docs() -> HTMLResponse:
+        return get_swagger_ui_html(
+            openapi_url="openapi.json", title=app.title,
+            swagger_js_url="static/swagger/swagger-ui-bundle.js",
+            swagger_css_url="static/swagger/swagger-ui.css",
+            swagger_favicon_url="static/swagger/favicon-32x32.png",
+            # Validator badges would call the internet.
+            swagger_ui_parameters={"validatorUrl": None, "displayRequestDuration": True,
+                                   "defaultModelsExpandDepth": 0},
+        )

@@ -1,0 +1,105 @@
+"""What several operations share: names, conditions, inputs, the outside policy, and numbers in JSON."""
+
+from typing import Annotated, Any
+
+import numpy as np
+import orjson
+from fastapi import Depends, Request
+from fastapi.responses import Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from service.problems import TooLarge
+from service.settings import Settings
+from slipstick.errors import InvalidValue
+from slipstick.library import Library
+from slipstick.table import Outside, Table
+from slipstick.uncertainty.inputs import Inputs
+
+SIMULATED = ("The shipped recordings `measured` are simulated test-bench data from an independent implementation: "
+             "the recordings of the paper are not public.")
+
+
+class Strict(BaseModel):
+    """A request body: a field that nobody knows is an error, not ignored."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+TableName = Annotated[str, Field(description="Name of a table, see /v1/tables.", examples=["nominal"])]
+RecordingsName = Annotated[str, Field(
+    description=f"Name of recordings, see /v1/recordings. {SIMULATED}", examples=["measured"])]
+OutsidePolicy = Annotated[Outside, Field(
+    description="What holds beyond the edges of the table, for points, nodes and samples alike: `clip` takes the value "
+                "at the nearest edge, `error` refuses, `nan` leaves a gap.")]
+ConditionList = Annotated[list[int] | None, Field(
+    min_length=1, max_length=100_000,
+    description="The conditions wanted, by their number in the table from 0; null for all.", examples=[[0, 100, 215]])]
+Digest = Annotated[str, Field(description="SHA-256 of the content that the answer was computed from.")]
+TableDigest = Annotated[str, Field(description="Content digest (SHA-256) of the table the answer was computed from.")]
+MassOutside = Annotated[float, Field(
+    description="Probability that the inputs lie outside the table, where the policy `outside` applies.")]
+
+
+class NormalInputs(Strict):
+    """Normal inputs x = mean + L theta, theta ~ N(0, I), as multiples of the nominal values, one an axis."""
+
+    mean: list[float] = Field(min_length=1, description="Mean of each input, in multiples of its nominal value.",
+                              examples=[[1.0, 1.0]])
+    std: list[float] | None = Field(
+        default=None, description="Standard deviation of each input in multiples of nominal, for L = diag(std). "
+                          "Give either `std` or `mixing`.", examples=[[0.05, 0.08]])
+    mixing: list[list[float]] | None = Field(
+        default=None,
+        description="The whole matrix L, row by row, instead of `std`. Its off-diagonal entries mix germs (the paper's "
+                    "sigma12): the covariance of the inputs is L L^T.")
+
+    def inputs(self, table: Table) -> Inputs:
+        """Return them as the inputs of `table`; raises `InvalidValue`."""
+        names = [axis.name for axis in table.axes]
+        if len(self.mean) != len(names):
+            raise InvalidValue(f"There are {len(self.mean)} means for the {len(names)} axes of the table",
+                               f"Give one each of {', '.join(names)}")
+        if self.mixing is not None and any(len(row) != len(names) for row in self.mixing):
+            raise InvalidValue("The rows of the mixing matrix differ in length",
+                               f"Give {len(names)} rows of {len(names)} numbers")
+        return Inputs(np.array(self.mean), None if self.std is None else np.array(self.std),
+                      None if self.mixing is None else np.array(self.mixing))
+
+
+def library(request: Request) -> Library:
+    """The library of the application that answers."""
+    found: Library = request.app.state.library
+    return found
+
+
+def settings(request: Request) -> Settings:
+    """The settings of the application that answers."""
+    found: Settings = request.app.state.settings
+    return found
+
+
+TheLibrary = Annotated[Library, Depends(library)]
+TheSettings = Annotated[Settings, Depends(settings)]
+
+
+def chosen(table: Table, conditions: list[int] | None) -> tuple[Table, list[int]]:
+    """The table of only the chosen conditions, and their numbers; raises `InvalidValue` on one it lacks."""
+    n = len(table.conditions)
+    if conditions is None:
+        return table, list(range(n))
+    unknown = [number for number in conditions if not 0 <= number < n]
+    if unknown:
+        raise InvalidValue(f"The table has no condition {unknown[0]}", f"Its conditions are numbered 0 to {n - 1}")
+    return table.restricted(table.conditions.take(conditions)), conditions
+
+
+def require_size(count: int, limit: int, what: str, remedy: str) -> None:
+    """Refuse what is too much; raises `TooLarge`."""
+    if count > limit:
+        raise TooLarge(f"The request asks for {count:,} {what}, the service allows {limit:,}", remedy)
+
+
+def numbers(content: dict[str, Any], headers: dict[str, str] | None = None) -> Response:
+    """Answer with arrays as JSON, NaN and infinities as null: orjson writes them faster than a schema checks them."""
+    text = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY, default=np.ndarray.tolist)
+    return Response(text, headers=headers, media_type="application/json")

@@ -1,0 +1,78 @@
+"""What a fit ran into, in words: unknowns at their bounds, inputs that leave the table, too few samples."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.uncertainty.inputs import axis_mass_outside
+from slipstick.uncertainty.likelihood import Candidate, Problem
+from slipstick.uncertainty.unknowns import Box, vector
+
+NEAR = 1e-3
+"""An unknown this share of its range from a bound is at it."""
+NOTABLE_MASS = 0.01
+"""Probability of an input outside the table from which it is worth a rebuild."""
+NOTABLE_ERROR = 0.5
+"""Decades between two sets of samples from which a fit is not to be trusted."""
+_COVER = 4  # stds on either side of the mean that a rebuilt table should hold
+
+_REMEDIES = {
+    ("mean", "lower"): "Widen mean_bounds",
+    ("mean", "upper"): "Widen mean_bounds",
+    ("std", "lower"): "Read it as no scatter, or as scatter that cannot be told from that of the other inputs",
+    ("std", "upper"): "Look for what the model lacks: scatter this wide stands in for it; or widen std_bounds",
+    ("output std", "lower"): "Raise samples before trusting it, or set the lower bound to the noise of the bench",
+    ("output std", "upper"): "Look for what the model lacks: the noise stands in for it; or widen output_std_bounds",
+}
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One thing to know about a fit: the `unknown` it is about, what is the case, and what helps."""
+
+    unknown: str
+    cause: str
+    remedy: str
+
+
+def remarks(problem: Problem, box: Box, found: Candidate) -> list[Remark]:
+    """Say which unknowns of `found` are at a bound of the search, and which inputs leave the table."""
+    return [*_at_bounds(problem, box, found), *_outside(problem, found)]
+
+
+def chased(samples: int, sampling_error: float) -> list[Remark]:
+    """Say whether a fit was drawn to its own samples: others give a likelihood notably different, in decades."""
+    if abs(sampling_error) <= NOTABLE_ERROR:
+        return []
+    return [Remark("samples", f"Other samples give {sampling_error:+.1f} decades: the fit follows its own",
+                   f"Fit again with samples at {4 * samples}, or raise the lower bound of the output std")]
+
+
+def _at_bounds(problem: Problem, box: Box, found: Candidate) -> Iterator[Remark]:
+    dimension, unknowns = found.inputs.dimension, vector(found)
+    kinds = ["mean"] * dimension + ["std"] * dimension + ["output std"]
+    shares = (unknowns - box.lower) / (box.upper - box.lower)
+    for place, (kind, share) in enumerate(zip(kinds, shares, strict=True)):
+        if NEAR < share < 1 - NEAR:
+            continue
+        side = "lower" if share <= NEAR else "upper"
+        name = kind if kind == "output std" else f"{kind} of {problem.axes[place % dimension]}"
+        value = unknowns[place] if kind == "mean" else np.exp(unknowns[place])
+        edges = problem.lower if side == "lower" else problem.upper
+        if kind == "mean" and getattr(box, side)[place] == edges[place]:
+            beyond = f"{'below' if side == 'lower' else 'above'} {edges[place]:.4g}"
+            yield Remark(name, f"The {name} is at the {side} edge of the table, {edges[place]:.4g}",
+                         f"Build a table whose axis {problem.axes[place]} reaches {beyond}, and widen mean_bounds")
+        else:
+            yield Remark(name, f"The {name} is at its {side} bound, {value:.4g}", _REMEDIES[kind, side])
+
+
+def _outside(problem: Problem, found: Candidate) -> Iterator[Remark]:
+    inputs = found.inputs
+    masses = axis_mass_outside(inputs, problem.lower, problem.upper)
+    for name, mass, mean, std in zip(problem.axes, masses, inputs.mean, inputs.marginal_std, strict=True):
+        if mass > NOTABLE_MASS:
+            yield Remark(name, f"{100 * mass:.1f} % of the runs have {name} outside the table",
+                         f"Build a table whose axis {name} goes from {mean - _COVER * std:.3g} "
+                         f"to {mean + _COVER * std:.3g}")

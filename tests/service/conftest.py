@@ -1,0 +1,72 @@
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+import uvicorn
+
+from service.app import create_app
+from service.settings import Settings
+from slipstick.library import Library
+from slipstick.table import Table
+
+Serving = Callable[[Settings], AbstractContextManager[str]]
+
+
+@contextmanager
+def _serving(settings: Settings) -> Iterator[str]:
+    """Serve for real on a free port of the loopback; yield the address."""
+    server = uvicorn.Server(uvicorn.Config(create_app(settings), port=0, log_level="warning"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    while not server.started:
+        assert thread.is_alive()
+        time.sleep(0.01)
+    yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+    server.should_exit = True
+    thread.join()
+
+
+@pytest.fixture(scope="session")
+def serving() -> Serving:
+    return _serving
+
+
+@pytest.fixture(scope="session")
+def settings(shelf: Path, tmp_path_factory: pytest.TempPathFactory) -> Settings:
+    folder = tmp_path_factory.mktemp("service")
+    shutil.copytree(shelf, folder / "tables")
+    return Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite", body_bytes=8 << 20,
+                    body_seconds=1.0, answer_values=100_000)
+
+
+@pytest.fixture(scope="session")
+def address(settings: Settings, serving: Serving) -> Iterator[str]:
+    with serving(settings) as address:
+        yield address
+
+
+@pytest.fixture(scope="session")
+def client(address: str) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=address, timeout=30) as client:
+        yield client
+
+
+@pytest.fixture(scope="session")
+def library(settings: Settings) -> Library:
+    return Library(settings.tables)
+
+
+@pytest.fixture(scope="session")
+def table(library: Library) -> Table:
+    return library.table("nominal")
+
+
+@pytest.fixture(scope="session")
+def worker(settings: Settings, address: str, launch: Callable[..., object]) -> None:
+    """A worker for the fits of the service under test."""
+    launch("worker", "serve-jobs", "--tables", str(settings.tables), "--jobs", settings.jobs)

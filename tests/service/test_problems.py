@@ -1,0 +1,144 @@
+"""Whatever is wrong with a request, the answer is a problem that says what to do, and never a 500."""
+
+import json
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from service import npy
+from service.problems import MEDIA_TYPE, Problem
+
+JSON = {"Content-Type": "application/json"}
+INPUTS: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.05, 0.05]}
+POSTS = {
+    "/v1/evaluate": {"points": [[1.0, 1.0]]},
+    "/v1/propagate": {"inputs": INPUTS, "conditions": [0]},
+    "/v1/likelihood": {"candidates": [{**INPUTS, "output_std": 0.01}]},
+    "/v1/fits": {"settings": {"generations": 1}},
+}
+
+
+def problem(answer: httpx.Response, status: int) -> dict[str, Any]:
+    assert answer.status_code == status, answer.text
+    assert answer.headers["Content-Type"] == MEDIA_TYPE
+    found: dict[str, Any] = json.loads(answer.content, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
+    Problem.model_validate(found)
+    assert found["status"] == status
+    assert all(found[name] for name in ("type", "title", "detail", "remedy"))
+    return found
+
+
+@pytest.mark.parametrize("path", POSTS)
+@pytest.mark.parametrize("body", [b"", b"{", b'{"a": NaN}', b'{"a": 1e999}', b'{"table": "\\ud800"}', b"\xff\xfe{}",
+                                  b"[" * 100_000])
+def test_a_body_that_is_not_json(client: httpx.Client, path: str, body: bytes) -> None:
+    answer = client.post(path, content=body, headers=JSON)
+    problem(answer, 422 if body == b"" and path != "/v1/evaluate" else 400)
+
+
+@pytest.mark.parametrize("path", POSTS)
+@pytest.mark.parametrize("media", ["application/x-www-form-urlencoded", "text/plain", None])
+def test_a_body_of_the_wrong_type(client: httpx.Client, path: str, media: str | None) -> None:
+    request = client.build_request("POST", path, content=json.dumps(POSTS[path]))
+    if media:
+        request.headers["Content-Type"] = media
+    assert "--json" in problem(client.send(request), 415)["remedy"]
+
+
+@pytest.mark.parametrize("path", POSTS)
+@pytest.mark.parametrize("body", ["null", "[]", "3", '"x"', '{"tabel": "nominal"}', '{"table": 3}', '{"outside": "x"}'])
+def test_json_that_is_not_the_request(client: httpx.Client, path: str, body: str) -> None:
+    assert problem(client.post(path, content=body, headers=JSON), 422)["errors"]
+
+
+@pytest.mark.parametrize("path", POSTS)
+def test_an_unknown_table_names_the_nearest(client: httpx.Client, path: str) -> None:
+    assert "'nominal'" in problem(client.post(path, json={**POSTS[path], "table": "nominl"}), 404)["remedy"]
+
+
+@pytest.mark.parametrize(("path", "change"), [
+    ("/v1/evaluate", {"points": []}), ("/v1/evaluate", {"points": [[1.0]]}),
+    ("/v1/evaluate", {"points": [[1.0, 1.0], [1.0]]}), ("/v1/evaluate", {"points": [[1.0, "x"]]}),
+    ("/v1/evaluate", {"conditions": [216]}),
+    ("/v1/evaluate", {"conditions": [-1]}), ("/v1/evaluate", {"conditions": []}),
+    ("/v1/propagate", {"inputs": {"mean": [1.0], "std": [0.1]}}), ("/v1/propagate", {"inputs": {"mean": [1.0, 1.0]}}),
+    ("/v1/propagate", {"inputs": {**INPUTS, "mixing": [[0.1, 0], [0, 0.1]]}}),
+    ("/v1/propagate", {"inputs": {"mean": [1.0, 1.0], "mixing": [[0.1, 0], [0.1]]}}),
+    ("/v1/propagate", {"inputs": {"mean": [1.0, 1.0], "std": [-0.1, 0.1]}}), ("/v1/propagate", {"order": 9}),
+    ("/v1/propagate", {"samples": 1000}), ("/v1/propagate", {"quantiles": [1.1]}),
+    ("/v1/propagate", {"output_std": 0, "density_points": 3}),
+    ("/v1/likelihood", {"candidates": []}), ("/v1/likelihood", {"candidates": [{**INPUTS, "output_std": 0}]}),
+    ("/v1/fits", {"settings": {"population": 1}}), ("/v1/fits", {"settings": {"std_bounds": [[0.0, 0.1]]}}),
+    ("/v1/fits", {"settings": {"mean_bounds": [[1.2, 0.8]]}}),
+    ("/v1/fits", {"settings": {"mean_bounds": [[2.0, 3.0]]}}), ("/v1/fits", {"settings": {"samples": 1000}}),
+    ("/v1/fits", {"settings": {"order": 12}}),
+    ("/v1/fits", {"settings": {"mean_bounds": [[0.8, 1.2]] * 3}})])
+def test_values_that_make_no_sense(client: httpx.Client, path: str, change: dict[str, Any]) -> None:
+    problem(client.post(path, json={**POSTS[path], **change}), 422)
+
+
+@pytest.mark.parametrize("path", ["/v1/recordings/none", "/v1/tables/measured", "/v1/fits/none", "/v1/fits/none/result",
+                                  "/v1/nothing", "/", "/v1/tables/%ff", "/v1/tables/..%2fnominal"])
+def test_nothing_is_there(client: httpx.Client, path: str) -> None:
+    problem(client.get(path), 404)
+
+
+@pytest.mark.parametrize("path", ["/v1/fits?limit=0", "/v1/fits?offset=x", "/v1/fits/bad%20id"])
+def test_a_bad_address(client: httpx.Client, path: str) -> None:
+    problem(client.get(path), 422)
+
+
+def test_a_method_that_is_not_there_names_those_that_are(client: httpx.Client) -> None:
+    answer = client.delete("/v1/fits")
+    assert "GET, POST" in problem(answer, 405)["remedy"]
+    assert answer.headers["Allow"] == "GET, POST"
+
+
+def test_a_hundred_thousand_mistakes_are_not_all_listed(client: httpx.Client) -> None:
+    found = problem(client.post("/v1/evaluate", json={"points": [["x", "y"]] * 50_000}), 422)
+    assert len(found["errors"]) == 20
+    assert found["errors_left_out"] == 100_000 - 20
+
+
+def test_a_choice_beside_a_json_body_is_not_ignored(client: httpx.Client) -> None:
+    problem(client.post("/v1/evaluate?table=nominal", json=POSTS["/v1/evaluate"]), 422)
+
+
+def test_an_answer_or_work_beyond_the_limits_is_refused(client: httpx.Client) -> None:
+    problem(client.post("/v1/evaluate", json={"points": [[1.0, 1.0]] * 500}), 413)
+    problem(client.post("/v1/propagate", json={"inputs": INPUTS, "density_points": 2000}), 413)
+    many = [{**INPUTS, "output_std": 0.01}] * 100
+    problem(client.post("/v1/likelihood", json={"samples": 1 << 17, "candidates": many}), 413)
+
+
+@pytest.mark.parametrize("chunked", [False, True])
+def test_a_body_beyond_the_limit_is_refused(client: httpx.Client, chunked: bool) -> None:
+    def parts() -> Iterator[bytes]:
+        yield from [b" " * (1 << 20)] * 9
+
+    body: Any = parts() if chunked else b" " * (9 << 20)
+    problem(client.post("/v1/evaluate", content=body, headers=JSON), 413)
+
+
+def test_a_body_that_never_comes_is_not_waited_for(address: str) -> None:
+    host, port = address.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=20) as connection:
+        connection.sendall(b"POST /v1/evaluate HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                           b"Content-Length: 100\r\n\r\n{")
+        assert connection.recv(1000).startswith(b"HTTP/1.1 408")
+
+
+
+
+@pytest.mark.parametrize("body", [
+    b"", b"junk", npy.dump(np.ones((3, 2)))[:-1], npy.dump(np.ones((3, 2))) + b"x", npy.dump(np.ones(2)),
+    npy.dump(np.ones((0, 2))), npy.dump(np.ones((1, 2), dtype=complex)), npy.dump(np.array([["a", "b"]])),
+    npy.dump(np.ones((1, 2))).replace(b"(1, 2)", b"(9**9,2)"), npy.dump(np.ones((1, 3))),
+    npy.dump(np.ones((1, 2))).replace(b"(1, 2), }         ", b"(9999999999999,2)}"),
+    npy.dump(np.array([[np.nan, 1.0]])), npy.dump(np.array([[np.inf, 1.0]]))])
+def test_npy_that_lies(client: httpx.Client, body: bytes) -> None:
+    problem(client.post("/v1/evaluate", content=body, headers={"Content-Type": npy.MEDIA_TYPE}), 422)

@@ -1,0 +1,153 @@
+"""Fits through real processes: the service takes them in, the worker runs them, and both may be killed."""
+
+import json
+import shutil
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from slipstick.library import Library
+from slipstick.problem import table_problem
+from slipstick.uncertainty import fit
+
+SETTINGS = {"population": 24, "generations": 30, "patience": 30, "samples": 256, "seed": 5}
+
+ENDLESS = {**SETTINGS, "generations": 10_000, "patience": 10_000}
+
+
+class Bench:
+    """A service and a worker on one folder."""
+
+    def __init__(self, shelf: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]]) -> None:
+        self.tables, self.launch = folder / "tables", launch
+        shutil.copytree(shelf, self.tables)
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        self.environment = {"SLIPSTICK_TABLES": str(self.tables), "SLIPSTICK_JOBS": f"sqlite:///{folder}/jobs.sqlite",
+                            "SLIPSTICK_PORT": str(port)}
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30)
+        self.serve()
+        self.work()
+
+    def serve(self) -> None:
+        self.service = self.launch("service", **self.environment)
+        while True:
+            try:
+                self.client.get("/v1/health").raise_for_status()
+                return
+            except httpx.TransportError:
+                assert self.service.poll() is None
+                time.sleep(0.05)
+
+    def work(self) -> None:
+        self.worker = self.launch("worker", "serve-jobs", **self.environment)
+
+    def kill(self, *processes: subprocess.Popen[bytes]) -> None:
+        for process in processes:
+            process.send_signal(signal.SIGKILL)
+        for process in processes:
+            process.wait()
+
+    def submit(self, name: str, **settings: Any) -> None:
+        answer = self.client.post("/v1/fits", json={"settings": settings}, headers={"Idempotency-Key": name})
+        assert answer.status_code == 202
+
+    def follow(self, name: str, until: Callable[[dict[str, Any]], bool], seconds: float = 60) -> dict[str, Any]:
+        deadline = time.monotonic() + seconds
+        while True:
+            found: dict[str, Any] = self.client.get(f"/v1/fits/{name}").json()
+            if until(found):
+                return found
+            assert time.monotonic() < deadline, found
+            time.sleep(0.02)
+
+
+@pytest.fixture
+def bench(shelf: Path, tmp_path: Path, launch: Callable[..., subprocess.Popen[bytes]]) -> Iterator[Bench]:
+    bench = Bench(shelf, tmp_path, launch)
+    yield bench
+    bench.kill(bench.service, bench.worker)
+    bench.client.close()
+
+
+def in_stage(stage: str, generation: int) -> Callable[[dict[str, Any]], bool]:
+    def reached(found: dict[str, Any]) -> bool:
+        assert found["status"] in ("queued", "running"), found
+        progress = found["progress"]
+        return progress is not None and progress["stage"] == stage and progress["generation"] >= generation
+
+    return reached
+
+
+def ended(found: dict[str, Any]) -> bool:
+    return found["status"] not in ("queued", "running")
+
+
+def uninterrupted(shelf: Path) -> dict[str, Any]:
+    """The result of the same fit in this process, without worker, service, database or JSON."""
+    library, settings = Library(shelf), fit.FitSettings(**SETTINGS)
+    problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
+    state = fit.start(settings, 2)
+    while not fit.finished(settings, state):
+        state = fit.advance(settings, problem, state)
+    return fit.conclude(settings, problem, state)
+
+
+def test_killed_in_the_middle_a_fit_ends_with_the_result_of_an_uninterrupted_one(bench: Bench, shelf: Path) -> None:
+    bench.submit("killed", **SETTINGS)
+    bench.follow("killed", in_stage("search", 5))
+    bench.kill(bench.worker, bench.service)
+    bench.serve()
+    cut = bench.follow("killed", lambda found: True)
+    assert 5 <= cut["progress"]["generation"] < 30
+    bench.work()
+    bench.follow("killed", in_stage("polish", 30))
+    bench.kill(bench.worker)
+    bench.work()
+    assert bench.follow("killed", ended)["status"] == "done"
+    result = bench.client.get("/v1/fits/killed/result").json()
+    assert result["result"] == json.loads(json.dumps(uninterrupted(shelf)))
+    assert result["seconds"].keys() == {"open", "search", "polish"}
+
+
+@pytest.mark.parametrize(("stage", "settings"), [
+    ("search", ENDLESS), ("polish", {**SETTINGS, "generations": 1, "samples": 1 << 13})])
+def test_a_cancelled_fit_frees_the_worker(bench: Bench, stage: str, settings: dict[str, Any]) -> None:
+    bench.submit("long", **settings)
+    bench.submit("next", population=4, generations=1, samples=64, polish=False)
+    bench.follow("long", in_stage(stage, 1))
+    assert bench.client.get("/v1/fits/next").json()["status"] == "queued"
+    assert bench.client.post("/v1/fits/long/cancel").json()["status"] == "cancelled"
+    assert bench.follow("next", ended, seconds=15)["status"] == "done"
+    assert bench.client.get("/v1/fits/long").json()["status"] == "cancelled"
+    assert bench.client.get("/v1/fits/long/result").status_code == 409
+
+
+def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench) -> None:
+    bench.kill(bench.worker)
+    bench.submit("stale", **SETTINGS)
+    table = Library(bench.tables).table("nominal")
+    type(table)(table.axes, table.times + (table.times > 0) * 1e-3, table.status, table.conditions, table.model
+                ).write(bench.tables / "nominal.h5")
+    bench.work()
+    found = bench.follow("stale", ended)
+    assert found["status"] == "failed"
+    assert found["problem"] == "The table 'nominal' changed after the fit was submitted. Submit the fit again."
+
+
+def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:
+    bench.submit("endless", **ENDLESS)
+    before = bench.follow("endless", in_stage("search", 1))
+    assert bench.launch("worker", "serve-jobs", **bench.environment).wait(timeout=60) == 1
+    bench.worker.terminate()
+    assert bench.worker.wait(timeout=10) == 0
+    bench.work()
+    bench.follow("endless", in_stage("search", before["progress"]["generation"] + 5))
