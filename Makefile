@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup demo demo-stop test lint bench clean
+.PHONY: setup demo demo-stop test lint picture bench clean
 
 setup: $(VENV)/.stamp
 
@@ -15,6 +15,20 @@ $(VENV)/.stamp: pyproject.toml
 	@echo "Installing (a few minutes: one package is compiled)"
 	$(BIN)/python -m pip install --quiet -e '.[test]'
 	touch $@
+
+demo: setup
+	$(BIN)/python demo.py start
+
+demo-stop:
+	$(PYTHON) demo.py stop
+
+# The picture of the README: needs `make demo` to have calibrated, and .venv/bin/pip install vl-convert-python.
+picture: setup
+	$(BIN)/python docs/picture.py var/calibration.json docs/engagement.svg
+
+# Minutes long, on an idle machine: rewrites the tables in benchmarks/.
+bench: setup
+	$(BIN)/python -m benchmarks
 
 lint: setup
 	$(BIN)/ruff check .

@@ -5,6 +5,7 @@ pressure gives the friction; shifting times and torque give the piston; then all
 residual is divided by the noise of its sensor.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,9 @@ from slipstick.clutch import ensemble, parameters
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
+
+Report = Callable[[tuple[str, ...], int, float], None]
+"""Told after every iteration: the parameters that move, evaluations so far, and the sum of squares."""
 
 SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque")
 _CHANNELS = (*SIGNALS, "shifting_time")
@@ -69,17 +73,19 @@ class Calibration:
                 "rms_before_s": self.rms_before, "rms_after_s": self.rms_after, "evaluations": self.evaluations}
 
 
-def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_noise: float = 3e-3) -> Calibration:
+def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_noise: float = 3e-3,
+              report: Report = lambda *_: None) -> Calibration:
     """Fit the seven uncertain parameters of `start` to `recordings`, which must have signals.
 
     `shifting_time_noise` is the standard deviation of the shifting-time measurement in s; those of the signals are
-    estimated from the recordings. Raises `InvalidValue`.
+    estimated from the recordings. `report` is told of every iteration. Raises `InvalidValue`.
     """
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
                            "Record pressure, speeds and torque as well")
     model = start or Model()
-    problem = _Problem(recordings, recordings.signals, noise(recordings.signals, shifting_time_noise))
+    problem = _Problem(recordings, recordings.signals, noise(recordings.signals, shifting_time_noise),
+                       report)
     before = problem.residuals(model.parameters)["shifting_time"] * shifting_time_noise
     evaluations = 0
     for free, compared in _STAGES:
@@ -147,6 +153,7 @@ class _Problem:
     recordings: Recordings
     signals: Signals
     noise: dict[str, float]
+    report: Report
 
     def residuals(self, vector: Any) -> dict[str, np.ndarray]:
         """(simulated - measured) / noise of each channel at one parameter vector (20,): (n,) or (n, averages)."""
@@ -197,7 +204,9 @@ class _Problem:
         inside = np.clip(base[columns] / nominal, lower + 1e-6, upper - 1e-6)
         solution = least_squares(residuals, inside, jac=slopes,
                                  bounds=(lower, upper), x_scale="jac",
-                                 ftol=_CONVERGED, xtol=_CONVERGED, max_nfev=60)
+                                 ftol=_CONVERGED, xtol=_CONVERGED, max_nfev=60,
+                                 callback=lambda intermediate_result: self.report(
+                                     free, intermediate_result.nfev, 2 * intermediate_result.cost))
         return model.with_parameters(dict(zip(free, solution.x * nominal, strict=True))), solution
 
     def friction(self, model: Model) -> float:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 from slipstick.calibration import Calibration, calibrate
@@ -28,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print what was found, and write it unless a parameter ended at its bound."""
     start = read_model(arguments.model) if arguments.model else Model()
     recordings = Recordings.open(arguments.recordings, arguments.signals)
-    found = calibrate(recordings, start, arguments.shifting_time_noise)
+    found = calibrate(recordings, start, arguments.shifting_time_noise, say)
     print(report(found))
     if found.at_bound:
         raise InvalidValue(f"These recordings push {', '.join(found.at_bound)} to a bound of 0.5 to 1.5 times nominal: "
@@ -39,6 +40,11 @@ def run(arguments: argparse.Namespace) -> int:
         with replacing(arguments.out) as temporary:
             temporary.write_text(json.dumps(found.spec(), indent=1) + "\n")
     return 0
+
+
+def say(free: tuple[str, ...], evaluations: int, squares: float) -> None:
+    """Tell on stderr how the search goes."""
+    print(f"{evaluations:3} evaluations, sum of squares {squares:.6g}, moving {', '.join(free)}", file=sys.stderr)
 
 
 def report(found: Calibration) -> str:

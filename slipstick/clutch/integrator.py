@@ -1,6 +1,6 @@
 """Runge-Kutta of order four over all lanes at once; each lane has its own time, step and mode.
 
-A lane steps coarsely while its torques are smooth and finely while its piston is in, or may reach, the share of
+A lane steps coarsely while its torques are smooth, twice so once its pressure is calm, and finely while its piston is in, or may reach, the share of
 the stroke in which f_reg rises. Steps end where the current bends. The sign of the slip and the mode are frozen
 during a step; a mode that ends is located on the step's cubic dense output, and the lane goes on from there. Lanes
 share nothing: a result does not depend on what is computed beside it.
@@ -44,6 +44,9 @@ _ALL = STATES * LANES
 LOST = 1e9
 """Speeds and pressures beyond this, or no numbers at all, have blown up."""
 
+CALM = 1e-4
+"""Where the pressure bends by less than this (bar) within a coarse step, the step may be twice as long."""
+
 NOTHING, LOCKS, STOPS, STARTS, RELEASES, LOSES = range(6)
 
 
@@ -62,11 +65,13 @@ def first_stage(b, active, fine, coarse):
         b[BREAKAWAY_FIRST + i] = b[BREAKAWAY + i]
         b[RELEASE_FIRST + i] = b[RELEASE + i]
         here = b[TEMPERATURE_GAIN + i] * b[START + 2 * LANES + i]
+        calm = abs(b[FIRST + LANES + i]) * coarse * coarse < CALM
+        longest = 2.0 * coarse if calm else coarse
         # A quarter more than the step: the piston may speed up.
-        there = here + 1.25 * coarse * b[TEMPERATURE_GAIN + i] * b[FIRST + 2 * LANES + i]
+        there = here + 1.25 * longest * b[TEMPERATURE_GAIN + i] * b[FIRST + 2 * LANES + i]
         onset = b[CONTACT_POSITION + i] - 1.0 / b[INVERSE_RAMP_WIDTH + i]
         in_ramp = (max(here, there) > onset) & (min(here, there) < b[CONTACT_POSITION + i])
-        step = fine if in_ramp else coarse
+        step = fine if in_ramp else longest
         left = b[LINE_END + i] - b[TIME + i]
         b[STEP + i] = min(step, left)
         b[END_TIME + i] = b[LINE_END + i] if step >= left else b[TIME + i] + step

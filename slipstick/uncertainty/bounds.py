@@ -43,7 +43,7 @@ def remarks(problem: Problem, box: Box, found: Candidate) -> list[Remark]:
 
 def chased(samples: int, sampling_error: float) -> list[Remark]:
     """Say whether a fit was drawn to its own samples: others give a likelihood notably different, in decades."""
-    if abs(sampling_error) <= NOTABLE_ERROR:
+    if not abs(sampling_error) > NOTABLE_ERROR:
         return []
     return [Remark("samples", f"Other samples give {sampling_error:+.1f} decades: the fit follows its own",
                    f"Fit again with samples at {4 * samples}, or raise the lower bound of the output std")]
@@ -65,7 +65,8 @@ def _at_bounds(problem: Problem, box: Box, found: Candidate) -> Iterator[Remark]
             yield Remark(name, f"The {name} is at the {side} edge of the table, {edges[place]:.4g}",
                          f"Build a table whose axis {problem.axes[place]} reaches {beyond}, and widen mean_bounds")
         else:
-            yield Remark(name, f"The {name} is at its {side} bound, {value:.4g}", _REMEDIES[kind, side])
+            unit = " s" if kind == "output std" else ""
+            yield Remark(name, f"The {name} is at its {side} bound, {value:.4g}{unit}", _REMEDIES[kind, side])
 
 
 def _outside(problem: Problem, found: Candidate) -> Iterator[Remark]:

@@ -1,0 +1,25 @@
+"""Times the ensemble once for every line read: `python -m benchmarks.catalogue full|bare`.
+
+`bare` compiles it with no effect at all. Both must be processes of their own: the catalogue is compiled in once.
+"""
+
+import sys
+import time
+
+from slipstick.clutch import effects
+
+if sys.argv[1] == "bare":
+    effects.CATALOGUE = ()
+
+from benchmarks.grid import AXES, points
+from slipstick.clutch import ensemble
+from slipstick.clutch.conditions import paper_conditions
+from slipstick.clutch.model import Model
+
+grid, conditions = points(20), paper_conditions()
+ensemble.shifting_times(Model(), conditions, AXES, grid[:2])
+print("ready", flush=True)
+for _ in sys.stdin:
+    begun = time.perf_counter()
+    ensemble.shifting_times(Model(), conditions, AXES, grid, threads=1)
+    print(len(grid) * len(conditions) / (time.perf_counter() - begun), flush=True)

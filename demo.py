@@ -1,0 +1,170 @@
+"""The main job, end to end: two tables, a calibration, the service and the worker, and a fit followed to its end.
+
+`python demo.py start` leaves service and worker running; `python demo.py stop` ends them. Standard library only; what
+it runs are the commands a user would type, and it prints each.
+"""
+
+import fcntl
+import json
+import os
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+PORT = int(os.environ.get("SLIPSTICK_PORT", "8000"))
+ADDRESS = f"http://127.0.0.1:{PORT}"
+RUN = Path("var/demo")
+CALIBRATION = "var/calibration.json"
+FIT = {"table": "calibrated", "recordings": "measured"}
+
+
+def start() -> None:
+    """Run the whole job and leave service and worker running."""
+    stop()
+    with socket.socket() as probe:
+        if probe.connect_ex(("127.0.0.1", PORT)) == 0:
+            sys.exit(f"Port {PORT} is taken: stop what listens there, or run `SLIPSTICK_PORT={PORT + 1} make demo`")
+    seconds: dict[str, float] = {}
+    step(seconds, "table at the nominal parameters", "build", "--out", "tables/nominal.h5")
+    step(seconds, "calibration on the shipped recordings", "calibrate", "--out", CALIBRATION)
+    step(seconds, "table at the calibrated parameters",
+         "build", "--model", CALIBRATION, "--out", f"tables/{FIT['table']}.h5")
+
+    print("\nService and worker start", flush=True)
+    begun = time.monotonic()
+    launch("service", "service")
+    launch("worker", "worker", "serve-jobs")
+    while not answers():
+        if time.monotonic() > begun + 120:
+            sys.exit(f"The service does not answer: see {RUN / 'service.log'}")
+        time.sleep(0.1)
+    seconds["start of the service"] = time.monotonic() - begun
+
+    begun = time.monotonic()
+    fit = request("/v1/fits", FIT)
+    result = follow(fit["links"]["self"])
+    seconds["fit"] = time.monotonic() - begun
+    show(result, seconds, f"/v1/fits/{fit['id']}/result")
+
+
+def step(seconds: dict[str, float], name: str, *command: str) -> None:
+    """Run one worker command, shown as it is typed, and note how long it took."""
+    print(f"\n{name[0].upper()}{name[1:]}\n$ python -m worker {shlex.join(command)}", flush=True)
+    begun = time.monotonic()
+    status = subprocess.run([sys.executable, "-m", "worker", *command], check=False).returncode
+    if status:
+        sys.exit(status)
+    seconds[name] = time.monotonic() - begun
+
+
+def launch(name: str, *command: str) -> None:
+    """Start a process that outlives this one; its output goes to var/demo."""
+    RUN.mkdir(parents=True, exist_ok=True)
+    with (RUN / f"{name}.log").open("w") as log, (RUN / f"{name}.pid").open("w") as note:
+        # The process inherits the lock on its note: as long as it is held, the number in the note is this process.
+        fcntl.flock(note, fcntl.LOCK_EX)
+        environment = {**os.environ, "SLIPSTICK_PORT": str(PORT)}
+        process = subprocess.Popen([sys.executable, "-m", *command], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                                   env=environment, start_new_session=True, pass_fds=[note.fileno()])
+        note.write(str(process.pid))
+
+
+def stop() -> None:
+    """End what an earlier run has left running."""
+    for name in ("service", "worker"):
+        note = RUN / f"{name}.pid"
+        if note.exists() and runs(note):
+            os.kill(int(note.read_text()), signal.SIGTERM)
+            while runs(note):
+                time.sleep(0.05)
+            print(f"Stopped the {name}", flush=True)
+
+
+def runs(note: Path) -> bool:
+    """Whether the process that holds the lock on `note` is alive."""
+    with note.open() as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
+
+
+def answers() -> bool:
+    """Whether the service is up."""
+    try:
+        with urllib.request.urlopen(f"{ADDRESS}/v1/health", timeout=5):
+            return True
+    except OSError:
+        return False
+
+
+def request(path: str, body: dict[str, str] | None = None, quiet: bool = False) -> dict:
+    """Ask the service with curl, shown as it is typed; without curl on the machine, in Python."""
+    command = ["curl", "--silent", "--show-error", f"{ADDRESS}{path}"] + (["--json", json.dumps(body)] if body else [])
+    if not quiet:
+        print(f"\n$ {shlex.join(command)}", flush=True)
+    if shutil.which("curl"):
+        # `--json` needs curl 7.82; what it stands for does not.
+        typed = [part for part in command if part != "--json"]
+        if body:
+            typed[-1:] = ["--header", "Content-Type: application/json", "--data", json.dumps(body)]
+        answer = subprocess.run(typed, capture_output=True, text=True, check=True).stdout
+    else:
+        data = json.dumps(body).encode() if body else None
+        asked = urllib.request.Request(f"{ADDRESS}{path}", data, {"Content-Type": "application/json"})
+        with urllib.request.urlopen(asked, timeout=60) as got:
+            answer = got.read().decode()
+    content: dict = json.loads(answer)
+    if "remedy" in content:
+        sys.exit(f"{content['detail']}. {content['remedy']}")
+    return content
+
+
+def follow(path: str) -> dict:
+    """Print the progress of a fit until it has ended; return its result."""
+    said = None
+    print(f"\n$ curl --silent {ADDRESS}{path}    (again and again)", flush=True)
+    while True:
+        fit = request(path, quiet=True)
+        at = fit["progress"]
+        if at and at["log10_likelihood"] is not None and (at["stage"], at["generation"]) != said:
+            said = (at["stage"], at["generation"])
+            print(f"  {at['stage']}: generation {at['generation']} of at most {at['generations']}, "
+                  f"best log10 likelihood {at['log10_likelihood']:.3f}", flush=True)
+        if fit["status"] == "done":
+            return request(fit["links"]["result"])
+        if fit["status"] in ("failed", "cancelled"):
+            sys.exit(f"The fit {fit['status']}: {fit['problem']}")
+        time.sleep(0.3)
+
+
+def show(result: dict, seconds: dict[str, float], path: str) -> None:
+    """Print what was fitted, how long each step took, and where to look."""
+    fitted = result["result"]
+    print("\nFitted inputs (multiples of the calibrated values)")
+    names = request(f"/v1/tables/{FIT['table']}", quiet=True)["axes"]
+    for axis, mean, std in zip(names, fitted["mean"], fitted["std"], strict=True):
+        print(f"  {axis['name']:18} mean {mean:.4f}  std {std:.4f}")
+    print(f"  {'output std':18} {1e3 * fitted['output_std']:.2f} ms")
+    print(f"log10 likelihood per ms: {fitted['before']['log10_likelihood']:.2f} before, "
+          f"{fitted['log10_likelihood']:.2f} after")
+    for remark in fitted["remarks"]:
+        print(f"  note: {remark['cause']}. {remark['remedy']}.")
+    print("\nTime of each step")
+    for name, value in seconds.items():
+        print(f"  {name:40} {value:7.1f} s")
+    print(f"\nOpen in a browser\n  {ADDRESS}/docs    every operation, to try out"
+          f"\n  {ADDRESS}/v1/tables\n  {ADDRESS}{path}"
+          f"\n\nThe recordings are simulated test-bench data: the paper's are not public."
+          f"\nService and worker go on running; stop them with: make demo-stop")
+
+
+if __name__ == "__main__":
+    {"start": start, "stop": stop}[sys.argv[1] if len(sys.argv) > 1 else "start"]()
