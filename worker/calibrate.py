@@ -32,8 +32,9 @@ def run(arguments: argparse.Namespace) -> int:
     found = calibrate(recordings, start, arguments.shifting_time_noise, say)
     print(report(found))
     if found.at_bound:
-        raise InvalidValue(f"These recordings push {', '.join(found.at_bound)} to a bound of 0.5 to 1.5 times nominal: "
-                           "that is no result, and nothing was written",
+        pushed = " and ".join(f"{name} to a bound ({p.lower:g} to {p.upper:g} times nominal)" for name in found.at_bound
+                              for p in [parameters.PARAMETERS[parameters.index(name)]])
+        raise InvalidValue(f"These recordings push {pushed}: that is no result, and nothing was written",
                            "Look for a physical effect that the model lacks, or start from another --model")
     if arguments.out:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)

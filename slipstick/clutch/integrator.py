@@ -1,9 +1,9 @@
 """Runge-Kutta of order four over all lanes at once; each lane has its own time, step and mode.
 
-A lane steps coarsely while its torques are smooth, twice so once its pressure is calm, and finely while its piston is in, or may reach, the share of
-the stroke in which f_reg rises. Steps end where the current bends. The sign of the slip and the mode are frozen
-during a step; a mode that ends is located on the step's cubic dense output, and the lane goes on from there. Lanes
-share nothing: a result does not depend on what is computed beside it.
+A lane steps coarsely while its torques are smooth, twice so once its pressure is calm, and finely while its piston
+is in, or may reach, the share of the stroke in which f_reg rises. Steps end where the current bends. The sign of the
+slip and the mode are frozen during a step; a mode that ends is located on the step's cubic dense output, and the lane
+goes on from there. Lanes share nothing: a result does not depend on what is computed beside it.
 """
 
 from slipstick.clutch.driveline import driveline

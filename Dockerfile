@@ -1,0 +1,24 @@
+# One image for the service, the worker and the offline commands; docker-compose.yml starts them.
+
+FROM python:3.11-slim AS packages
+# numpoly has no Linux wheel, so pip compiles it. The compiler stays in this stage.
+RUN apt-get update && apt-get install -y --no-install-recommends gcc libc6-dev
+WORKDIR /build
+COPY pyproject.toml ./
+RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" > requirements.txt \
+    && python -m venv /packages \
+    && /packages/bin/pip install --no-cache-dir -r requirements.txt
+
+FROM python:3.11-slim
+RUN useradd --system --create-home slipstick && install -d -o slipstick -g slipstick /data /data/tables
+COPY --from=packages /packages /packages
+WORKDIR /app
+COPY slipstick ./slipstick
+COPY worker ./worker
+COPY service ./service
+# A new named volume on /data starts as a copy of what lies there, owner included.
+COPY --chown=slipstick:slipstick tables/measured.h5 /data/tables/
+USER slipstick
+# The simulator is compiled on first use and kept beside the tables.
+ENV PATH=/packages/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/data/cache
+CMD ["python", "-m", "service"]

@@ -1,0 +1,131 @@
+"""The documentation says what the code says: an undocumented effect, setting, command, route or parameter fails."""
+
+import os
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+from service.app import create_app
+from service.settings import Settings
+from slipstick import __version__
+from slipstick.clutch import parameters
+from slipstick.clutch.conditions import HORIZON
+from slipstick.clutch.effects.effect import QUANTITIES
+from slipstick.clutch.ensemble import DEFAULT, TIGHT
+from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.uncertainty.expansion import NODES, ORDER
+from worker.__main__ import COMMANDS
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = sorted(path for folder in (ROOT, DOCS, ROOT / "tables", ROOT / "benchmarks") for path in folder.glob("*.md"))
+
+
+def rows(page: str, heading: str) -> list[tuple[str, ...]]:
+    """The body of the first table under a heading, its cells without backticks."""
+    text = re.split(rf"^#+ {heading}$", (DOCS / page).read_text(), flags=re.MULTILINE)[1]
+    table = re.search(r"^\|[ -|]*---[ -|]*\n((?:\|.*\n)+)", text, re.MULTILINE)
+    assert table
+    lines = (line.removeprefix("|").removesuffix("|") for line in table[1].splitlines())
+    return [tuple(cell.strip().strip("`") for cell in line.split("|")) for line in lines]
+
+
+def test_every_parameter_is_in_the_nomenclature() -> None:
+    assert rows("nomenclature.md", "Parameters") == [
+        (entry.symbol, entry.name, f"{entry.value:g}", entry.unit, entry.meaning, "yes" if entry.uncertain else "")
+        for entry in parameters.PARAMETERS]
+
+
+def test_every_measured_signal_is_in_the_nomenclature() -> None:
+    measured = {row[1]: row[2] for row in rows("nomenclature.md", "States and signals") if row[-1] == "yes"}
+    assert measured == {**SIGNAL_UNITS, "shifting_time": "s"}
+
+
+def test_the_page_of_effects_is_that_of_the_catalogue() -> None:
+    written = (DOCS / "effects.md").read_text()
+    assert written == runpy.run_path(str(DOCS / "effects.py"))["page"](), "python docs/effects.py > docs/effects.md"
+
+
+def test_numbers_in_the_equations_are_those_of_the_code() -> None:
+    text = " ".join((DOCS / "equations.md").read_text().split())
+    for said in (f"at most {1e3 * DEFAULT.fine:g} ms where f_reg may change and {1e3 * DEFAULT.coarse:g} ms elsewhere",
+                 f"or {1e3 * TIGHT.fine:g} ms and {1e3 * TIGHT.coarse:g} ms (`TIGHT`)",
+                 f"({HORIZON:g} s in", f"order {ORDER} and {NODES} nodes"):
+        assert said in text
+
+
+def test_every_setting_is_documented_with_its_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in os.environ if name.startswith("SLIPSTICK_")]:
+        monkeypatch.delenv(name)
+    documented = {variable: default for variable, default, _ in rows("settings.md", "Service")}
+    assert documented == {f"SLIPSTICK_{name.upper()}": str(value) for name, value in Settings()}
+
+
+def test_every_command_is_documented() -> None:
+    assert dict(rows("settings.md", "Worker")) == COMMANDS
+
+
+def test_every_route_and_every_refusal_is_documented(tmp_path: Path) -> None:
+    routes = create_app(Settings(tables=tmp_path)).openapi()["paths"]
+    operations = {(method.upper(), path): operation for path, methods in routes.items()
+                  for method, operation in methods.items()}
+    documented = [(method, path) for method, path, _ in rows("rest.md", "REST")]
+    assert sorted(documented) == sorted(operations)
+    refusals = {status for operation in operations.values() for status in operation["responses"] if status >= "400"}
+    assert refusals <= {status for status, _ in rows("rest.md", "Refusals")}
+
+
+def test_the_effect_of_the_walkthrough_works_as_it_stands(tmp_path: Path) -> None:
+    # The walkthrough promises that one new file is enough, so it is put into a copy and the tests are run there.
+    text = (DOCS / "add_an_effect.md").read_text()
+    place, = re.findall(r"Save as\n`(slipstick/clutch/effects/\w+\.py)`", text)
+    code, = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    cruft = shutil.ignore_patterns("__pycache__")
+    for folder in ("slipstick", "tests/slipstick/clutch"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=cruft)
+    (tmp_path / "docs").mkdir()
+    shutil.copy(DOCS / "effects.py", tmp_path / "docs")
+    assert not (tmp_path / place).exists()
+    (tmp_path / place).write_text(code)
+    name = Path(place).stem
+    chosen = f"{name} or every_effect or every-condition or vector or twin"
+    tests = subprocess.run(
+        [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "--rootdir", str(tmp_path),
+         "tests/slipstick/clutch", "-k", chosen], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert tests.returncode == 0, tests.stdout
+    assert re.search(rf"bit_identical_to_the_papers_model\[{name}\] PASSED", tests.stdout)
+    page = subprocess.run([sys.executable, "docs/effects.py"], cwd=tmp_path, capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": str(tmp_path)}, check=True).stdout
+    assert f"## {name}\n" in page
+
+
+def test_the_walkthrough_lists_every_quantity() -> None:
+    listed = rows("add_an_effect.md", "1. Choose the quantity it changes")
+    assert {name: unit for name, unit, _ in listed} == QUANTITIES
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for link in re.findall(r"\]\(([^)]+)\)", page.read_text()):
+        target, _, anchor = link.partition("#")
+        if not target.startswith(("http:", "https:")):
+            place = page.parent / target if target else page
+            assert place.exists(), link
+            headings = re.findall(r"^#+ (.*)$", place.read_text(), re.MULTILINE) if anchor else []
+            assert not anchor or anchor in {re.sub(r"[^\w -]", "", line).lower().replace(" ", "-")
+                                            for line in headings}, link
+
+
+def test_one_version_everywhere() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    newest = re.search(r"^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert newest
+    assert {project["version"], citation["version"], newest[1]} == {__version__}
