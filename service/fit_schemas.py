@@ -6,6 +6,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from service.schemas import MassOutside, OutsidePolicy, RecordingsName, Strict, TableDigest, TableName
+from slipstick.uncertainty.expansion import HIGHEST_ORDER
 from slipstick.uncertainty.fit import FitSettings
 
 Bounds = list[tuple[float, float]]
@@ -20,7 +21,7 @@ class SearchSettings(Strict):
     generations: int | None = Field(default=None, le=10_000, description="Most generations.")
     patience: int | None = Field(default=None, le=10_000, description="Generations without improvement to stop after.")
     tolerance: float | None = Field(default=None, description="Smallest improvement that counts, in decades.")
-    order: int | None = Field(default=None, le=30, description="Total degree of the expansions.")
+    order: int | None = Field(default=None, le=HIGHEST_ORDER, description="Total degree of the expansions.")
     nodes: int | None = Field(default=None, le=60, description="Gauss nodes an axis; more than `order`.")
     samples: int | None = Field(default=None, le=1 << 17, description="Samples of the germ, a power of two.")
     polish: bool | None = Field(default=None, description="Whether to polish the best on the exact likelihood.")

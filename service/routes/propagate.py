@@ -23,14 +23,14 @@ from service.schemas import (
     require_size,
 )
 from slipstick.problem import table_model
-from slipstick.uncertainty.expansion import NODES, ORDER, expand, hermite_basis
+from slipstick.uncertainty.expansion import HIGHEST_ORDER, NODES, ORDER, expand, hermite_basis
 from slipstick.uncertainty.inputs import mass_outside, normal_germs
 from slipstick.uncertainty.likelihood import SAMPLES
 from slipstick.uncertainty.output import Output
 
 router = APIRouter(prefix="/v1/propagate", tags=["propagate"], route_class=JsonRoute)
 
-Order = Annotated[int, Field(ge=0, le=30, description="Total degree of the polynomials.")]
+Order = Annotated[int, Field(ge=0, le=HIGHEST_ORDER, description="Total degree of the polynomials.")]
 Nodes = Annotated[int, Field(ge=1, le=60, description="Gauss nodes an axis; more than `order`.")]
 Samples = Annotated[int, Field(
     ge=1, le=1 << 17, description="Samples of the germ, a power of two, for what the polynomial alone does not give.")]
