@@ -64,8 +64,8 @@ def report(found: Calibration) -> str:
     lines.append("reduced chi-square (1: only sensor noise is left; more: runs scatter or physics is missing)")
     lines += [f"  {name:20}{value:9.2f}" for name, value in found.chi_square.items()]
     if max(found.chi_square.values()) > CLEAR:
-        lines.append("Chi-square is far above 1, so standard errors are too small: pressure_bias, temperature_gain and\n"
-                     "initial_position, which shift the onset of torque alike, are then known in combination only")
+        lines.append("Chi-square is far above 1, so standard errors are too small: pressure_bias, temperature_gain\n"
+                     "and initial_position, which shift the onset of torque alike, are then known in combination only")
     lines.append(f"RMS of the shifting-time residual: {1e3 * found.rms_before:.1f} ms before, "
                  f"{1e3 * found.rms_after:.1f} ms after")
     return "\n".join(lines)
