@@ -107,15 +107,13 @@ def answers() -> bool:
 
 def request(path: str, body: dict[str, str] | None = None, quiet: bool = False) -> dict:
     """Ask the service with curl, shown as it is typed; without curl on the machine, in Python."""
-    command = ["curl", "--silent", "--show-error", f"{ADDRESS}{path}"] + (["--json", json.dumps(body)] if body else [])
+    command = ["curl", "--silent", "--show-error", f"{ADDRESS}{path}"]
+    if body:  # what `--json` stands for, which needs curl 7.82
+        command += ["--header", "Content-Type: application/json", "--data", json.dumps(body)]
     if not quiet:
         print(f"\n$ {shlex.join(command)}", flush=True)
     if shutil.which("curl"):
-        # `--json` needs curl 7.82; what it stands for does not.
-        typed = [part for part in command if part != "--json"]
-        if body:
-            typed[-1:] = ["--header", "Content-Type: application/json", "--data", json.dumps(body)]
-        answer = subprocess.run(typed, capture_output=True, text=True, check=True).stdout
+        answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     else:
         data = json.dumps(body).encode() if body else None
         asked = urllib.request.Request(f"{ADDRESS}{path}", data, {"Content-Type": "application/json"})
@@ -153,8 +151,9 @@ def show(result: dict, seconds: dict[str, float], path: str) -> None:
     for axis, mean, std in zip(names, fitted["mean"], fitted["std"], strict=True):
         print(f"  {axis['name']:18} mean {mean:.4f}  std {std:.4f}")
     print(f"  {'output std':18} {1e3 * fitted['output_std']:.2f} ms")
-    print(f"log10 likelihood per ms: {fitted['before']['log10_likelihood']:.2f} before, "
-          f"{fitted['log10_likelihood']:.2f} after")
+    before = fitted["before"]
+    print(f"log10 likelihood per ms: {before['log10_likelihood']:.2f} before (the calibrated model with nothing but "
+          f"output noise, {1e3 * before['output_std']:.1f} ms), {fitted['log10_likelihood']:.2f} after")
     for remark in fitted["remarks"]:
         print(f"  note: {remark['cause']}. {remark['remedy']}.")
     print("\nTime of each step")

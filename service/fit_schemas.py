@@ -17,13 +17,13 @@ class SearchSettings(Strict):
     """How to search. What is left out takes its default, which the answer states."""
 
     seed: int | None = Field(default=None, ge=0, le=2**53, description="The same seed gives the same result.")
-    population: int | None = Field(default=None, le=10_000, description="Candidates a generation.")
+    population: int | None = Field(default=None, le=1000, description="Candidates a generation.")
     generations: int | None = Field(default=None, le=10_000, description="Most generations.")
     patience: int | None = Field(default=None, le=10_000, description="Generations without improvement to stop after.")
     tolerance: float | None = Field(default=None, description="Smallest improvement that counts, in decades.")
     order: int | None = Field(default=None, le=HIGHEST_ORDER, description="Total degree of the expansions.")
     nodes: int | None = Field(default=None, le=60, description="Gauss nodes an axis; more than `order`.")
-    samples: int | None = Field(default=None, le=1 << 17, description="Samples of the germ, a power of two.")
+    samples: int | None = Field(default=None, le=1 << 15, description="Samples of the germ, a power of two.")
     polish: bool | None = Field(default=None, description="Whether to polish the best on the exact likelihood.")
     mean_bounds: Bounds | None = Field(
         default=None, description="Bounds of the means in multiples of nominal: one pair an axis, or one pair for all.")

@@ -87,6 +87,8 @@ def chosen(table: Table, conditions: list[int] | None) -> tuple[Table, list[int]
     n = len(table.conditions)
     if conditions is None:
         return table, list(range(n))
+    if len(set(conditions)) < len(conditions):
+        raise InvalidValue("A condition is asked for twice", "Name each condition once")
     unknown = [number for number in conditions if not 0 <= number < n]
     if unknown:
         raise InvalidValue(f"The table has no condition {unknown[0]}", f"Its conditions are numbered 0 to {n - 1}")

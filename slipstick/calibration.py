@@ -34,6 +34,8 @@ _STEP = 5e-4
 _CONVERGED = 1e-6
 """Relative change of the sum of squares, or of the multipliers, at which the search ends."""
 _ACCURACY = ensemble.Accuracy(5e-4, 2e-3)
+_FEWEST = 14
+"""Engagements for which the clustered covariance of seven parameters means something."""
 _AT_BOUND = 1e-3
 """A parameter within this share of its range from a bound counts as being at it."""
 
@@ -44,7 +46,8 @@ class Calibration:
 
     `standard_error` (d,) in the parameters' units and `correlation` (d, d) are those of estimates whose residuals may
     depend on each other within an engagement, as they do when a run scatters as a whole (sandwich estimator, clustered
-    by engagement). `chi_square` is the reduced chi-square per signal: 1 where only sensor noise is left. `rms_before`
+    by engagement). They hold the variance only: what scatter or missing physics does to the estimates themselves is
+    not in them. `chi_square` is the reduced chi-square per signal: 1 where only sensor noise is left. `rms_before`
     and `rms_after` are of the shifting time in s. `at_bound` names parameters that the recordings push against a
     bound: their values are the bound's, not a result.
     """
@@ -78,14 +81,18 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
     """Fit the seven uncertain parameters of `start` to `recordings`, which must have signals.
 
     `shifting_time_noise` is the standard deviation of the shifting-time measurement in s; those of the signals are
-    estimated from the recordings. `report` is told of every iteration. Raises `InvalidValue`.
+    estimated from the recordings. `report` is told of every iteration. The effects of `start` stay as they are.
+    Raises `InvalidValue`.
     """
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
                            "Record pressure, speeds and torque as well")
+    if len(recordings.conditions) < _FEWEST:
+        raise InvalidValue(f"{len(recordings.conditions)} engagements are too few to calibrate on",
+                           f"Record {_FEWEST} or more, under different conditions")
     model = start or Model()
     problem = _Problem(recordings, recordings.signals, noise(recordings.signals, shifting_time_noise),
-                       report)
+                       model.coefficients(), report)
     before = problem.residuals(model.parameters)["shifting_time"] * shifting_time_noise
     evaluations = 0
     for free, compared in _STAGES:
@@ -143,16 +150,20 @@ def noise(signals: Signals, shifting_time: float) -> dict[str, float]:
     for name in SIGNALS:
         rough = np.abs(np.apply_along_axis(np.convolve, 1, getattr(signals, name).astype(float), third, "valid"))
         deviation[name] = float(np.median(rough) / 0.6745 / np.sqrt(sum(c * c for c in third)))
+        if not deviation[name] > 0:
+            raise InvalidValue(f"The signal {name} shows no noise, so nothing says how much it counts",
+                               "Record it with a finer resolution, or add the noise of its sensor")
     return {**deviation, "shifting_time": shifting_time}
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """The recordings to meet and the noise of each channel."""
+    """The recordings to meet, the noise of each channel, and the coefficients (c,) of the model's effects."""
 
     recordings: Recordings
     signals: Signals
     noise: dict[str, float]
+    coefficients: np.ndarray
     report: Report
 
     def residuals(self, vector: Any) -> dict[str, np.ndarray]:
@@ -160,7 +171,7 @@ class _Problem:
         return {name: residual[0] for name, residual in self._residuals(np.array([vector], float)).items()}
 
     def _residuals(self, vectors: np.ndarray) -> dict[str, np.ndarray]:
-        coefficients = np.tile(Model().coefficients(), (len(vectors), 1))
+        coefficients = np.tile(self.coefficients, (len(vectors), 1))
         response = ensemble.simulate(vectors, coefficients, self.recordings.conditions, self.signals.time, _ACCURACY)
         if np.any(response.status == ensemble.FAILED):
             raise InvalidValue("The simulation blows up within the bounds of the calibration",
@@ -215,6 +226,9 @@ class _Problem:
         before = self.recordings.measured_time[:, None] - self.signals.time
         pressing = (before > 0.02) & (before < 0.08) & (self.signals.pressure > 1.0)
         share = values["contact_position"] / (values["contact_position"] - values["contact_length"])
+        if not np.any(pressing):
+            raise InvalidValue("No recording has samples under pressure in the 80 ms before lock-up",
+                               "Check the units of pressure and time, and that the signals reach the shifting times")
         torque = self.signals.output_torque / values["gear_ratio"]
         return float(np.median(torque[pressing] / (share * 1e5 * self.signals.pressure[pressing])))
 

@@ -13,9 +13,9 @@ from slipstick.clutch import parameters
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import DEFAULT, STATUS, TIGHT
 from slipstick.clutch.model import Model
-from slipstick.errors import InvalidValue
+from slipstick.errors import BadTable, InvalidValue, WrongLayout
 from slipstick.recordings import open_conditions
-from slipstick.table import Axis
+from slipstick.table import Axis, Table
 from worker.building import build
 from worker.plan import Plan
 from worker.progress import Progress
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N",
                         help="simulations at a time (default: %(default)s, one a core)")
     parser.add_argument("--accuracy", choices=ACCURACIES, default="default",
-                        help="of the integration: default is within 1e-4 s of tight")
+                        help="of the integration: at nominal parameters default is within 1e-4 s of tight")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -49,6 +49,11 @@ def run(arguments: argparse.Namespace) -> int:
     model = read_model(arguments.model) if arguments.model else Model()
     conditions = open_conditions(arguments.conditions) if arguments.conditions else paper_conditions()
     axes = tuple(read_axis(text, model) for text in arguments.axis or PAPER_AXES)
+    names = [axis.name for axis in axes]
+    if len(set(names)) < len(names):
+        raise InvalidValue(f"An axis appears twice: {', '.join(names)}", "Give each parameter one --axis")
+    if arguments.out.exists():
+        require_table(arguments.out)
     plan = Plan(model, conditions, axes, ACCURACIES[arguments.accuracy])
     progress = Progress(int(np.prod(plan.shape)) * len(conditions), "engagements")
     try:
@@ -60,6 +65,17 @@ def run(arguments: argparse.Namespace) -> int:
     counts = ", ".join(f"{np.count_nonzero(table.status == code):,} {name}" for code, name in STATUS.items())
     print(f"{arguments.out}: {' x '.join(map(str, table.times.shape))} engagements ({counts}), digest {table.digest}")
     return 0
+
+
+def require_table(path: Path) -> None:
+    """Raise `InvalidValue` where a build would replace a file that is something else, such as recordings."""
+    try:
+        Table.open(path)
+    except WrongLayout as error:
+        raise InvalidValue(f"'{path}' is there already and no table of this layout",
+                           "Give another --out, or remove it") from error
+    except BadTable:
+        pass  # a damaged table may be built again
 
 
 def read_axis(text: str, model: Model) -> Axis:

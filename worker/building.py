@@ -51,8 +51,8 @@ def build(plan: Plan, out: Path, executor: Executor, report: Report) -> Table:
             ready += times[chunk].size
             report(ready, left_over)
         table = Table(plan.axes, times.reshape(*plan.shape, n), status.reshape(*plan.shape, n), plan.conditions,
-                      plan.model, f"slipstick {slipstick.__version__}, steps of at most {plan.accuracy.fine:g} s "
-                      f"at contact and {plan.accuracy.coarse:g} s elsewhere")
+                      plan.model, f"slipstick {slipstick.__version__}, steps of {plan.accuracy.fine:g} s "
+                      f"at contact and {plan.accuracy.coarse:g} s elsewhere, twice that in calm")
         table.write(folder / out.name)
         move(folder / out.name, out)
         shutil.rmtree(folder)

@@ -97,17 +97,17 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_body)
         raise InvalidValue("Beside a JSON body the query says nothing", "Put its choices into the body")
     else:
         asked, points = _parse(content)
-    table, conditions = chosen(library.table(asked.table), asked.conditions)
+    whole = library.table(asked.table)
+    table, conditions = chosen(whole, asked.conditions)
     require_size(len(points) * len(conditions), settings.answer_values, "shifting times",
                  "Send fewer points at a time, or choose conditions")
     times = table.interpolate(points, asked.outside)
     outside = count_outside(points, table.lower, table.upper)
-    digest = library.table(asked.table).digest
-    headers = {"Slipstick-Table-Digest": digest, "Slipstick-Points-Outside": str(outside)}
+    headers = {"Slipstick-Table-Digest": whole.digest, "Slipstick-Points-Outside": str(outside)}
     if npy.MEDIA_TYPE in request.headers.get("accept", ""):
         return Response(npy.dump(times), headers=headers, media_type=npy.MEDIA_TYPE)
-    return numbers({"table": asked.table, "table_digest": digest, "outside": asked.outside, "points_outside": outside,
-                    "conditions": conditions, "shifting_time": times}, headers)
+    return numbers({"table": asked.table, "table_digest": whole.digest, "outside": asked.outside,
+                    "points_outside": outside, "conditions": conditions, "shifting_time": times}, headers)
 
 
 def _parse(content: bytes) -> tuple[EvaluateRequest, np.ndarray]:

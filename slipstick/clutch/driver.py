@@ -91,7 +91,7 @@ def drive(first, stop, vectors, coefficients, active, conditions, profiles, init
                 if b[EVENT + i] > 1.0:
                     what, share = locate(b, i)
                     settle(b, i, what, share)
-                    if what == LOCKS and status[engagement] == NEVER_LOCKED:
+                    if what == LOCKS and status[engagement] == NEVER_LOCKED and line[i] < last_line:
                         times[engagement], status[engagement] = b[TIME + i], LOCKED
                     elif what == LOSES:
                         times[engagement], status[engagement] = np.nan, FAILED

@@ -29,6 +29,7 @@ from slipstick.clutch.lanes import (
     RATE,
     RELEASE,
     RELEASE_FIRST,
+    RESPONSE_TIME,
     SLIPPING,
     STAGE_TIME,
     START,
@@ -42,10 +43,13 @@ from slipstick.clutch.lanes import (
 _ALL = STATES * LANES
 
 LOST = 1e9
-"""Speeds and pressures beyond this, or no numbers at all, have blown up."""
+"""States that add up to more than this, or to no number at all, have blown up."""
 
 CALM = 1e-4
 """Where the pressure bends by less than this (bar) within a coarse step, the step may be twice as long."""
+
+SHARE = 0.3
+"""Longest step, as a share of the delay of the current and of a third of the piston's time constant."""
 
 NOTHING, LOCKS, STOPS, STARTS, RELEASES, LOSES = range(6)
 
@@ -71,7 +75,12 @@ def first_stage(b, active, fine, coarse):
         there = here + 1.25 * longest * b[TEMPERATURE_GAIN + i] * b[FIRST + 2 * LANES + i]
         onset = b[CONTACT_POSITION + i] - 1.0 / b[INVERSE_RAMP_WIDTH + i]
         in_ramp = (max(here, there) > onset) & (min(here, there) < b[CONTACT_POSITION + i])
-        step = fine if in_ramp else longest
+        slip = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[START + 4 * LANES + i]
+        slip_rate = b[FIRST + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[FIRST + 4 * LANES + i]
+        locking = (b[SLIPPING + i] > 0.0) & ((slip + longest * slip_rate) * b[DIRECTION + i] < 0.0)
+        # Never more than a share of the shortest time constant; one so short that this would take for ever blows up.
+        stable = max(SHARE * b[RESPONSE_TIME + i], fine * 0.02)
+        step = min(stable, fine if (in_ramp | locking) else longest)
         left = b[LINE_END + i] - b[TIME + i]
         b[STEP + i] = min(step, left)
         b[END_TIME + i] = b[LINE_END + i] if step >= left else b[TIME + i] + step
@@ -117,7 +126,8 @@ def events(b):
         releases = (not slipping) & (b[RELEASE + i] > 0.0)
         stops = moving & (output_speed < 0.0)
         starts = (not moving) & (b[BREAKAWAY + i] > 0.0)
-        sane = abs(input_speed) + abs(output_speed) + abs(b[END + i]) < LOST
+        size = abs(input_speed) + abs(output_speed) + abs(b[END + i]) + abs(b[END + LANES + i])
+        sane = size + abs(b[END + 2 * LANES + i]) < LOST
         mark = 2.0 if (locks | releases | stops | starts | (not sane)) else 0.0
         mark = max(mark, 1.0) if b[END_TIME + i] >= b[LINE_END + i] else mark
         b[EVENT + i] = mark
@@ -177,7 +187,10 @@ def onset(before, after):
 @kernel
 def locate(b, i):
     """The first thing that happens to lane i in this step: (what, at which share of the step)."""
-    if not (abs(b[END + 3 * LANES + i]) + abs(b[END + 4 * LANES + i]) + abs(b[END + i]) < LOST):
+    size = 0.0
+    for s in range(STATES):
+        size += abs(b[END + s * LANES + i])
+    if not size < LOST:
         return LOSES, 1.0
     what, share = NOTHING, 1.0
     if b[SLIPPING + i] > 0.0:

@@ -47,12 +47,12 @@ LINE_TIME, LINE_CURRENT, LINE_SLOPE, LINE_END = _row(), _row(), _row(), _row()
 # What the effects change, and what is made of it.
 QUANTITY = {name: _row() for name in QUANTITIES}
 CURRENT, CHAMBER, PISTON_RATE, CLEARANCE, CONTACT, FRICTION, FILM, CONVERTER, LOAD = QUANTITY.values()
-RAMP, ENGAGED, CLUTCH_TORQUE = _row(), _row(), _row()
+RAMP, CLUTCH_TORQUE = _row(), _row()
 
 # Parameters of the lane's engagement, in the form the equations use them.
 PRESSURE_STIFFNESS, PRESSURE_DAMPING, CURRENT_BIAS, PRESSURE_GAIN, SLOPE_GAIN = (_row() for _ in range(5))
 PISTON_PRESSURE, PISTON_PRESSURE_RATE, PISTON_RETURN, PRESSURE_BIAS = (_row() for _ in range(4))
-TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR = _row(), _row(), _row()
+TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR, RESPONSE_TIME = (_row() for _ in range(4))
 INVERSE_RAMP_WIDTH, FILM_COEFFICIENT, FRICTION_COEFFICIENT = _row(), _row(), _row()
 GEAR, INVERSE_GEAR, INPUT_COULOMB, INPUT_VISCOUS, OUTPUT_VISCOUS = (_row() for _ in range(5))
 INPUT_INERTIA, INVERSE_INPUT_INERTIA, INVERSE_LOAD_INERTIA, INVERSE_TOTAL_INERTIA = (_row() for _ in range(4))

@@ -39,6 +39,7 @@ from slipstick.clutch.lanes import (
     PRESSURE_DAMPING,
     PRESSURE_GAIN,
     PRESSURE_STIFFNESS,
+    RESPONSE_TIME,
     SIZE,
     SLIPPING,
     SLOPE_GAIN,
@@ -81,6 +82,7 @@ def load(b, i, vectors, coefficients, point, conditions, condition, initial_spee
     b[PRESSURE_GAIN + i] = 6.0 * vectors[point, _GAIN] / (tau * tau)
     b[SLOPE_GAIN + i] = 2.0 * vectors[point, _GAIN] / tau
     b[CURRENT_BIAS + i] = vectors[point, _BIAS]
+    b[RESPONSE_TIME + i] = min(tau, 3.0 * vectors[point, _C2] / abs(vectors[point, _D2]))
     b[PISTON_PRESSURE + i] = vectors[point, _B2] / vectors[point, _C2]
     b[PISTON_PRESSURE_RATE + i] = vectors[point, _A2] / vectors[point, _C2]
     b[PISTON_RETURN + i] = vectors[point, _D2] / vectors[point, _C2]

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from slipstick.clutch.conditions import HORIZON, Conditions
+from slipstick.clutch.conditions import Conditions
 from slipstick.errors import BadRecording, UnknownName
 from slipstick.recordings import apart, csv_form, hdf5_form
 from slipstick.recordings.signals import Signals
@@ -36,10 +36,11 @@ class Recordings:
         if n == 0 or time.shape != (n,):
             raise BadRecording(f"There are {time.size} shifting times for {n} conditions",
                                "Give one of each in a row, for one engagement or more")
-        bad = np.flatnonzero(~((time > 0) & (time <= HORIZON)))
+        end = self.conditions.profile_time[self.conditions.current_profile, -1]
+        bad = np.flatnonzero(~((time > 0) & (time <= end)))
         if len(bad):
             raise BadRecording(f"The shifting time of condition {bad[0]} is {time[bad[0]]:g} s, "
-                               f"not between 0 and {HORIZON} s",
+                               f"not between 0 and the {end[bad[0]]:g} s of its current profile",
                                "Give seconds from the shift command, and leave out what did not lock")
         if self.run_order is not None and not np.array_equal(np.sort(self.run_order), np.arange(n)):
             raise BadRecording("The run order does not number the engagements from 0, each once",

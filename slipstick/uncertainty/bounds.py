@@ -1,4 +1,4 @@
-"""What a fit ran into, in words: unknowns at their bounds, inputs that leave the table, too few samples."""
+"""What a fit ran into, in words: unknowns at bounds or left open, inputs that leave the table, too few samples."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,6 +15,8 @@ NOTABLE_MASS = 0.01
 """Probability of an input outside the table from which it is worth a rebuild."""
 NOTABLE_ERROR = 0.5
 """Decades between two sets of samples from which a fit is not to be trusted."""
+FAR_MOVE, FLAT_GAIN = 0.05, 0.5
+"""A mean that moves further than the first (of nominal) for fewer decades than the second is hardly determined."""
 _COVER = 4  # stds on either side of the mean that a rebuilt table should hold
 
 _REMEDIES = {
@@ -47,6 +49,17 @@ def chased(samples: int, sampling_error: float) -> list[Remark]:
         return []
     return [Remark("samples", f"Other samples give {sampling_error:+.1f} decades: the fit follows its own",
                    f"Fit again with samples at {4 * samples}, or raise the lower bound of the output std")]
+
+
+def open_directions(names: tuple[str, ...], before: Candidate, after: Candidate, gain: float) -> list[Remark]:
+    """Name the means that a polish moved far for a small `gain` in decades: the recordings hardly determine them."""
+    if gain > FLAT_GAIN:
+        return []
+    moved = np.abs(after.inputs.mean - before.inputs.mean)
+    return [Remark(f"mean of {name}", f"The mean of {name} moved by {distance:.2f} in the polish for {gain:.2f} "
+                   "decades: the recordings hardly determine it alone",
+                   "Read the fitted means together, or fix one by narrow mean_bounds")
+            for name, distance in zip(names, moved, strict=True) if distance > FAR_MOVE]
 
 
 def _at_bounds(problem: Problem, box: Box, found: Candidate) -> Iterator[Remark]:

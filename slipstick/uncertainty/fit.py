@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.bounds import chased, remarks
+from slipstick.uncertainty.bounds import chased, open_directions, remarks
 from slipstick.uncertainty.expansion import hermite_basis
 from slipstick.uncertainty.genetic import Population, Search, ask, empty, tell
 from slipstick.uncertainty.inputs import axis_mass_outside, count_outside, mass_outside, normal_germs
@@ -90,6 +90,7 @@ def conclude(settings: FitSettings, problem: Problem, state: State) -> dict[str,
     likelihood = exact(problem, found, germs)
     whole = float(likelihood.sum())
     sampling_error = float(exact(problem, found, others).sum()) - whole
+    gain = whole - float(exact(problem, genetic, germs).sum())
     nodes = found.inputs.points(hermite_basis(len(problem.lower), settings.order, settings.nodes).nodes)
     return {
         **_spell(found),
@@ -104,7 +105,8 @@ def conclude(settings: FitSettings, problem: Problem, state: State) -> dict[str,
         "nodes_outside": count_outside(nodes, problem.lower, problem.upper),
         "nodes": len(nodes),
         "remarks": [asdict(remark) for remark in
-                    remarks(problem, limits, found) + chased(settings.samples, sampling_error)],
+                    remarks(problem, limits, found) + chased(settings.samples, sampling_error)
+                    + open_directions(problem.axes, genetic, found, gain)],
         "generations": state["generation"],
         "history": list(state["history"]),
     }

@@ -1,4 +1,4 @@
-"""A matrix product with the same bits on any number of threads.
+"""A matrix product with the same bits on any number of threads of one kind of processor.
 
 BLAS divides a product among its threads and rounds accordingly: a fit resumed on another machine would drift from
 the one it goes on with. One plain loop does not, and costs 1.6 times as much on one core.

@@ -57,7 +57,7 @@ def nominal(problem: Problem, box: Box) -> Candidate:
     mean = np.clip(np.ones(dimension), box.lower[:dimension], box.upper[:dimension])
     residual = problem.model(mean[None], problem.conditions)[0] - problem.measured_time
     locked = residual[np.isfinite(residual)]
-    variance = np.mean(locked**2) if locked.any() else 0.0
+    variance = np.mean(locked**2) if locked.size else 0.0
     noise = np.clip(np.sqrt(variance), *np.exp([box.lower[-1], box.upper[-1]]))
     return Candidate(Inputs(mean, np.exp(box.lower[dimension:-1])), float(noise))
 

@@ -56,6 +56,24 @@ def test_chi_square_is_one_where_only_noise_is_left_and_not_where_physics_is_mis
     assert calibration.calibrate(bench(hidden)).chi_square["output_torque"] > 1.3
 
 
+def test_effects_of_the_start_model_are_simulated() -> None:
+    effect = {"strength": 0.22, "decay_speed": 25.0}
+    hidden = true_model().with_effect("stribeck_friction", effect)
+    found = calibration.calibrate(bench(hidden), Model().with_effect("stribeck_friction", effect))
+    assert found.chi_square["output_torque"] < 1.1
+    assert found.model.effects == hidden.effects
+
+
+def test_too_few_engagements_and_signals_without_noise_are_refused() -> None:
+    with pytest.raises(InvalidValue, match="too few to calibrate on"):
+        calibration.calibrate(bench(Model(), every=24))
+    recordings = bench(Model(), every=12)
+    assert recordings.signals is not None
+    coarse = replace(recordings.signals, input_speed=np.round(recordings.signals.input_speed / 5) * 5)
+    with pytest.raises(InvalidValue, match="input_speed shows no noise"):
+        calibration.calibrate(replace(recordings, signals=coarse))
+
+
 def test_noise_is_estimated_from_the_signals_alone() -> None:
     signals = bench(Model()).signals
     assert signals is not None
@@ -66,7 +84,7 @@ def test_noise_is_estimated_from_the_signals_alone() -> None:
 
 def test_a_parameter_at_its_bound_is_named() -> None:
     beyond = Model().with_parameters({"friction_coefficient": 3.2e-4 * 1.7})
-    found = calibration.calibrate(bench(beyond, every=24))
+    found = calibration.calibrate(bench(beyond, every=12))
     assert "friction_coefficient" in found.at_bound
 
 

@@ -1,5 +1,6 @@
 """The compiled ensemble against its readable twin, and what it promises beside the numbers."""
 
+import platform
 import re
 
 import numpy as np
@@ -78,15 +79,35 @@ def test_results_do_not_depend_on_threads_or_neighbours() -> None:
 
 
 def test_never_locking_and_blowing_up_are_statuses() -> None:
-    points = np.array([[1.0, 1.0], [0.01, 1.0], [1.0, 1e-4]])  # no friction; a delay too short for the steps
+    points = np.array([[1.0, 1.0], [0.01, 1.0], [1.0, 1e-4]])  # no friction; a delay too short for any step
     times, status = ensemble.shifting_times(Model(), CONDITIONS, ["friction_coefficient", "current_delay"], points)
     assert np.all(status[0] == ensemble.LOCKED)
     assert np.all(status[1] == ensemble.NEVER_LOCKED)
     assert np.all(status[2] == ensemble.FAILED)
     assert np.all(np.isnan(times) == (status != ensemble.LOCKED))
     np.testing.assert_array_equal(times[0], ensemble.shifting_times(Model(), CONDITIONS)[0][0])
+    lost = ensemble.shifting_times(Model(), CONDITIONS, ["piston_inertia"], np.zeros((1, 1)))[1]
+    assert np.all(lost == ensemble.FAILED)
 
 
+@pytest.mark.parametrize(("axis", "multiplier"), [("current_delay", 0.1), ("piston_return", 300.0)])
+def test_fast_dynamics_shorten_the_steps(axis: str, multiplier: float) -> None:
+    points = np.array([[multiplier]])
+    times, status = ensemble.shifting_times(Model(), CONDITIONS, [axis], points)
+    tight, tight_status = ensemble.shifting_times(Model(), CONDITIONS, [axis], points, ensemble.TIGHT)
+    np.testing.assert_array_equal(status, tight_status)
+    np.testing.assert_allclose(times, tight, atol=1e-4)
+
+
+def test_status_does_not_depend_on_how_long_signals_are_sampled() -> None:
+    weak = Model().with_parameters({"friction_coefficient": 0.04 * 3.2e-4})
+    alone = ensemble.shifting_times(weak, CONDITIONS)
+    sampled = ensemble.signals(weak, CONDITIONS, np.linspace(0, 8, 20))
+    np.testing.assert_array_equal(sampled.shifting_time, alone[0])
+    np.testing.assert_array_equal(sampled.status, alone[1])
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
 def test_loops_over_lanes_are_vector_instructions() -> None:
     # Losing them is silent and costs a factor of four: count arithmetic on packed and on single doubles.
     buffer, active = np.zeros(lanes.SIZE), np.zeros(len(effects.CATALOGUE), np.bool_)
