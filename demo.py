@@ -17,7 +17,7 @@ import time
 import urllib.request
 from pathlib import Path
 
-PORT = int(os.environ.get("SLIPSTICK_PORT", "8000"))
+PORT = os.environ.get("SLIPSTICK_PORT", "8000")
 ADDRESS = f"http://127.0.0.1:{PORT}"
 RUN = Path("var/demo")
 CALIBRATION = "var/calibration.json"
@@ -26,10 +26,12 @@ FIT = {"table": "calibrated", "recordings": "measured"}
 
 def start() -> None:
     """Run the whole job and leave service and worker running."""
+    if not (PORT.isdecimal() and 0 < int(PORT) < 65536):
+        sys.exit(f"SLIPSTICK_PORT is '{PORT}', no port: give a number from 1 to 65535")
     stop()
     with socket.socket() as probe:
-        if probe.connect_ex(("127.0.0.1", PORT)) == 0:
-            sys.exit(f"Port {PORT} is taken: stop what listens there, or run `SLIPSTICK_PORT={PORT + 1} make demo`")
+        if probe.connect_ex(("127.0.0.1", int(PORT))) == 0:
+            sys.exit(f"Port {PORT} is taken: stop what listens there, or run `SLIPSTICK_PORT=8001 make demo`")
     seconds: dict[str, float] = {}
     step(seconds, "table at the nominal parameters", "build", "--out", "tables/nominal.h5")
     step(seconds, "calibration on the shipped recordings", "calibrate", "--out", CALIBRATION)
@@ -45,6 +47,10 @@ def start() -> None:
             sys.exit(f"The service does not answer: see {RUN / 'service.log'}")
         time.sleep(0.1)
     seconds["start of the service"] = time.monotonic() - begun
+
+    for name in ("service", "worker"):
+        if not runs(RUN / f"{name}.pid"):
+            sys.exit(f"The {name} has ended: {(RUN / f'{name}.log').read_text().strip()}")
 
     begun = time.monotonic()
     fit = request("/v1/fits", FIT)
@@ -69,7 +75,7 @@ def launch(name: str, *command: str) -> None:
     with (RUN / f"{name}.log").open("w") as log, (RUN / f"{name}.pid").open("w") as note:
         # The process inherits the lock on its note: as long as it is held, the number in the note is this process.
         fcntl.flock(note, fcntl.LOCK_EX)
-        environment = {**os.environ, "SLIPSTICK_PORT": str(PORT)}
+        environment = {**os.environ, "SLIPSTICK_PORT": PORT}
         process = subprocess.Popen([sys.executable, "-m", *command], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                                    env=environment, start_new_session=True, pass_fds=[note.fileno()])
         note.write(str(process.pid))

@@ -46,7 +46,7 @@ class UnsupportedMedia(errors.SlipstickError):
 
 
 class StoreUnavailable(errors.SlipstickError):
-    """The database of the fits does not answer."""
+    """The database of the fits does not answer, or the folder of the tables is not there."""
 
 
 _STATUS: dict[type[errors.SlipstickError], int] = {

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -54,6 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidValue(f"An axis appears twice: {', '.join(names)}", "Give each parameter one --axis")
     if arguments.out.exists():
         require_table(arguments.out)
+    require_memory(axes, len(conditions))
     plan = Plan(model, conditions, axes, ACCURACIES[arguments.accuracy])
     progress = Progress(int(np.prod(plan.shape)) * len(conditions), "engagements")
     try:
@@ -65,6 +67,15 @@ def run(arguments: argparse.Namespace) -> int:
     counts = ", ".join(f"{np.count_nonzero(table.status == code):,} {name}" for code, name in STATUS.items())
     print(f"{arguments.out}: {' x '.join(map(str, table.times.shape))} engagements ({counts}), digest {table.digest}")
     return 0
+
+
+def require_memory(axes: tuple[Axis, ...], conditions: int) -> None:
+    """Raise `InvalidValue` where the table, held twice while it is verified, would not fit into memory."""
+    cells = math.prod(len(axis.values) for axis in axes) * conditions
+    need, have = 2 * 9 * cells, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if need > have:
+        raise InvalidValue(f"A table of {cells:,} engagements needs {need / 1e9:,.0f} GB of memory, and there are "
+                           f"{have / 1e9:,.0f}", "Take fewer points an axis, or fewer axes")
 
 
 def require_table(path: Path) -> None:

@@ -4,7 +4,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problems import responses
+from service.problems import StoreUnavailable, responses
 from service.routes.fits import TheFits
 from service.schemas import SIMULATED, TheLibrary
 from slipstick import __version__
@@ -46,6 +46,9 @@ def index() -> Index:
 @router.get("/health", summary="Is the service well?", responses=responses(503))
 def health(library: TheLibrary, fits: TheFits) -> Health:
     """Look into the folder of the tables and into the database of the fits; 503 where that does not answer."""
+    if not library.folder.is_dir():
+        raise StoreUnavailable(f"There is no folder '{library.folder}'",
+                               "Set SLIPSTICK_TABLES to the folder of the tables")
     waiting, running = fits.counts()
     return Health(status="ok", version=__version__, tables=len(library.tables()), recordings=len(library.recordings()),
                   fits_waiting=waiting, fits_running=running)

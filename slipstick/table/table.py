@@ -124,16 +124,19 @@ class Table:
         known = {key: row for row, key in enumerate(_keys(self.conditions))}
         rows = [known.get(key, -1) for key in _keys(conditions)]
         if -1 in rows:
-            raise InvalidValue(f"Condition {rows.index(-1)} (counted from 0) is not in the table",
-                               "Build a table for these conditions, or leave out what it lacks")
+            lost = rows.index(-1)
+            raise InvalidValue(f"Condition {lost} (counted from 0: {conditions.motor_speed[lost]:g} rad/s, "
+                               f"{conditions.load_inertia[lost]:g} kg m^2, {conditions.brake_torque[lost]:g} N m) "
+                               "is not in the table",
+                               "Build a table for them by `worker build --conditions FILE`, or leave it out")
         return np.array(rows, dtype=np.int64)
 
 
 def _keys(conditions: Conditions) -> list[str]:
-    """What a condition is, to the nine digits that `Conditions.digest` looks at."""
-    profiles = [" ".join(f"{value:.9g}" for value in (*time, *current))
+    """What a condition is, to five digits: as many as a recordings file written by hand may keep."""
+    profiles = [" ".join(f"{value:.5g}" for value in (*time, *current))
                 for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
     rows = zip(conditions.current_profile, conditions.motor_speed, conditions.load_inertia,
                conditions.brake_torque, strict=True)
-    return [f"{speed:.9g} {inertia:.9g} {brake:.9g} {profiles[profile]}"
+    return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]}"
             for profile, speed, inertia, brake in rows]

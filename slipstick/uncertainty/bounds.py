@@ -17,6 +17,7 @@ NOTABLE_ERROR = 0.5
 """Decades between two sets of samples from which a fit is not to be trusted."""
 FAR_MOVE, FLAT_GAIN = 0.05, 0.5
 """A mean that moves further than the first (of nominal) for fewer decades than the second is hardly determined."""
+_LEAST = 0.01  # multiplier to build a table from: most parameters mean nothing at 0 or below
 _COVER = 4  # stds on either side of the mean that a rebuilt table should hold
 
 _REMEDIES = {
@@ -85,8 +86,9 @@ def _at_bounds(problem: Problem, box: Box, found: Candidate) -> Iterator[Remark]
 def _outside(problem: Problem, found: Candidate) -> Iterator[Remark]:
     inputs = found.inputs
     masses = axis_mass_outside(inputs, problem.lower, problem.upper)
-    for name, mass, mean, std in zip(problem.axes, masses, inputs.mean, inputs.marginal_std, strict=True):
+    for name, mass, mean, std, low, high in zip(problem.axes, masses, inputs.mean, inputs.marginal_std, problem.lower,
+                                                problem.upper, strict=True):
         if mass > NOTABLE_MASS:
+            low, high = min(low, max(_LEAST, mean - _COVER * std)), max(high, mean + _COVER * std)
             yield Remark(name, f"{100 * mass:.1f} % of the runs have {name} outside the table",
-                         f"Build a table whose axis {name} goes from {mean - _COVER * std:.3g} "
-                         f"to {mean + _COVER * std:.3g}")
+                         f"Build a table whose axis {name} goes from {low:.3g} to {high:.3g}")

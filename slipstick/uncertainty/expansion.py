@@ -100,6 +100,8 @@ def hermite_basis(dimension: int, order: int = ORDER, nodes: int = NODES) -> Bas
     polynomials = generate_expansion(order, germ, normed=True)
     grid, weights = generate_quadrature(nodes - 1, germ, rule="gaussian")
     exponents, monomials = np.asarray(polynomials.exponents, np.int64), np.asarray(polynomials.coefficients)
+    if order == 0:  # chaospy then forgets how many inputs there are
+        exponents = np.zeros((1, dimension), np.int64)
     values = _polynomials(grid.T, exponents, monomials)
     total = np.where(monomials != 0, exponents.sum(axis=1)[:, None], -1)
     projection = np.ascontiguousarray((values * weights[:, None]).T)

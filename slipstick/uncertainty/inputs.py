@@ -98,7 +98,7 @@ def mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray, germs: np
     axes = axis_mass_outside(inputs, lower, upper)
     if np.array_equal(inputs.matrix, np.diag(np.diag(inputs.matrix))):
         with np.errstate(divide="ignore"):  # log 0 where an input lies wholly outside
-            return float(-np.expm1(np.sum(np.log1p(-np.minimum(axes, 1.0)))))
+            return abs(float(np.expm1(np.sum(np.log1p(-np.minimum(axes, 1.0))))))
     return max(count_outside(inputs.points(germs), lower, upper) / len(germs), float(axes.max()))
 
 

@@ -170,3 +170,16 @@ def test_models_that_are_none_are_refused(tmp_path):
     path.write_text(json.dumps({**Model().spec(), "effects": {"gravity": {"g": 9.81}}}))
     with pytest.raises(UnknownName):
         read_model(path)
+
+
+def test_what_cannot_be_built_is_refused_before_anything_is_simulated(tmp_path: Path) -> None:
+    recordings = tmp_path / "measured.h5"
+    recordings.write_bytes((Path(__file__).parents[2] / "tables" / "measured.h5").read_bytes())
+    content = recordings.read_bytes()
+    axis = ("--axis", "pressure_bias=0.9:1.1:2")
+    for arguments in ((*axis, *axis), ("--axis", "pressure_bias=0.5:1.5:100000", "--axis", "ramp_share=0.5:1:100000"),
+                      (*axis, "--out", str(recordings))):
+        out = () if "--out" in arguments else ("--out", str(tmp_path / "new.h5"))
+        assert main(["build", *arguments, *out]) == 1
+    assert recordings.read_bytes() == content
+    assert [path.name for path in tmp_path.iterdir()] == ["measured.h5"]

@@ -25,7 +25,8 @@ def wavy(points: np.ndarray) -> np.ndarray:
     return np.column_stack([np.exp(2 * x - y), np.abs(x - 1.02) + y, 1 / (1 + x**2 * y**2)])
 
 
-@pytest.mark.parametrize(("dimension", "order", "nodes"), [(1, 20, 21), (2, 8, 9), (2, 5, 12), (3, 4, 5), (7, 2, 3)])
+@pytest.mark.parametrize(("dimension", "order", "nodes"),
+                         [(1, 20, 21), (2, 0, 1), (2, 8, 9), (2, 5, 12), (3, 4, 5), (7, 2, 3)])
 def test_basis_is_complete_and_orthonormal(dimension: int, order: int, nodes: int) -> None:
     basis = hermite_basis(dimension, order, nodes)
     assert basis.degrees.shape == (comb(order + dimension, dimension), dimension)
