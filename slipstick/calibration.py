@@ -107,10 +107,9 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
     error = np.sqrt(np.diag(covariance))
     residuals = problem.residuals(model.parameters)
     dof = 1 - len(fitted) / sum(residual.size for residual in residuals.values())
-    scale = np.array([model.parameters[parameters.index(name)] / value
-                      for name, value in zip(fitted, solution.x, strict=True)])
+    nominal = parameters.nominal()[[parameters.index(name) for name in fitted]]
     return Calibration(
-        model=model, free=fitted, standard_error=error * scale,
+        model=model, free=fitted, standard_error=error * nominal,
         correlation=covariance / np.outer(error, error),
         chi_square={name: float(np.mean(residual**2) / dof) for name, residual in residuals.items()},
         noise=problem.noise, rms_before=_rms(before), rms_after=_rms(residuals["shifting_time"] * shifting_time_noise),

@@ -22,7 +22,6 @@ from slipstick.clutch.lanes import (
     INVERSE_GEAR,
     INVERSE_RAMP_WIDTH,
     LANES,
-    LAST,
     LINE_END,
     MIDDLE,
     MOVING,
@@ -107,7 +106,6 @@ def other_stages(b, active):
     for s in range(STATES):
         for i in range(LANES):
             k = s * LANES + i
-            b[LAST + k] = b[RATE + k]
             b[END + k] = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
 
 
@@ -150,12 +148,15 @@ def accept(b):
 
 @kernel
 def dense(b, k, share):
-    """State k (row and lane) at `share` of the step: the cubic dense output of Runge-Kutta of order four."""
+    """State k (row and lane) at `share` of the step: the cubic dense output of Runge-Kutta of order four.
+
+    RATE still holds the rates of the last stage: nothing evaluates them again before the next step.
+    """
     square, cube = share * share, share * share * share
     first = share - 1.5 * square + 2.0 / 3.0 * cube
     middle = square - 2.0 / 3.0 * cube
     last = -0.5 * square + 2.0 / 3.0 * cube
-    return b[START + k] + b[STEP + k % LANES] * (first * b[FIRST + k] + middle * b[MIDDLE + k] + last * b[LAST + k])
+    return b[START + k] + b[STEP + k % LANES] * (first * b[FIRST + k] + middle * b[MIDDLE + k] + last * b[RATE + k])
 
 
 @kernel

@@ -27,8 +27,8 @@ STATES = 5
 
 # The states at the start of the step, at the stage being evaluated, and at the end of the step.
 START, STATE, END = _row(STATES), _row(STATES), _row(STATES)
-# Time derivatives: at the stage, and those of the four stages of Runge-Kutta (the middle two summed).
-RATE, FIRST, MIDDLE, LAST = _row(STATES), _row(STATES), _row(STATES), _row(STATES)
+# Time derivatives: at the stage, and those kept of the stages of Runge-Kutta (the first, the middle two summed).
+RATE, FIRST, MIDDLE = _row(STATES), _row(STATES), _row(STATES)
 
 PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STATE + i * LANES for i in range(STATES))
 
