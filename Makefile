@@ -22,7 +22,7 @@ demo: setup
 demo-stop:
 	$(PYTHON) demo.py stop
 
-# The picture of the README: needs `make demo` to have calibrated, and .venv/bin/pip install vl-convert-python.
+# The picture of the README: needs `make demo` to have calibrated.
 picture: setup
 	$(BIN)/python docs/picture.py var/calibration.json docs/engagement.svg
 

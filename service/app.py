@@ -10,7 +10,7 @@ from fastapi.openapi.utils import get_openapi
 from service import pages, problems
 from service.bodies import BodyLimits
 from service.job_store import JobStore
-from service.routes import evaluate, fits, index, likelihood, propagate, recordings, tables
+from service.routes import evaluate, fits, index, likelihood, propagate, recordings, reports, tables
 from service.settings import Settings
 from slipstick import __version__
 from slipstick.library import Library
@@ -38,7 +38,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app = FastAPI(title="Slipstick", version=__version__, description=_ABOUT, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings, app.state.library = chosen, Library(chosen.tables)
-    for resource in (index, tables, recordings, evaluate, propagate, likelihood, fits):
+    for resource in (index, tables, recordings, evaluate, propagate, likelihood, fits, reports):
         app.include_router(resource.router)
     pages.install(app)
     problems.install(app)

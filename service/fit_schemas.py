@@ -6,8 +6,11 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from service.schemas import MassOutside, OutsidePolicy, RecordingsName, Strict, TableDigest, TableName
-from slipstick.uncertainty.expansion import HIGHEST_ORDER
+from slipstick.uncertainty.expansion import Rule
+from slipstick.uncertainty.families import Family
 from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.settings import Integration, Method
+from slipstick.uncertainty.truncation import HIGHEST_ORDER
 
 Bounds = list[tuple[float, float]]
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
@@ -17,14 +20,31 @@ class SearchSettings(Strict):
     """How to search. What is left out takes its default, which the answer states."""
 
     seed: int | None = Field(default=None, ge=0, le=2**53, description="The same seed gives the same result.")
+    families: list[Family] | None = Field(
+        default=None, max_length=20, description="Family of the inputs: one for all, or one each. A beta input "
+                                                 "lives on the range that the model covers.")
+    correlated: bool | None = Field(default=None, description="Whether to fit correlations of the inputs too.")
+    method: Method | None = Field(
+        default=None, description="`genetic`: expansions and a genetic algorithm. `classic`: samples of the model "
+                                  "for all candidates of a grid, the benchmark of the paper; its cost grows with the "
+                                  "power of the unknowns.")
     population: int | None = Field(default=None, le=1000, description="Candidates a generation.")
     generations: int | None = Field(default=None, le=10_000, description="Most generations.")
     patience: int | None = Field(default=None, le=10_000, description="Generations without improvement to stop after.")
     tolerance: float | None = Field(default=None, description="Smallest improvement that counts, in decades.")
     order: int | None = Field(default=None, le=HIGHEST_ORDER, description="Total degree of the expansions.")
+    norm: float | None = Field(default=None, description="1 keeps the total degree, less drops interactions.")
+    rule: Rule | None = Field(default=None, description="`tensor` grid, or `regression`, better for three inputs on.")
     nodes: int | None = Field(default=None, le=60, description="Gauss nodes an axis; more than `order`.")
+    runs: int | None = Field(default=None, le=20_000, description="Model runs for each expansion by regression.")
+    integration: Integration | None = Field(
+        default=None, description="How a search integrates the expansions: along `lines`, or by `sampling` as in the "
+                                  "paper.")
     samples: int | None = Field(default=None, le=1 << 15, description="Samples of the germ, a power of two.")
-    polish: bool | None = Field(default=None, description="Whether to polish the best on the exact likelihood.")
+    grid: int | None = Field(default=None, le=100, description="Values of each unknown for the method `classic`.")
+    refine: bool | None = Field(default=None, description="Whether to climb on from the best on the exact likelihood.")
+    intervals: bool | None = Field(default=None, description="Whether to add profile-likelihood intervals.")
+    level: float | None = Field(default=None, description="Confidence level of the intervals.")
     mean_bounds: Bounds | None = Field(
         default=None, description="Bounds of the means in multiples of nominal: one pair an axis, or one pair for all.")
     std_bounds: Bounds | None = Field(
@@ -40,6 +60,13 @@ class FitRequest(Strict):
     """What to fit to what."""
 
     table: TableName = "nominal"
+    simulate: bool = Field(
+        default=False, description="Whether to run the simulator itself instead of interpolating: the model of the "
+                                   "table, with any of its parameters as inputs, each within 0.5 to 1.5 times its "
+                                   "value (the initial piston position 0.1 to 3) and held at these edges beyond.")
+    parameters: list[str] | None = Field(
+        default=None, min_length=1, max_length=20, examples=[["pressure_bias", "initial_position"]],
+        description="The uncertain inputs; the others keep their value. All axes of the table unless said otherwise.")
     recordings: RecordingsName = "measured"
     outside: OutsidePolicy = "clip"
     settings: SearchSettings = Field(default_factory=lambda: SearchSettings(), description="How to search.")
@@ -56,6 +83,8 @@ class Fit(BaseModel):
     table_digest: TableDigest
     recordings: str = Field(description="Name of the recordings.")
     recordings_digest: str = Field(description="Digest (SHA-256) of the recordings.")
+    simulate: bool = Field(description="Whether the simulator is run instead of the table.")
+    parameters: list[str] = Field(description="The uncertain inputs.")
     outside: OutsidePolicy
     settings: dict[str, Any] = Field(description="All settings of the search.")
     submitted: datetime.datetime | None = Field(description="When the fit was submitted (UTC).")
@@ -66,15 +95,16 @@ class Fit(BaseModel):
 class Progress(BaseModel):
     """How far a fit is."""
 
-    stage: Literal["search", "polish"] = Field(description="The genetic algorithm, or the polish of its best.")
-    generation: int = Field(description="Generations done.")
+    stage: Literal["search", "refine", "intervals", "conclude"] = Field(description="What is being done.")
+    generation: int = Field(description="Generations done, or blocks of the classic grid.")
     generations: int = Field(description="Most generations there will be.")
-    polish_runs: int = Field(description="How often the polish has run the model.")
-    mean: list[float] = Field(description="Means of the best candidate so far, in multiples of nominal.")
-    std: list[float] = Field(description="Its stds in multiples of nominal.")
-    output_std: float = Field(description="Its output noise in s.")
-    log10_likelihood: float = Field(description="Its log10 likelihood by expansion, densities per ms.")
-    history: list[float] = Field(description="The best log10 likelihood after each generation.")
+    model_runs: int = Field(description="How often the present step after the search has asked the model.")
+    mean: list[float] | None = Field(description="Means of the best candidate so far, in multiples of nominal.")
+    std: list[float] | None = Field(description="Its stds in multiples of nominal.")
+    correlation: list[list[float]] | None = Field(description="Its correlations, where they are fitted.")
+    output_std: float | None = Field(description="Its output noise in s.")
+    log10_likelihood: float | None = Field(description="Its log10 likelihood in the search, densities per ms.")
+    history: list[float | None] = Field(description="The best log10 likelihood after each generation.")
 
 
 class FollowedFit(Fit):
@@ -94,9 +124,31 @@ class Candidate(BaseModel):
 
     mean: list[float] = Field(description="Mean of each input in multiples of nominal.")
     std: list[float] = Field(description="Standard deviation of each input in multiples of nominal.")
+    correlation: list[list[float]] | None = Field(description="Correlation of the normal scores; null for none.")
     output_std: float = Field(description="Standard deviation of the output noise in s.")
-    log10_likelihood: float | None = Field(description="Exact, with the table asked at every sample; null is -inf.")
-    log10_likelihood_by_expansion: float | None = Field(description="By expansion; null is -inf.")
+    log10_likelihood: float | None = Field(description="Exact, with the model itself integrated; null is -inf.")
+    log10_likelihood_by_expansion: float | None = Field(description="As the search takes it; null is -inf.")
+
+
+class Interval(BaseModel):
+    """The profile-likelihood interval of one unknown."""
+
+    unknown: str = Field(description="Name of the unknown.", examples=["mean of pressure_bias"])
+    estimate: float = Field(description="Its value at the greatest likelihood, in multiples of nominal or in s.")
+    lower: float | None = Field(description="Lower end; null where the recordings set none within the bounds.")
+    upper: float | None = Field(description="Upper end; null where the recordings set none within the bounds.")
+    level: float = Field(description="Confidence level.")
+    curve: list[tuple[float, float]] = Field(
+        description="Value and drop of the greatest log10 likelihood at it, in decades, of the points computed.")
+
+
+class Combination(BaseModel):
+    """A combination of the unknowns, from the best identified to the least."""
+
+    weights: dict[str, float] = Field(
+        description="Share of each unknown, of unit length together, on the range of its bounds; stds as logarithms.")
+    std_error: float = Field(description="Standard error along it, as a share of the ranges.")
+    identified: bool = Field(description="Whether the recordings determine it to a quarter of its range.")
 
 
 class Remark(BaseModel):
@@ -110,23 +162,29 @@ class Remark(BaseModel):
 class Fitted(BaseModel):
     """What a fit found."""
 
+    axes: list[str] = Field(description="The uncertain inputs, in the order of all that follows.")
+    families: list[Family] = Field(description="Their families.")
+    support: list[tuple[float, float]] = Field(description="What the model covers of each, multiples of nominal.")
+    method: Method = Field(description="How the search was done.")
     mean: list[float] = Field(description="Fitted mean of each input in multiples of nominal.")
     std: list[float] = Field(description="Fitted standard deviation of each input in multiples of nominal.")
+    correlation: list[list[float]] | None = Field(description="Fitted correlation of the normal scores; null for none.")
     output_std: float = Field(description="Fitted standard deviation of the output noise in s.")
     log10_likelihood: float | None = Field(
-        description="Exact log10 likelihood, densities per ms, with the table asked at every sample; null is -inf.")
+        description="Exact log10 likelihood, densities per ms, with the model itself integrated; null is -inf.")
     log10_likelihood_per_condition: list[float | None] = Field(description="The same, condition by condition.")
-    expansion_error: float | None = Field(description="What the expansion adds to it, in decades.")
-    sampling_error: float | None = Field(description="What other samples add to it, in decades.")
+    expansion_error: float | None = Field(description="What the likelihood of the search adds to it, in decades.")
+    sampling_error: float | None = Field(
+        description="What other lines change in it, in decades: 0 for one or two axes of a table.")
     before: Candidate = Field(description="The nominal model with the noise that explains the residuals best.")
-    genetic: Candidate = Field(description="The best of the genetic algorithm, before the polish.")
+    searched: Candidate = Field(description="The best of the search, before the refinement.")
+    intervals: list[Interval] = Field(description="Profile-likelihood intervals of all unknowns, if asked for.")
+    combinations: list[Combination] = Field(description="What the recordings identify, the best first.")
     mass_outside: MassOutside
-    axis_mass_outside: list[float] = Field(description="Probability of each input outside the table.")
-    nodes_outside: int = Field(description="Nodes of the expansion that lie outside the table.")
-    nodes: int = Field(description="Nodes of the expansion.")
+    axis_mass_outside: list[float] = Field(description="Probability of each input outside what the model covers.")
     remarks: list[Remark] = Field(description="Unknowns at a bound, inputs that leave the table, and what helps.")
     generations: int = Field(description="Generations done.")
-    history: list[float] = Field(description="The best log10 likelihood by expansion after each generation.")
+    history: list[float | None] = Field(description="The best log10 likelihood of the search after each generation.")
 
 
 class FitResult(BaseModel):
@@ -138,4 +196,4 @@ class FitResult(BaseModel):
     recordings: str = Field(description="Name of the recordings.")
     recordings_digest: str = Field(description="Digest (SHA-256) of the recordings.")
     result: Fitted
-    seconds: dict[str, float] = Field(description="Time in s spent opening the files, in the search, in the polish.")
+    seconds: dict[str, float] = Field(description="Time in s spent in each stage.")

@@ -1,7 +1,7 @@
 """The side of the job store that the service sees: fits go in, their progress and results come out.
 
 The worker runs them (worker/jobs.py). The two share no code: they agree on the names below and on the order, a JSON
-object with `table`, `table_digest`, `recordings`, `recordings_digest`, `outside` and `settings`.
+object with `table`, `table_digest`, `simulate`, `parameters`, `recordings`, `recordings_digest`, `outside`, `settings`.
 """
 
 import sqlite3

@@ -13,6 +13,7 @@ from service.settings import Settings
 from slipstick.errors import InvalidValue
 from slipstick.library import Library
 from slipstick.table import Outside, Table
+from slipstick.uncertainty.families import Family
 from slipstick.uncertainty.inputs import Inputs
 
 SIMULATED = ("The shipped recordings `measured` are simulated test-bench data from an independent implementation: "
@@ -40,18 +41,27 @@ MassOutside = Annotated[float, Field(
     description="Probability that the inputs lie outside the table, where the policy `outside` applies.")]
 
 
-class NormalInputs(Strict):
-    """Normal inputs x = mean + L theta, theta ~ N(0, I), as multiples of the nominal values, one an axis."""
+class InputsBody(Strict):
+    """Uncertain inputs as multiples of the nominal values, one an axis: mean, spread, family and correlation."""
 
-    mean: list[float] = Field(min_length=1, description="Mean of each input, in multiples of its nominal value.",
-                              examples=[[1.0, 1.0]])
+    mean: list[float] = Field(min_length=1, max_length=20, examples=[[1.0, 1.0]],
+                              description="Mean of each input, in multiples of its nominal value.")
     std: list[float] | None = Field(
-        default=None, description="Standard deviation of each input in multiples of nominal, for L = diag(std). "
-                          "Give either `std` or `mixing`.", examples=[[0.05, 0.08]])
+        default=None, max_length=20, examples=[[0.05, 0.08]],
+        description="Standard deviation of each input in multiples of nominal. Give either `std` or `mixing`.")
+    families: list[Family] | None = Field(
+        default=None, max_length=20, examples=[["normal", "gamma"]],
+        description="Family of each input, normal unless said otherwise; mean and std are those of the input itself.")
+    correlation: list[list[float]] | None = Field(
+        default=None, max_length=20, examples=[[[1.0, -0.5], [-0.5, 1.0]]],
+        description="Correlation of the normal scores of the inputs, row by row: of the inputs themselves where they "
+                    "are normal, a Gaussian copula otherwise.")
+    support: list[tuple[float, float]] | None = Field(
+        default=None, max_length=20, description="Range of each beta input; that of its axis unless said otherwise.")
     mixing: list[list[float]] | None = Field(
-        default=None,
-        description="The whole matrix L, row by row, instead of `std`. Its off-diagonal entries mix germs (the paper's "
-                    "sigma12): the covariance of the inputs is L L^T.")
+        default=None, max_length=20,
+        description="For normal inputs the matrix L of x = mean + L theta, row by row, instead of `std`. Its "
+                    "off-diagonal entries mix germs (the paper's sigma12): the covariance is L L^T.")
 
     def inputs(self, table: Table) -> Inputs:
         """Return them as the inputs of `table`; raises `InvalidValue`."""
@@ -59,11 +69,14 @@ class NormalInputs(Strict):
         if len(self.mean) != len(names):
             raise InvalidValue(f"There are {len(self.mean)} means for the {len(names)} axes of the table",
                                f"Give one each of {', '.join(names)}")
-        if self.mixing is not None and any(len(row) != len(names) for row in self.mixing):
-            raise InvalidValue("The rows of the mixing matrix differ in length",
-                               f"Give {len(names)} rows of {len(names)} numbers")
+        for what, rows in (("mixing matrix", self.mixing), ("correlation", self.correlation)):
+            if rows is not None and any(len(row) != len(names) for row in rows):
+                raise InvalidValue(f"The rows of the {what} differ in length",
+                                   f"Give {len(names)} rows of {len(names)} numbers")
+        support = np.column_stack([table.lower, table.upper]) if self.support is None else np.array(self.support)
         return Inputs(np.array(self.mean), None if self.std is None else np.array(self.std),
-                      None if self.mixing is None else np.array(self.mixing))
+                      None if self.mixing is None else np.array(self.mixing), tuple(self.families or ()),
+                      None if self.correlation is None else np.array(self.correlation), support)
 
 
 def library(request: Request) -> Library:

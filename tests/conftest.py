@@ -1,3 +1,4 @@
+import json
 import os
 import shutil
 import subprocess
@@ -5,16 +6,21 @@ import sys
 from collections.abc import Callable, Iterator
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from selenium import webdriver
 
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.clutch.model import Model
-from slipstick.table import Axis, Table
+from slipstick.table import Axis, Grid
 
 ROOT = Path(__file__).parents[1]
+SWITCHES = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+            "--disable-background-networking", "--disable-component-update", "--disable-sync",
+            "--window-size=1200,1600", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
 
 
 @pytest.fixture(scope="session")
@@ -25,10 +31,57 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     axes = (Axis("pressure_bias", grid, 1.6, "bar"), Axis("initial_position", grid, 5e-4, "m"))
     times, status = shifting_times(model, conditions, [axis.name for axis in axes], np.array(list(product(grid, grid))))
     shape = (len(grid), len(grid), len(conditions))
-    table = Table(axes, times.reshape(shape), status.reshape(shape), conditions, model, "the tests")
+    table = Grid(axes, times.reshape(shape), status.reshape(shape), conditions, model, "the tests")
     table.write(folder / "nominal.h5")
     shutil.copy(ROOT / "tables" / "measured.h5", folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def made() -> Callable[..., dict[str, Any]]:
+    """What the job of a fit leaves, made up: a ridge of two means, an open interval, 90 % of the runs inside."""
+    def make(axes: tuple[str, ...] = ("pressure_bias", "initial_position"), n: int = 216) -> dict[str, Any]:
+        rng, d, conditions = np.random.default_rng(1), len(axes), paper_conditions().take(np.arange(n))
+        measured = rng.uniform(0.4, 1.2, n)
+        predicted, std, grid, time = measured + 0.01 * rng.normal(size=n), 0.01, np.linspace(0.8, 1.2, 21), \
+            np.linspace(0, 1.5, 151)
+        steps = np.linspace(-0.04, 0.04, 17)
+        curve = [[1 + step, 0.3 * step**2 / std**2] for step in np.linspace(-2 * std, 2 * std, 9)]
+        spell = {"mean": [1.0] * d, "std": [0.05] * d, "output_std": std}
+        unknowns = [f"{kind} of {axis}" for kind in ("mean", "std") for axis in axes] + ["output std"]
+        drop = 1e4 * (grid[:, None] + grid - 2) ** 2 + (grid[:, None] - grid) ** 2
+        shafts = {"pressure": 10 * time, "input_speed": 160 - 20 * time, "output_speed": 40 * time,
+                  "output_torque": 300 + 0 * time}
+        result = {
+            "axes": list(axes), "families": ["normal"] * d, "correlation": None, "method": "genetic", **spell,
+            "log10_likelihood": -269.0, "log10_likelihood_per_condition": [-269.0 / n] * n,
+            "before": {**spell, "log10_likelihood": -300.0}, "searched": {**spell, "log10_likelihood": -269.5},
+            "history": [-300.0, -280.0, -269.4], "mass_outside": 0.01, "remarks": [],
+            "intervals": [{"unknown": name, "estimate": 1.0, "lower": 0.99, "upper": 1.01, "level": 0.9, "curve": curve}
+                          for name in unknowns],
+            "combinations": [{"weights": {f"mean of {axis}": 1.0 for axis in axes}, "std_error": 0.01,
+                              "identified": True}]}
+        result["intervals"][0] |= {"lower": None}
+        evidence = {
+            "conditions": {name: getattr(conditions, name).tolist() for name in (
+                "current_profile", "motor_speed", "load_inertia", "brake_torque")},
+            "surface": None if d < 2 else {"axes": list(axes[:2]), "first": grid.tolist(), "second": grid.tolist(),
+                                           "log10_likelihood": (-269 - drop).tolist()},
+            "prediction": {
+                "condition": list(range(n)), "measured": measured.tolist(), "before": (measured + 0.05).tolist(),
+                "mean": predicted.tolist(), "std": [std] * n,
+                "density_time": (predicted[:, None] + steps).tolist(),
+                "density": [(np.exp(-(steps / std) ** 2 / 2) / std / np.sqrt(2 * np.pi) / 1e3).tolist()] * n},
+            "engagement": {
+                "condition": 0, "time": time.tolist(), "touch": 0.1, "lock": float(measured[0]) + 0.02,
+                "current": (0.3 + 0 * time).tolist(), "gear_ratio": 3.2,
+                "measured": {name: values.tolist() for name, values in shafts.items()},
+                "simulated": {name: values.tolist() for name, values in (
+                    *shafts.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
+        seconds = {"open": 0.1, "search": 9.0, "refine": 3.0, "intervals": 7.0}
+        return {"result": result, "evidence": evidence, "seconds": seconds}
+
+    return make
 
 
 @pytest.fixture(scope="session")
@@ -45,3 +98,32 @@ def launch() -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
     for process in started:
         process.kill()
         process.wait()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
+    """A real browser that reaches nothing but this machine."""
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if not (chromium and driver):
+        said = "Chromium is missing: apt-get update && apt-get install -y chromium chromium-driver"
+        pytest.fail(said) if os.environ.get("CI") == "true" else pytest.skip(said)
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for switch in (*SWITCHES, f"--user-data-dir={tmp_path_factory.mktemp('chromium')}"):
+        options.add_argument(switch)
+    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
+    browser = webdriver.Chrome(options, webdriver.ChromeService(driver))
+    yield browser
+    browser.quit()
+
+
+@pytest.fixture(scope="session")
+def requested(browser: webdriver.Chrome) -> Callable[[], list[str]]:
+    """The addresses on a network that the browser has asked for since the last call."""
+    def urls() -> list[str]:
+        messages = (json.loads(entry["message"])["message"] for entry in browser.get_log("performance"))
+        asked = [message["params"]["request"]["url"] for message in messages
+                 if message["method"] == "Network.requestWillBeSent"]
+        return [url for url in asked if url.startswith(("http:", "https:", "ws:", "wss:"))]
+
+    return urls

@@ -11,6 +11,7 @@ COMMANDS = {
     "build": "simulate a table of shifting times; killed, the same command goes on where it was",
     "calibrate": "fit the seven uncertain parameters to recordings by least squares",
     "serve-jobs": "run the fits that the service takes in; killed, it goes on where it was",
+    "surrogate": "train a table over any number of parameters on simulations at random points",
     "verify": "check a table, say what it is, and measure its interpolation against direct simulation",
 }
 """Command -> what it does; `some-name` lives in worker/some_name.py, loaded only when asked for."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from slipstick.clutch import parameters
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.clutch.conditions import Conditions, paper_conditions
 from slipstick.clutch.ensemble import DEFAULT, STATUS, TIGHT
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, WrongLayout
@@ -31,11 +31,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--axis", action="append", metavar="NAME=LOW:HIGH:COUNT",
                         help="a parameter and the multipliers of its value; once for each axis, in the order of the "
                              f"table (default: {' and '.join(PAPER_AXES)})")
+    add_model_arguments(parser, Path("tables/nominal.h5"))
+
+
+def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
+    """Describe what every table is made of and where it goes."""
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="a model as JSON, or a calibration that holds one (default: the nominal parameters)")
     parser.add_argument("--conditions", type=Path, metavar="FILE",
                         help="recordings whose conditions to simulate (default: the 216 of the paper)")
-    parser.add_argument("--out", type=Path, default=Path("tables/nominal.h5"), metavar="FILE",
+    parser.add_argument("--out", type=Path, default=out, metavar="FILE",
                         help="where to put the table (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N",
                         help="simulations at a time (default: %(default)s, one a core)")
@@ -43,18 +48,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="of the integration: at nominal parameters default is within 1e-4 s of tight")
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Build the table and say what came out."""
+def read_model_arguments(arguments: argparse.Namespace) -> tuple[Model, Conditions]:
+    """Open what these name; raises `InvalidValue`, also where the table would replace something else."""
     if arguments.threads < 1:
         raise InvalidValue(f"{arguments.threads} threads cannot build", "Give --threads 1 or more")
-    model = read_model(arguments.model) if arguments.model else Model()
-    conditions = open_conditions(arguments.conditions) if arguments.conditions else paper_conditions()
-    axes = tuple(read_axis(text, model) for text in arguments.axis or PAPER_AXES)
-    names = [axis.name for axis in axes]
-    if len(set(names)) < len(names):
-        raise InvalidValue(f"An axis appears twice: {', '.join(names)}", "Give each parameter one --axis")
     if arguments.out.exists():
         require_table(arguments.out)
+    return (read_model(arguments.model) if arguments.model else Model(),
+            open_conditions(arguments.conditions) if arguments.conditions else paper_conditions())
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Build the table and say what came out."""
+    model, conditions = read_model_arguments(arguments)
+    axes = tuple(read_axis(text, model) for text in arguments.axis or PAPER_AXES)
+    require_distinct(axes)
     require_memory(axes, len(conditions))
     plan = Plan(model, conditions, axes, ACCURACIES[arguments.accuracy])
     progress = Progress(int(np.prod(plan.shape)) * len(conditions), "engagements")
@@ -67,6 +75,13 @@ def run(arguments: argparse.Namespace) -> int:
     counts = ", ".join(f"{np.count_nonzero(table.status == code):,} {name}" for code, name in STATUS.items())
     print(f"{arguments.out}: {' x '.join(map(str, table.times.shape))} engagements ({counts}), digest {table.digest}")
     return 0
+
+
+def require_distinct(axes: tuple[Axis, ...]) -> None:
+    """Raise `InvalidValue` where two axes are of one parameter."""
+    names = [axis.name for axis in axes]
+    if len(set(names)) < len(names):
+        raise InvalidValue(f"An axis appears twice: {', '.join(names)}", "Give each parameter one --axis")
 
 
 def require_memory(axes: tuple[Axis, ...], conditions: int) -> None:

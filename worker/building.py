@@ -19,14 +19,14 @@ import slipstick
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.errors import InvalidValue
 from slipstick.files import move, replacing
-from slipstick.table import Table
+from slipstick.table import Grid
 from worker.plan import Plan
 
 Report = Callable[[int, int], None]
 """Told after every chunk: engagements ready, of them left over from an earlier build."""
 
 
-def build(plan: Plan, out: Path, executor: Executor, report: Report) -> Table:
+def build(plan: Plan, out: Path, executor: Executor, report: Report) -> Grid:
     """Simulate `plan` on `executor` and put the table at `out`; return it.
 
     The result does not depend on the executor, nor on how often the build was cut off. Raises `InvalidValue` where
@@ -50,9 +50,9 @@ def build(plan: Plan, out: Path, executor: Executor, report: Report) -> Table:
             _write(_file(folder, chunk), times[chunk], status[chunk])
             ready += times[chunk].size
             report(ready, left_over)
-        table = Table(plan.axes, times.reshape(*plan.shape, n), status.reshape(*plan.shape, n), plan.conditions,
-                      plan.model, f"slipstick {slipstick.__version__}, steps of {plan.accuracy.fine:g} s "
-                      f"at contact and {plan.accuracy.coarse:g} s elsewhere, twice that in calm")
+        table = Grid(plan.axes, times.reshape(*plan.shape, n), status.reshape(*plan.shape, n), plan.conditions,
+                     plan.model, f"slipstick {slipstick.__version__}, steps of {plan.accuracy.fine:g} s "
+                     f"at contact and {plan.accuracy.coarse:g} s elsewhere, twice that in calm")
         table.write(folder / out.name)
         move(folder / out.name, out)
         shutil.rmtree(folder)

@@ -2,29 +2,33 @@
 
 A block is the generations of about a second, one DBOS step: the state before it is stored, so a block cut off is
 computed again from the same state, by arithmetic that depends on nothing else. How many generations fall into a block
-depends on the clock; the result does not.
+depends on the clock; the result does not. The refinement, each interval, and the pictures' evidence are further steps.
 """
 
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from dbos import DBOS, WorkflowSerializationFormat
 
 from slipstick.clutch.conditions import Conditions
+from slipstick.clutch.model import Model
 from slipstick.errors import WrongDigest
+from slipstick.evidence import evidence
 from slipstick.library import Library
-from slipstick.problem import table_problem
-from slipstick.uncertainty import fit
-from slipstick.uncertainty.likelihood import Model
+from slipstick.problem import simulated_problem, table_problem
+from slipstick.recordings import Recordings
+from slipstick.uncertainty import fit, likelihood
 
 QUEUE, WORKFLOW, PROGRESS = "fits", "fit", "progress"
 _BLOCK_SECONDS = 1.0
 _REPORT_SECONDS = 0.5
 
 Order = dict[str, Any]
-"""`table`, `table_digest`, `recordings`, `recordings_digest`, `outside`, `settings` (service/job_store.py sends it)."""
+"""`table`, `table_digest`, `simulate`, `parameters`, `recordings`, `recordings_digest`, `outside`, `settings`
+(service/job_store.py sends it)."""
 Block = dict[str, Any]
 """`state` of the fit and the `seconds` spent so far in each stage."""
 
@@ -35,28 +39,42 @@ def register(library: Library) -> None:
     @DBOS.step(name="start")
     def start(order: Order) -> Block:
         begun = time.perf_counter()
-        settings, problem = _open(library, order)
-        state = fit.start(settings, len(problem.axes))
-        return {"state": state, "seconds": {"open": time.perf_counter() - begun, "search": 0.0}}
+        task = _open(library, order)
+        return {"state": fit.start(task.settings, task.problem), "seconds": {"open": time.perf_counter() - begun}}
 
     @DBOS.step(name="search")
     def search(order: Order, block: Block) -> Block:
         begun = time.perf_counter()
-        settings, problem = _open(library, order)
+        task = _open(library, order)
         state = block["state"]
-        while not fit.finished(settings, state) and time.perf_counter() < begun + _BLOCK_SECONDS:
-            state = fit.advance(settings, problem, state)
-            _report(settings, state, "search", 0)
-        spent = block["seconds"]["search"] + time.perf_counter() - begun
-        return {"state": state, "seconds": {**block["seconds"], "search": spent}}
+        while not fit.finished(task.settings, state) and time.perf_counter() < begun + _BLOCK_SECONDS:
+            state = fit.advance(task.settings, task.problem, state)
+            _report(task, state, "search")
+        return {"state": state, "seconds": _add(block["seconds"], "search", begun)}
 
-    @DBOS.step(name="polish")
-    def polish(order: Order, block: Block) -> dict[str, Any]:
+    @DBOS.step(name="refine")
+    def refine(order: Order, block: Block) -> Block:
         begun = time.perf_counter()
-        settings, problem = _open(library, order)
-        watched = replace(problem, model=_Watched(problem.model, settings, block["state"]))
-        result = fit.conclude(settings, watched, block["state"])
-        return {"result": result, "seconds": {**block["seconds"], "polish": time.perf_counter() - begun}}
+        task = _open(library, order)
+        found = fit.refined(task.settings, _watched(task, block["state"], "refine"), block["state"])
+        return {**block, "found": found, "seconds": _add(block["seconds"], "refine", begun)}
+
+    @DBOS.step(name="interval")
+    def interval(order: Order, block: Block, place: int) -> Block:
+        begun = time.perf_counter()
+        task = _open(library, order)
+        watched = _watched(task, block["state"], "intervals")
+        profile = fit.profile(task.settings, watched, block["found"], place)
+        return {"profile": profile, "seconds": _add(block["seconds"], "intervals", begun)}
+
+    @DBOS.step(name="conclude")
+    def conclude(order: Order, block: Block, profiles: list[dict[str, Any]]) -> dict[str, Any]:
+        begun = time.perf_counter()
+        task = _open(library, order)
+        watched = _watched(task, block["state"], "conclude")
+        result = fit.conclude(task.settings, watched, block["state"], block["found"], profiles)
+        shown = evidence(task.settings, watched, block["found"], task.model, task.recordings)
+        return {"result": result, "evidence": shown, "seconds": _add(block["seconds"], "conclude", begun)}
 
     @DBOS.workflow(name=WORKFLOW, serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
@@ -64,32 +82,55 @@ def register(library: Library) -> None:
         block = start(order)
         while not fit.finished(settings, block["state"]):
             block = search(order, block)
-        return polish(order, block)
+        block, profiles = refine(order, block), []
+        for place in range(len(block["found"]) if settings.intervals else 0):
+            found = interval(order, block, place)
+            profiles.append(found["profile"])
+            block = {**block, "seconds": found["seconds"]}
+        return conclude(order, block, profiles)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    settings: fit.FitSettings
+    problem: likelihood.Problem
+    model: Model
+    recordings: Recordings
 
 
 class _Watched:
     """A model that reports now and then how often it was run."""
 
-    def __init__(self, model: Model, settings: fit.FitSettings, state: fit.State) -> None:
-        self.model, self.settings, self.state = model, settings, state
+    def __init__(self, model: likelihood.Model, report: Callable[[int], None]) -> None:
+        self.model, self.report = model, report
         self.runs, self.reported = 0, 0.0
 
     def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
         self.runs += 1
         if time.perf_counter() > self.reported + _REPORT_SECONDS:
             self.reported = time.perf_counter()
-            _report(self.settings, self.state, "polish", self.runs)
+            self.report(self.runs)
         return self.model(points, conditions)
 
 
-def _report(settings: fit.FitSettings, state: fit.State, stage: str, runs: int) -> None:
+def _watched(task: _Task, state: fit.State, stage: str) -> likelihood.Problem:
+    return replace(task.problem, model=_Watched(task.problem.model, lambda runs: _report(task, state, stage, runs)))
+
+
+def _report(task: _Task, state: fit.State, stage: str, runs: int = 0) -> None:
     """Publish how far the fit is; where the fit has been cancelled, DBOS raises here and the step ends."""
-    DBOS.set_event(PROGRESS, {"stage": stage, "polish_runs": runs, **fit.progress(settings, state)})
+    DBOS.set_event(PROGRESS, {"stage": stage, "model_runs": runs, **fit.progress(task.settings, task.problem, state)})
 
 
-def _open(library: Library, order: Order) -> tuple[fit.FitSettings, fit.Problem]:
+def _add(seconds: dict[str, float], stage: str, begun: float) -> dict[str, float]:
+    return {**seconds, stage: seconds.get(stage, 0.0) + time.perf_counter() - begun}
+
+
+def _open(library: Library, order: Order) -> _Task:
     table, recordings = library.table(order["table"]), library.recording(order["recordings"])
     for kind, digest in (("table", table.digest), ("recordings", recordings.digest)):
         if digest != order[f"{kind}_digest"]:
             raise WrongDigest(f"The {kind} '{order[kind]}' changed after the fit was submitted", "Submit the fit again")
-    return fit.FitSettings.from_dict(order["settings"]), table_problem(table, recordings, order["outside"])
+    problem = (simulated_problem(table.model, recordings, order["parameters"]) if order["simulate"]
+               else table_problem(table, recordings, order["outside"], order["parameters"]))
+    return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)

@@ -21,7 +21,7 @@ from slipstick.library import Library
 from worker import jobs
 
 _APPLICATION = "slipstick"
-_VERSION = "fits-1"
+_VERSION = "fits-2"
 """Of the steps of a job, not of the program: a job is taken up by any program whose steps are the same."""
 
 

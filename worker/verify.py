@@ -8,9 +8,11 @@ import numpy as np
 from slipstick.clutch.ensemble import STATUS, TIGHT, Simulator
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
-from slipstick.table import Table
-from slipstick.uncertainty.inputs import Inputs, mass_outside, normal_germs
+from slipstick.table import Grid, Surrogate, Table
+from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import log10_density
+from slipstick.uncertainty.sampling import mass_outside, normal_germs
+from worker.surrogate import describe_error
 
 SHIPPED = Path("tables/measured.h5")
 GERMS = 1024
@@ -42,13 +44,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 def describe(table: Table) -> str:
     """What the table is, in lines."""
-    lines = [f"{axis.name}: {len(axis.values)} multipliers from {axis.lower:g} to {axis.upper:g} of {axis.nominal:g} "
-             f"{axis.unit}" for axis in table.axes]
-    counts = ", ".join(f"{np.count_nonzero(table.status == code):,} {name}" for code, name in STATUS.items())
+    lines = [f"{axis.name}: {axis.lower:g} to {axis.upper:g} of {axis.nominal:g} {axis.unit}" for axis in table.axes]
+    kind: str = table.kind
+    if isinstance(table, Grid):
+        kind += " of " + " x ".join(str(len(axis.values)) for axis in table.axes)
+        for code, name in STATUS.items():
+            kind += f", {np.count_nonzero(table.status == code):,} {name}"
+    if isinstance(table, Surrogate):
+        kind += f" {describe_error(table)}"
     effects = ", ".join(table.model.effects) or "none"
     return "\n".join([*lines, f"conditions: {len(table.conditions)}, digest {table.conditions.digest}",
                       f"model: digest {table.model.digest}, effects: {effects}", f"origin: {table.origin}",
-                      f"engagements: {counts}", f"content: digest {table.digest}"])
+                      f"kind: {kind}", f"content: digest {table.digest}"])
 
 
 def interpolation_error(table: Table, count: int, seed: int) -> str:
@@ -57,8 +64,8 @@ def interpolation_error(table: Table, count: int, seed: int) -> str:
     difference = (table.interpolate(points, "error") - _direct(table)(points, table.conditions)) * 1e3
     both = difference[np.isfinite(difference)]
     if not len(both):
-        return f"interpolation: no engagement locks both in the table and directly at {count} points"
-    return (f"interpolation: {np.sqrt(np.mean(both**2)):.4f} ms RMS, {np.abs(both).max():.3f} ms at most from direct "
+        return f"error: no engagement locks both in the table and directly at {count} points"
+    return (f"error: {np.sqrt(np.mean(both**2)):.4f} ms RMS, {np.abs(both).max():.3f} ms at most from direct "
             f"simulation, {len(both):,} engagements at {count:,} random points (seed {seed}); "
             f"{difference.size - len(both):,} without a time in the table, directly, or both")
 

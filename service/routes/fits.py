@@ -14,9 +14,8 @@ from service.job_store import JobStore, Order
 from service.problems import Conflict, responses
 from service.schemas import TheLibrary
 from slipstick.library import Library
-from slipstick.problem import table_problem
+from slipstick.problem import simulated_problem, table_problem
 from slipstick.uncertainty.fit import start
-from slipstick.uncertainty.unknowns import box
 
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
@@ -55,7 +54,7 @@ def submit_fit(asked: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library:
     """
     order = _order(library, asked)
     fit = store.submit(key or str(uuid.uuid4()), order)
-    if _ordered(fit) != order:
+    if ordered(fit) != order:
         raise Conflict(f"The key '{key}' belongs to a fit with another request, table or recordings",
                        "Send the request as it was then, or take another Idempotency-Key")
     response.headers["Location"] = f"/v1/fits/{fit.workflow_id}"
@@ -66,7 +65,7 @@ def submit_fit(asked: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library:
 def list_fits(store: TheFits, limit: Annotated[int, Query(ge=1, le=1000, description="Most fits to list.")] = 50,
               offset: Annotated[int, Query(ge=0, description="Fits to skip, from the newest.")] = 0) -> FitList:
     """The fits of all tables and recordings, the newest first."""
-    return FitList(fits=[_fit(fit) for fit in store.newest(limit, offset)])
+    return FitList(fits=[describe(fit) for fit in store.newest(limit, offset)])
 
 
 @router.get("/{id}", summary="Follow a fit", responses=responses(404, 503))
@@ -78,15 +77,11 @@ def follow_fit(id: FitId, store: TheFits) -> FollowedFit:
 @router.get("/{id}/result", summary="Result of a fit", responses=responses(404, 409, 503))
 def fit_result(id: FitId, store: TheFits) -> FitResult:
     """The fitted inputs with the likelihood before and after; a conflict until the fit is done."""
-    fit = store.find(id)
-    if fit.status != "SUCCESS":
-        status = _STATUS[fit.status]
-        remedy = "Ask again when it is done" if status in ("queued", "running") else "Submit it again"
-        raise Conflict(f"The fit '{id}' has no result: it is {status}", remedy)
-    order = _ordered(fit)
-    kept = ("table", "table_digest", "recordings", "recordings_digest")
+    fit = finished(store, id)
+    order = ordered(fit)
+    kept = ("table", "table_digest", "simulate", "recordings", "recordings_digest")
     output: dict[str, Any] = fit.output or {}
-    return FitResult(id=id, **{name: order[name] for name in kept}, **output)
+    return FitResult(id=id, **{name: order[name] for name in kept}, result=output["result"], seconds=output["seconds"])
 
 
 @router.post("/{id}/cancel", summary="Cancel a fit", responses=responses(404, 503))
@@ -99,17 +94,30 @@ def cancel_fit(id: FitId, store: TheFits) -> FollowedFit:
 def _order(library: Library, asked: FitRequest) -> Order:
     """What the worker is told. Whatever it would stumble over is refused here."""
     table, recordings = library.table(asked.table), library.recording(asked.recordings)
-    search, problem = asked.settings.checked(), table_problem(table, recordings, asked.outside)
-    box(search, problem)
-    start(search, len(problem.axes))
+    chosen = asked.parameters or [axis.name for axis in table.axes]
+    problem = (simulated_problem(table.model, recordings, chosen) if asked.simulate
+               else table_problem(table, recordings, asked.outside, chosen))
+    search = asked.settings.checked()
+    start(search, problem)
     order: Order = orjson.loads(orjson.dumps({
-        "table": asked.table, "table_digest": table.digest,
+        "table": asked.table, "table_digest": table.digest, "simulate": asked.simulate, "parameters": chosen,
         "recordings": asked.recordings, "recordings_digest": recordings.digest,
         "outside": asked.outside, "settings": search.to_dict()}))
     return order
 
 
-def _ordered(fit: WorkflowStatus) -> Order:
+def finished(store: JobStore, id: str) -> WorkflowStatus:
+    """The fit with its output; raises `UnknownName`, and `Conflict` where it is not done."""
+    fit = store.find(id)
+    if fit.status != "SUCCESS":
+        status = _STATUS[fit.status]
+        remedy = "Ask again when it is done" if status in ("queued", "running") else "Submit it again"
+        raise Conflict(f"The fit '{id}' has no result: it is {status}", remedy)
+    return fit
+
+
+def ordered(fit: WorkflowStatus) -> Order:
+    """What the worker was told."""
     assert fit.input is not None
     order: Order = fit.input["args"][0]
     return order
@@ -117,16 +125,18 @@ def _ordered(fit: WorkflowStatus) -> Order:
 
 def _follow(store: JobStore, fit: WorkflowStatus) -> FollowedFit:
     said = store.progress(fit.workflow_id)
-    return FollowedFit(**vars(_fit(fit)), progress=None if said is None else Progress(**said))
+    return FollowedFit(**vars(describe(fit)), progress=None if said is None else Progress(**said))
 
 
-def _fit(fit: WorkflowStatus) -> Fit:
-    order, status, here = _ordered(fit), _STATUS[fit.status], f"/v1/fits/{fit.workflow_id}"
+def describe(fit: WorkflowStatus) -> Fit:
+    """What is known of a fit without its progress and result."""
+    order, status, here = ordered(fit), _STATUS[fit.status], f"/v1/fits/{fit.workflow_id}"
     waiting = "It waits for the worker; if none is running, start one with `python -m worker serve-jobs`"
     return Fit(
         id=fit.workflow_id, status=status, note=waiting if status == "queued" else None,
         problem=str(fit.error) if fit.error else None, **order, submitted=_time(fit.created_at),
-        ended=_time(fit.completed_at), links={"self": here, "result": f"{here}/result", "cancel": f"{here}/cancel"})
+        ended=_time(fit.completed_at), links={
+            "self": here, **{name: f"{here}/{name}" for name in ("result", "report", "pictures", "cancel")}})
 
 
 def _time(milliseconds: int | None) -> datetime.datetime | None:

@@ -1,6 +1,6 @@
 """How likely recordings are under candidate inputs."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from fastapi import APIRouter, Body, Response
@@ -8,11 +8,11 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
 from service.problems import responses
-from service.routes.propagate import Nodes, Order, Samples, Seed
+from service.routes.propagate import ExpansionBody, Samples, Seed
 from service.schemas import (
     SIMULATED,
+    InputsBody,
     MassOutside,
-    NormalInputs,
     OutsidePolicy,
     RecordingsName,
     Strict,
@@ -24,18 +24,33 @@ from service.schemas import (
     require_size,
 )
 from slipstick.problem import table_problem
-from slipstick.uncertainty.expansion import NODES, ORDER, hermite_basis
-from slipstick.uncertainty.inputs import mass_outside, normal_germs
-from slipstick.uncertainty.likelihood import SAMPLES, Candidate, Problem, by_expansion, exact
+from slipstick.uncertainty.expansion import make_basis
+from slipstick.uncertainty.families import HERMITE
+from slipstick.uncertainty.likelihood import (
+    MOST_LINES,
+    SAMPLES,
+    Candidate,
+    Problem,
+    by_expansion,
+    by_sampling,
+    exact,
+    settled,
+)
+from slipstick.uncertainty.line_rules import ACROSS
+from slipstick.uncertainty.sampling import mass_outside, normal_germs
 
 router = APIRouter(prefix="/v1/likelihood", tags=["likelihood"], route_class=JsonRoute)
 
-_AT_ONCE = 20_000_000
-"""Model values at the nodes of all candidates taken in one go: 160 MB."""
+_POINTS_A_LINE = 64  # about as many as the knots of a table
 
 
-class CandidateInputs(NormalInputs):
-    """Normal inputs and the output noise that goes with them."""
+Lines = Annotated[int, Field(
+    ge=16, le=MOST_LINES, description="Lines to integrate along in three inputs and more, a power of two; a model "
+                                      "without knots is also broken the more finely along them.")]
+
+
+class CandidateInputs(InputsBody):
+    """Uncertain inputs and the output noise that goes with them."""
 
     output_std: float = Field(gt=0, description="Standard deviation of the additive output noise in s.")
 
@@ -46,13 +61,15 @@ class LikelihoodRequest(Strict):
     table: TableName = "nominal"
     recordings: RecordingsName = "measured"
     candidates: list[CandidateInputs] = Field(min_length=1, max_length=10_000, description="One candidate or many.")
-    method: Literal["expansion", "exact"] = Field(
-        default="expansion",
-        description="`expansion` samples the polynomial of each condition, as a fit does; `exact` asks the table at "
-                    "every sample, without the error of the expansion.")
+    method: Literal["auto", "exact", "expansion", "sampling"] = Field(
+        default="auto",
+        description="`auto` integrates the table itself, with as many lines as keep the error below 0.05 decades; "
+                    "`exact` does so with `lines`; `expansion` integrates the polynomials of a fit; `sampling` takes "
+                    "the mean over samples of these polynomials, as the paper does: wrong far from the data and for a "
+                    "narrow noise.")
     outside: OutsidePolicy = "clip"
-    order: Order = ORDER
-    nodes: Nodes = NODES
+    expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(), description="How to expand.")
+    lines: Lines = ACROSS
     samples: Samples = SAMPLES
     seed: Seed = 1
     per_condition: bool = Field(default=True, description="Whether to give the likelihood of each condition too.")
@@ -66,6 +83,9 @@ class CandidateLikelihood(BaseModel):
     per_condition: list[float | None] | None = Field(
         description="log10 of the density per ms at each measured time, in the order of the recordings; null stands "
                     "for minus infinity: there is no expansion, since the model gives no time at one node or more.")
+    error: float | None = Field(
+        description="With `auto`, what other lines change in the log10 likelihood; 0 where a table of one or two axes "
+                    "is integrated as it stands. Null for the other methods.")
     mass_outside: MassOutside
 
 
@@ -91,35 +111,47 @@ def likelihood(asked: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], l
                settings: TheSettings) -> Response:
     """The log10 likelihood (eq. 7 of the paper) of the measured shifting times under each candidate.
 
-    The density of each measured time is the mean of normal densities around samples of the simulated time, with the
-    output noise as their width, in logarithms throughout, per millisecond. Every run draws its own inputs, so the
+    The density of each measured time is the mean, over the inputs, of normal densities around the simulated time, with
+    the output noise as their width, in logarithms throughout, per millisecond. Every run draws its own inputs, so the
     conditions add up.
     """
     table, recordings = library.table(asked.table), library.recording(asked.recordings)
     problem = table_problem(table, recordings, asked.outside)
     candidates = [Candidate(one.inputs(table), one.output_std) for one in asked.candidates]
-    basis = hermite_basis(len(table.axes), asked.order, asked.nodes)
-    germs = normal_germs(len(table.axes), asked.samples, asked.seed)
-    each = (len(basis.nodes) + asked.samples) * len(recordings)
-    require_size(each * len(candidates), settings.work_values, "numbers on the way",
-                 "Send fewer candidates at a time, or ask for fewer nodes and samples")
-    require_size(len(candidates) * len(recordings), settings.answer_values, "numbers", "Send fewer at a time")
-    if asked.method == "exact":
-        logarithms = np.array([exact(problem, candidate, germs) for candidate in candidates])
-    else:
-        step = max(1, _AT_ONCE // (len(basis.nodes) * len(recordings)))
-        logarithms = np.concatenate([by_expansion(problem, candidates[first:first + step], basis, germs)
-                                     for first in range(0, len(candidates), step)])
+    _require_work(asked, settings, len(table.axes), len(recordings))
+    logarithms, errors = _likelihoods(asked, problem, candidates)
+    theta = normal_germs(len(table.axes), SAMPLES, asked.seed)
     return numbers({
         "table": asked.table, "table_digest": table.digest, "recordings": asked.recordings,
         "recordings_digest": recordings.digest, "outside": asked.outside,
-        "candidates": [_candidate(problem, candidate, germs, row, asked.per_condition)
-                       for candidate, row in zip(candidates, logarithms, strict=True)],
+        "candidates": [{"log10_likelihood": float(row.sum()), "error": error,
+                        "per_condition": row.tolist() if asked.per_condition else None,
+                        "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, theta)}
+                       for candidate, row, error in zip(candidates, logarithms, errors, strict=True)],
     })
 
 
-def _candidate(problem: Problem, candidate: Candidate, germs: np.ndarray, logarithms: np.ndarray,
-               per_condition: bool) -> dict[str, Any]:
-    return {"log10_likelihood": float(logarithms.sum()),
-            "per_condition": logarithms.tolist() if per_condition else None,
-            "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, germs)}
+def _likelihoods(asked: LikelihoodRequest, problem: Problem,
+                 candidates: list[Candidate]) -> tuple[np.ndarray, list[float | None]]:
+    """log10 p (c, n), and the error of each sum where the method knows it."""
+    unknown: list[float | None] = [None] * len(candidates)
+    if asked.method == "auto":
+        found = [settled(problem, candidate, asked.seed) for candidate in candidates]
+        return np.array([row for row, _ in found]), [error for _, error in found]
+    if asked.method == "exact":
+        return np.array([exact(problem, candidate, asked.lines, asked.seed) for candidate in candidates]), unknown
+    if asked.method == "expansion":
+        return by_expansion(problem, candidates, asked.expansion.checked(0), asked.lines), unknown
+    theta = normal_germs(len(problem.axes), asked.samples, asked.seed)
+    return by_sampling(problem, candidates, asked.expansion.checked(0), theta), unknown
+
+
+def _require_work(asked: LikelihoodRequest, settings: TheSettings, dimension: int, conditions: int) -> None:
+    """Refuse what would take minutes; raises `TooLarge`."""
+    points = {"auto": 4 * ACROSS * _POINTS_A_LINE, "exact": asked.lines * _POINTS_A_LINE,
+              "expansion": asked.lines * _POINTS_A_LINE, "sampling": asked.samples}[asked.method]
+    if asked.method in ("expansion", "sampling"):
+        points += len(make_basis((HERMITE,) * dimension, asked.expansion.checked(0)).nodes)
+    require_size(points * conditions * len(asked.candidates), settings.work_values, "numbers on the way",
+                 "Send fewer candidates at a time, or ask for fewer lines, samples and nodes")
+    require_size(len(asked.candidates) * conditions, settings.answer_values, "numbers", "Send fewer at a time")

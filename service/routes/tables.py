@@ -1,6 +1,6 @@
 """The tables: which there are, and what each says about itself."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from fastapi import APIRouter, Path
@@ -11,17 +11,49 @@ from service.problems import responses
 from service.schemas import Digest, TheLibrary
 from slipstick.clutch.conditions import Conditions
 from slipstick.errors import SlipstickError
-from slipstick.table import Table
+from slipstick.table import Grid, HeldOut, Surrogate
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
+
+
+Kind = Literal["grid", "surrogate"]
+"""A grid is interpolated linearly between simulated points; a surrogate is a network trained on simulations."""
+
+
+class StatedError(BaseModel):
+    """Error of a surrogate against direct simulation, measured when it was built, at points it was not trained on."""
+
+    rms: float = Field(description="Root of the mean squared error over points and conditions in s.")
+    worst: float = Field(description="Largest error at any point and condition in s.")
+    points: int = Field(description="Random points in the box at which it was measured.")
+
+
+class ConditionError(BaseModel):
+    """Stated error of a surrogate in one condition."""
+
+    rms: float = Field(description="Root of the mean squared error over the points in s.")
+    worst: float = Field(description="Largest error at any of the points in s.")
+
+
+class Training(BaseModel):
+    """What a surrogate was made of."""
+
+    runs: int = Field(description="Simulated points it was trained on, each under all conditions.")
+    steps: int = Field(description="Steps of the training.")
+    seed: int = Field(description="Seed of points and training.")
+    error: StatedError
+    errors: list[ConditionError] = Field(description="The same for each condition, in their order.")
 
 
 class TableEntry(BaseModel):
     """A table in the list."""
 
     name: str = Field(description="Name, as in the other operations.")
+    kind: Kind | None = Field(description="What it is; null where the file cannot be trusted.")
     axes: list[str] = Field(description="Parameters that the table varies, in the order of its axes.")
-    shape: list[int] = Field(description="Grid points along each axis, then the number of conditions.")
+    shape: list[int] = Field(description="Grid points along each axis (none for a surrogate), then the number of "
+                                         "conditions.")
+    error: StatedError | None = Field(default=None, description="Error that a surrogate states; null for a grid.")
     digest: str | None = Field(description="Content digest (SHA-256); null where the file cannot be trusted.")
     problem: str | None = Field(default=None, description="Why the file cannot be trusted, and what to do.")
     href: str = Field(description="Address of the description.")
@@ -39,7 +71,7 @@ class AxisDescription(BaseModel):
     name: str = Field(description="Parameter.")
     unit: str = Field(description="Unit of the nominal value.")
     nominal: float = Field(description="Nominal value in `unit`: what the multiplier 1 stands for.")
-    values: list[float] = Field(description="Grid, in multiples of the nominal value.")
+    values: list[float] = Field(description="Grid in multiples of the nominal value; the two ends for a surrogate.")
 
 
 class Condition(BaseModel):
@@ -71,13 +103,17 @@ class TableDescription(BaseModel):
     """What a table says about itself."""
 
     name: str = Field(description="Name of the table.")
+    kind: Kind
     digest: Digest
     model_digest: str = Field(description="SHA-256 of `model`.")
     conditions_digest: str = Field(description="SHA-256 of the conditions.")
     origin: str = Field(description="Who computed it, and how accurately.")
     axes: list[AxisDescription] = Field(description="The axes, in the order of the inputs of every operation.")
     unit: str = Field(default="s", description="Unit of the tabulated shifting times.")
-    statuses: StatusCounts
+    statuses: StatusCounts | None = Field(description="How the engagements of a grid ended; null for a surrogate, "
+                                                      "which is refused where one does not lock.")
+    training: Training | None = Field(description="What a surrogate was made of and how far off it is; null for a "
+                                                  "grid.")
     model: dict[str, Any] = Field(description="Parameters with units, effects, and torque converter of the model.")
     conditions: list[Condition] = Field(description="The experiments, in their order.")
     current_profiles: list[CurrentProfile] = Field(description="The current profiles the conditions refer to.")
@@ -95,15 +131,15 @@ def list_tables(library: TheLibrary) -> TableList:
 
 @router.get("/{name}", summary="Describe a table", responses=responses(404))
 def describe_table(name: TableInPath, library: TheLibrary) -> TableDescription:
-    """Axes with units, digests, the model it was computed with, how its engagements ended, and its conditions."""
+    """Axes with units, digests, the model it was computed with, how good it is, and its conditions."""
     table = library.table(name)
-    counts = np.bincount(table.status.ravel(), minlength=3)
     return TableDescription(
-        name=name, digest=table.digest, model_digest=table.model.digest, conditions_digest=table.conditions.digest,
-        origin=table.origin, model=table.model.spec(), unit="s",
+        name=name, kind=table.kind, digest=table.digest, model_digest=table.model.digest,
+        conditions_digest=table.conditions.digest, origin=table.origin, model=table.model.spec(), unit="s",
         axes=[AxisDescription(name=axis.name, unit=axis.unit, nominal=axis.nominal, values=axis.values.tolist())
               for axis in table.axes],
-        statuses=StatusCounts(locked=counts[0], never_locked=counts[1], failed=counts[2]),
+        statuses=_statuses(table) if isinstance(table, Grid) else None,
+        training=_training(table) if isinstance(table, Surrogate) else None,
         conditions=list_conditions(table.conditions), current_profiles=list_profiles(table.conditions))
 
 
@@ -123,8 +159,25 @@ def list_profiles(conditions: Conditions) -> list[CurrentProfile]:
 def _entry(library: TheLibrary, name: str) -> TableEntry:
     href = f"/v1/tables/{name}"
     try:
-        table: Table = library.table(name)
+        table = library.table(name)
     except SlipstickError as error:
-        return TableEntry(name=name, axes=[], shape=[], digest=None, problem=str(error), href=href)
-    return TableEntry(name=name, axes=[axis.name for axis in table.axes], shape=list(table.times.shape),
-                      digest=table.digest, href=href)
+        return TableEntry(name=name, kind=None, axes=[], shape=[], digest=None, problem=str(error), href=href)
+    return TableEntry(name=name, kind=table.kind, axes=[axis.name for axis in table.axes],
+                      shape=[*(len(knots) for knots in table.knots or ()), len(table.conditions)],
+                      error=_error(table.error) if isinstance(table, Surrogate) else None, digest=table.digest,
+                      href=href)
+
+
+def _statuses(table: Grid) -> StatusCounts:
+    locked, never_locked, failed = np.bincount(table.status.ravel(), minlength=3)
+    return StatusCounts(locked=locked, never_locked=never_locked, failed=failed)
+
+
+def _training(table: Surrogate) -> Training:
+    each = zip(table.error.rms.tolist(), table.error.worst.tolist(), strict=True)
+    return Training(runs=table.runs, steps=table.steps, seed=table.seed, error=_error(table.error),
+                    errors=[ConditionError(rms=rms, worst=worst) for rms, worst in each])
+
+
+def _error(error: HeldOut) -> StatedError:
+    return StatedError(rms=error.overall_rms, worst=float(error.worst.max()), points=error.points)

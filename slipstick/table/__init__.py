@@ -1,7 +1,10 @@
-"""Tables of shifting times: layout on file, verification and interpolation."""
+"""Tables of shifting times, on a grid or as a surrogate: layout on file, verification and interpolation."""
 
 from slipstick.table.axis import Axis
-from slipstick.table.interpolation import Outside
+from slipstick.table.grid import Grid
+from slipstick.table.network import Network
+from slipstick.table.points import Outside
+from slipstick.table.surrogate import HeldOut, Surrogate
 from slipstick.table.table import Table
 
-__all__ = ["Axis", "Outside", "Table"]
+__all__ = ["Axis", "Grid", "HeldOut", "Network", "Outside", "Surrogate", "Table"]

@@ -7,16 +7,12 @@ value spoils only what depends on it.
 """
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from slipstick.errors import InvalidValue, OutsideTable
 from slipstick.table.axis import Axis
-
-Outside = Literal["error", "clip", "nan"]
-"""What a point beyond the axes gives: `OutsideTable`, the value at the nearest edge, or NaN."""
+from slipstick.table.points import Outside, placed
 
 
 def interpolate(axes: Sequence[Axis], values: np.ndarray, points: np.ndarray, outside: Outside) -> np.ndarray:
@@ -25,24 +21,10 @@ def interpolate(axes: Sequence[Axis], values: np.ndarray, points: np.ndarray, ou
     NaN where a corner that counts is NaN. Raises `InvalidValue` where the points are not finite or not
     (m, d), and `OutsideTable`.
     """
-    if points.ndim != 2 or points.shape[1] != len(axes):
-        raise InvalidValue(f"Points have shape {points.shape}, not (m, {len(axes)})",
-                           f"Give one multiplier each of {', '.join(axis.name for axis in axes)}")
-    lower, upper = np.array([[axis.lower, axis.upper] for axis in axes]).T
-    inside = (points >= lower) & (points <= upper)
-    if not np.isfinite(points).all():
-        row, column = np.argwhere(~np.isfinite(points))[0]
-        raise InvalidValue(f"Point {row} is not finite in {axes[column].name}", "Give finite multipliers")
-    if outside == "error" and not inside.all():
-        row, column = np.argwhere(~inside)[0]
-        axis = axes[column]
-        raise OutsideTable(f"Point {row} has {axis.name} = {points[row, column]:.6g}, outside the table's "
-                           f"{axis.lower:.6g} to {axis.upper:.6g}",
-                           "Choose clip or nan for such points, or build a wider table")
-    weights = _weights(axes, np.clip(points, lower, upper))
-    result: np.ndarray = weights @ values.reshape(-1, values.shape[-1])
+    clipped, inside = placed(axes, points, outside)
+    result: np.ndarray = _weights(axes, clipped) @ values.reshape(-1, values.shape[-1])
     if outside == "nan":
-        result[~inside.all(axis=1)] = np.nan
+        result[~inside] = np.nan
     return result
 
 

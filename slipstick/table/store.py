@@ -1,9 +1,12 @@
-"""The layout of a table in HDF5 (in words: tables/README.md), written whole and read without trust."""
+"""What all tables have in common in HDF5 (in words: tables/README.md), read without trust."""
 
 import hashlib
 import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
+from typing import TypedDict
 
 import h5py
 import numpy as np
@@ -15,111 +18,95 @@ from slipstick.errors import CorruptTable, InvalidValue, SlipstickError, Unknown
 from slipstick.hdf5 import SIGNATURE, Source, reading, text
 from slipstick.table.axis import Axis
 
-LAYOUT = "slipstick table"
 LAYOUT_VERSION = 1
-STATUS_MEANINGS = "locked never_locked failed"
-"""What the statuses 0, 1, 2 say, after the CF convention `flag_meanings`."""
-
-Content = tuple[tuple[Axis, ...], np.ndarray, np.ndarray, Conditions, Model]
-"""Axes, times, status, conditions, model."""
-
-_REBUILD = "Build the table again"
+REBUILD = "Build the table again"
 _LARGEST = 1 << 40  # a table is stored unpacked, so its file bounds it
 
 
-def content_digest(content: Content) -> str:
+class Header(TypedDict):
+    """What every table has beside its numbers."""
+
+    axes: tuple[Axis, ...]
+    conditions: Conditions
+    model: Model
+    origin: str
+
+
+def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarray], conditions: Conditions,
+                   model: Model) -> str:
     """SHA-256 over all that matters and nothing else: not the file's bytes, its name or who wrote it."""
-    axes, times, status, conditions, model = content
-    hashed = hashlib.sha256(f"{LAYOUT} {LAYOUT_VERSION} {model.digest} {conditions.digest}\n".encode())
+    hashed = hashlib.sha256(f"{layout} {LAYOUT_VERSION} {model.digest} {conditions.digest}\n".encode())
     for axis in axes:
         hashed.update(f"{axis.name} {float(axis.nominal)!r} {axis.unit}\n".encode())
     columns = (getattr(conditions, column.name) for column in fields(conditions))
-    for array in (*(axis.values for axis in axes), times, status, *columns):
+    for array in (*(axis.values for axis in axes), *arrays, *columns):
         plain = np.ascontiguousarray(array, dtype=np.dtype(array.dtype).newbyteorder("<"))
         hashed.update(f"{plain.dtype.str} {plain.shape}\n".encode())
         hashed.update(plain.data)
     return hashed.hexdigest()
 
 
-def save(path: Path, content: Content, digest: str, origin: str) -> None:
-    """Write a table to `path`, over whatever is there; the caller replaces files atomically."""
-    axes, times, status, conditions, model = content
+def write_header(file: h5py.File, layout: str, digest: str, origin: str, axes: Sequence[Axis],
+                 conditions: Conditions, model: Model) -> None:
+    """Write what the table is, its model, conditions and axes."""
+    file.attrs["layout_version"] = LAYOUT_VERSION
+    describe(file, layout=layout, content_digest=digest, origin=origin)
     spec = json.dumps(model.spec(), sort_keys=True)
-    chunk = (1,) * (len(axes) - 1) + times.shape[-2:]
-    with h5py.File(path, "w", libver=("v110", "v110")) as file:  # from 1.10 on HDF5 checksums its metadata
-        file.attrs["layout_version"] = LAYOUT_VERSION
-        _describe(file, layout=LAYOUT, content_digest=digest, origin=origin)
-        _describe(file.create_dataset("model", data=text(spec)), digest=model.digest)
-        write_conditions(file, conditions)
-        _describe(file["conditions"], digest=conditions.digest)
-        _describe(file.create_group("axes"), order=json.dumps([axis.name for axis in axes]))
-        times_set = file.create_dataset("times", data=times, dtype="<f8", chunks=chunk, fletcher32=True)
-        _describe(times_set, units="s", long_name="shifting time")
-        status_set = file.create_dataset("status", data=status, dtype="u1", chunks=chunk, fletcher32=True)
-        _describe(status_set, units="1", long_name="how the engagement ended", flag_meanings=STATUS_MEANINGS)
-        status_set.attrs["flag_values"] = np.arange(3, dtype="u1")
-        for position, axis in enumerate(axes):
-            scale = file.create_dataset(f"axes/{axis.name}", data=axis.values, dtype="<f8")
-            scale.attrs["nominal"] = float(axis.nominal)
-            _describe(scale, units="1", long_name=f"multiplier of {axis.name}", nominal_units=axis.unit)
-            scale.make_scale(axis.name)
-            for dataset in (times_set, status_set):
-                dataset.dims[position].label = axis.name
-                dataset.dims[position].attach_scale(scale)
-        for dataset in (times_set, status_set):
-            dataset.dims[len(axes)].label = "condition"
+    describe(file.create_dataset("model", data=text(spec)), digest=model.digest)
+    write_conditions(file, conditions)
+    describe(file["conditions"], digest=conditions.digest)
+    describe(file.create_group("axes"), order=json.dumps([axis.name for axis in axes]))
+    for axis in axes:
+        scale = file.create_dataset(f"axes/{axis.name}", data=axis.values, dtype="<f8")
+        scale.attrs["nominal"] = float(axis.nominal)
+        describe(scale, units="1", long_name=f"multiplier of {axis.name}", nominal_units=axis.unit)
+        scale.make_scale(axis.name)
 
 
-def load(path: Path) -> tuple[Content, str, str]:
-    """Read the table at `path`: its content, the content digest it states, its origin.
-
-    Raises `UnknownName` where there is no file, `WrongLayout`, `CorruptTable`, and `WrongDigest` for model
-    and conditions; the content digest is the caller's to hold against the content.
-    """
+@contextmanager
+def opened(path: Path) -> Iterator[Source]:
+    """Open the file at `path`; raises `UnknownName` where there is none, `WrongLayout` where it is not HDF5."""
     if not path.is_file():
         raise UnknownName.of("table", path.name, [found.name for found in path.parent.glob("*.h5")])
-    with path.open("rb") as opened:
-        if opened.read(len(SIGNATURE)) != SIGNATURE:
+    with path.open("rb") as file:
+        if file.read(len(SIGNATURE)) != SIGNATURE:
             raise WrongLayout(f"'{path.name}' is not an HDF5 file", "Give a table that `worker build` wrote")
     with reading(path, CorruptTable, _LARGEST) as source:
-        _require_layout(source)
-        model = _model(source)
-        conditions = read_conditions(source)
-        if conditions.digest != source.attribute("conditions", "digest"):
-            raise WrongDigest("The conditions of the table are not those it was built for", _REBUILD)
-        axes = tuple(_axis(source, name) for name in json.loads(source.attribute("axes", "order")))
-        shape = (*(len(axis.values) for axis in axes), len(conditions))
-        times = source.array("times", "f", shape, "s")
-        status = source.array("status", "u", shape, "1")
-        if source.attribute("status", "flag_meanings") != STATUS_MEANINGS:
-            raise WrongLayout("The statuses of the table have other meanings", _REBUILD)
-        content = axes, times, status, conditions, model
-        return content, source.attribute("", "content_digest"), source.attribute("", "origin")
+        yield source
 
 
-def _describe(item: h5py.Group | h5py.Dataset, **attributes: str) -> None:
-    for name, value in attributes.items():
-        item.attrs[name] = text(value)
+def read_header(source: Source) -> Header:
+    """Read what `write_header` wrote but the digest, which is the caller's to hold against the content.
 
-
-def _require_layout(source: Source) -> None:
-    if "layout" not in source.file.attrs or source.attribute("", "layout") != LAYOUT:
-        raise WrongLayout("The file is not a table", "Give a table that `worker build` wrote")
+    Raises `WrongLayout`, `CorruptTable`, and `WrongDigest` for model and conditions.
+    """
     version = source.number("", "layout_version")
     if version != LAYOUT_VERSION:
-        raise WrongLayout(f"The table has layout version {version:g}, not {LAYOUT_VERSION}", _REBUILD)
+        raise WrongLayout(f"The table has layout version {version:g}, not {LAYOUT_VERSION}", REBUILD)
+    model = _model(source)
+    conditions = read_conditions(source)
+    if conditions.digest != source.attribute("conditions", "digest"):
+        raise WrongDigest("The conditions of the table are not those it was built for", REBUILD)
+    axes = tuple(_axis(source, name) for name in json.loads(source.attribute("axes", "order")))
+    return {"axes": axes, "conditions": conditions, "model": model, "origin": source.attribute("", "origin")}
+
+
+def describe(item: h5py.Group | h5py.Dataset, **attributes: str) -> None:
+    """Give `item` these attributes, as text."""
+    for name, value in attributes.items():
+        item.attrs[name] = text(value)
 
 
 def _model(source: Source) -> Model:
     spec, stated = source.text("model"), source.attribute("model", "digest")
     if hashlib.sha256(spec.encode()).hexdigest() != stated:
-        raise WrongDigest("The model of the table is not the one it was built with", _REBUILD)
+        raise WrongDigest("The model of the table is not the one it was built with", REBUILD)
     try:
         model = Model.from_spec(json.loads(spec))
     except SlipstickError as error:
-        raise WrongLayout(f"The table's model is unknown here: {error.cause}", _REBUILD) from error
+        raise WrongLayout(f"The table's model is unknown here: {error.cause}", REBUILD) from error
     if model.digest != stated:
-        raise WrongDigest("This version of the program gives the table's model another digest", _REBUILD)
+        raise WrongDigest("This version of the program gives the table's model another digest", REBUILD)
     return model
 
 
@@ -130,4 +117,4 @@ def _axis(source: Source, name: str) -> Axis:
     try:
         return Axis(name, values, nominal, source.attribute(path, "nominal_units"))
     except InvalidValue as error:
-        raise CorruptTable(error.cause, _REBUILD) from error
+        raise CorruptTable(error.cause, REBUILD) from error

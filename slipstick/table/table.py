@@ -1,64 +1,57 @@
-"""The table: shifting times on a grid of parameter multipliers, the contract between worker and service."""
+"""The table: shifting times over parameter multipliers, the contract between worker and service.
 
-from dataclasses import dataclass, field
+There are two kinds: `Grid` (grid.py) holds the times at the points of a grid, for a few axes; `Surrogate`
+(surrogate.py) holds a network trained on simulations, for as many axes as one likes. Who uses a table need not know.
+"""
+
+from abc import ABC, abstractmethod
 from functools import cached_property
 from pathlib import Path
+from typing import Any, ClassVar, Literal, Self
 from weakref import WeakKeyDictionary
 
+import h5py
 import numpy as np
 
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
-from slipstick.errors import CorruptTable, InvalidValue, WrongDigest
+from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout
 from slipstick.files import replacing
-from slipstick.table import interpolation, store
+from slipstick.hdf5 import Source
+from slipstick.table import store
 from slipstick.table.axis import Axis
-from slipstick.table.interpolation import Outside
+from slipstick.table.points import Outside
 
 
-@dataclass(frozen=True, eq=False)
-class Table:
-    """`times` (g1, ..., gd, n) s and `status` (same shape, uint8) on d axes for n conditions of one model.
+class Table(ABC):
+    """Shifting times over d `axes` for n `conditions` of one `model`; `origin` says who computed it and how."""
 
-    A time is NaN exactly where its status is not 0, locked (1: never locked, 2: failed). `origin` says in
-    words who computed it and how. Raises `InvalidValue` where these do not fit together.
-    """
+    kind: ClassVar[Literal["grid", "surrogate"]]
+    layout: ClassVar[str]
+    """What the file says it is; its version is `store.LAYOUT_VERSION`."""
 
     axes: tuple[Axis, ...]
-    times: np.ndarray
-    status: np.ndarray
     conditions: Conditions
     model: Model
-    origin: str = ""
-    _restricted: WeakKeyDictionary[Conditions, "Table"] = field(
-        default_factory=WeakKeyDictionary, init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        """Check shapes, types and statuses once, so that nothing downstream has to."""
-        names = [axis.name for axis in self.axes]
-        if not names or len(set(names)) < len(names) or not len(self.conditions):
-            raise InvalidValue(f"A table of {len(self.conditions)} conditions has the axes {names}",
-                               "Give one condition and one axis or more, each parameter once")
-        shape = (*(len(axis.values) for axis in self.axes), len(self.conditions))
-        for name, array, kind in (("times", self.times, "float64"), ("status", self.status, "uint8")):
-            if array.shape != shape or array.dtype != kind:
-                raise InvalidValue(f"The {name} are {array.dtype} {array.shape}, not {kind} {shape}",
-                                   "Give one value a grid point and condition")
-        if np.any(self.status > 2) or np.any(np.isfinite(self.times) != (self.status == 0)):
-            raise InvalidValue("Times and statuses of the table contradict each other",
-                               "Give a finite time where the status is 0 (locked), NaN elsewhere")
+    origin: str
 
     @classmethod
-    def open(cls, path: Path | str) -> "Table":
-        """Read and verify the table at `path`.
+    def open(cls, path: Path | str) -> Self:
+        """Read and verify the table at `path`, of any kind, or of this one where called on a kind.
 
         Raises `UnknownName` where there is none, `WrongLayout`, `CorruptTable` or `WrongDigest`.
         """
-        content, stated, origin = store.load(Path(path))
-        try:
-            table = cls(*content, origin)
-        except InvalidValue as error:
-            raise CorruptTable(error.cause, "Build the table again") from error
+        kinds = {kind.layout: kind for kind in (cls, *cls.__subclasses__()) if hasattr(kind, "layout")}
+        with store.opened(Path(path)) as source:
+            layout = source.attribute("", "layout") if "layout" in source.file.attrs else "none"
+            if layout not in kinds:
+                raise WrongLayout(f"The file is not a table of the kind {' or '.join(k.kind for k in kinds.values())}",
+                                  "Give a table that `worker build` or `worker surrogate` wrote")
+            try:
+                table = kinds[layout]._read(source, **store.read_header(source))
+            except InvalidValue as error:
+                raise CorruptTable(error.cause, store.REBUILD) from error
+            stated = source.attribute("", "content_digest")
         if table.digest != stated:
             raise WrongDigest("The content of the table does not have the digest that the file states",
                               "Restore it from a copy or build it again")
@@ -67,18 +60,21 @@ class Table:
     def write(self, path: Path | str) -> None:
         """Put the table at `path`: written under a temporary name, verified, synced and renamed."""
         with replacing(Path(path)) as temporary:
-            store.save(temporary, self._content, self.digest, self.origin)
-            if Table.open(temporary).digest != self.digest:
+            # from 1.10 on HDF5 checksums its metadata
+            with h5py.File(temporary, "w", libver=("v110", "v110")) as file:
+                store.write_header(file, self.layout, self.digest, self.origin, self.axes, self.conditions, self.model)
+                self._write(file)
+            if type(self).open(temporary).digest != self.digest:
                 raise CorruptTable(f"'{path}' did not come back as it was written", "Check the disk")
 
-    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+    def __getstate__(self) -> dict[str, Any]:
         """Travel to another process without what is remembered here."""
-        return Table, (*self._content, self.origin)
+        return {name: value for name, value in vars(self).items() if name not in ("digest", "_restricted")}
 
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the content: the same digest means the same numbers, model and conditions."""
-        return store.content_digest(self._content)
+        return store.content_digest(self.layout, self.axes, self._arrays, self.conditions, self.model)
 
     @property
     def lower(self) -> np.ndarray:
@@ -90,12 +86,17 @@ class Table:
         """Largest multiplier of each axis, (d,)."""
         return np.array([axis.upper for axis in self.axes])
 
+    @property
+    @abstractmethod
+    def knots(self) -> tuple[np.ndarray, ...] | None:
+        """Multipliers of each axis between which times are linear in it; None where they are smooth throughout."""
+
+    @abstractmethod
     def interpolate(self, points: np.ndarray, outside: Outside = "clip") -> np.ndarray:
         """Shifting times in s of all n conditions at `points` (m, d), multipliers in axis order: (m, n).
 
-        NaN where a corner of the cell that counts did not lock. Raises `InvalidValue` and `OutsideTable`.
+        NaN where there is no time. Raises `InvalidValue` and `OutsideTable`.
         """
-        return interpolation.interpolate(self.axes, self.times, points, outside)
 
     def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
         """Shifting times in s of `conditions` (n,) at `points` (m, d): (m, n), clipped at the table's edge.
@@ -104,21 +105,43 @@ class Table:
         """
         return self.restricted(conditions).interpolate(points)
 
-    def restricted(self, conditions: Conditions) -> "Table":
+    def restricted(self, conditions: Conditions) -> Self:
         """Return the table of only `conditions`, found by what they are; raises `InvalidValue` on others."""
         if conditions is self.conditions:
             return self
         if conditions not in self._restricted:
             rows = self._rows(conditions)
             whole = len(rows) == len(self.conditions) and bool(np.all(rows == np.arange(len(rows))))
-            self._restricted[conditions] = self if whole else Table(
-                self.axes, np.ascontiguousarray(self.times[..., rows]), self.status[..., rows],
-                self.conditions.take(rows), self.model, self.origin)
+            self._restricted[conditions] = self if whole else self._take(rows)
         return self._restricted[conditions]
 
+    @cached_property
+    def _restricted(self) -> WeakKeyDictionary[Conditions, Self]:
+        return WeakKeyDictionary()
+
     @property
-    def _content(self) -> store.Content:
-        return self.axes, self.times, self.status, self.conditions, self.model
+    @abstractmethod
+    def _arrays(self) -> tuple[np.ndarray, ...]:
+        """All numbers of the content beside axes and conditions, for the digest."""
+
+    @abstractmethod
+    def _take(self, rows: np.ndarray) -> Self:
+        """The table of only the conditions with these numbers."""
+
+    @abstractmethod
+    def _write(self, file: h5py.File) -> None:
+        """Write what the header lacks."""
+
+    @classmethod
+    @abstractmethod
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
+        """Read what `_write` wrote; raises the errors of `source`, and `InvalidValue` on contradictions."""
+
+    def _check(self) -> None:
+        names = [axis.name for axis in self.axes]
+        if not names or len(set(names)) < len(names) or not len(self.conditions):
+            raise InvalidValue(f"A table of {len(self.conditions)} conditions has the axes {names}",
+                               "Give one condition and one axis or more, each parameter once")
 
     def _rows(self, conditions: Conditions) -> np.ndarray:
         known = {key: row for row, key in enumerate(_keys(self.conditions))}
@@ -128,7 +151,7 @@ class Table:
             raise InvalidValue(f"Condition {lost} (counted from 0: {conditions.motor_speed[lost]:g} rad/s, "
                                f"{conditions.load_inertia[lost]:g} kg m^2, {conditions.brake_torque[lost]:g} N m) "
                                "is not in the table",
-                               "Build a table for them by `worker build --conditions FILE`, or leave it out")
+                               "Build a table for them with `--conditions FILE`, or leave it out")
         return np.array(rows, dtype=np.int64)
 
 

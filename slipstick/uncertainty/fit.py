@@ -1,41 +1,49 @@
-"""The fit of section III.B: a genetic algorithm on the likelihood by expansion, then a polish on the model itself.
+"""The fit of section III.B: a search for the greatest likelihood, and its refinement on the exact one.
 
-A fit is a state that `advance` moves on by one generation: JSON, complete, and the same after a restart.
+A search is a state that `advance` moves on by one generation, or one block of the classic grid: JSON, complete, and the
+same after a restart.
 
-    state = start(settings, dimension)
+    state = start(settings, problem)
     while not finished(settings, state):
         state = advance(settings, problem, state)
-    result = conclude(settings, problem, state)
+    found = refined(settings, problem, state)
+    profiles = [profile(settings, problem, found, unknown) for unknown in profiled(settings, problem)]
+    result = conclude(settings, problem, state, found, profiles)
 """
 
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.bounds import chased, open_directions, remarks
-from slipstick.uncertainty.expansion import hermite_basis
+from slipstick.uncertainty import classic
+from slipstick.uncertainty.bounds import remarks
+from slipstick.uncertainty.expansion import make_basis
 from slipstick.uncertainty.genetic import Population, Search, ask, empty, tell
-from slipstick.uncertainty.inputs import axis_mass_outside, count_outside, mass_outside, normal_germs
-from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, exact
+from slipstick.uncertainty.intervals import combinations, interval
+from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, by_sampling, exact, settled
+from slipstick.uncertainty.refine import nearby, refine
+from slipstick.uncertainty.sampling import axis_mass_outside, mass_outside, normal_germs
 from slipstick.uncertainty.settings import FitSettings
-from slipstick.uncertainty.unknowns import Box, box, candidate, nominal, vector
+from slipstick.uncertainty.unknowns import nominal, unknowns
 
-__all__ = ["Candidate", "FitSettings", "Problem", "State", "advance", "conclude", "finished", "progress", "start"]
+__all__ = ["FitSettings", "State", "advance", "conclude", "finished", "profile", "profiled", "progress", "refined",
+           "start"]
 
 State = dict[str, Any]
-"""JSON: the population (`points`, `fitness`), `generation`, and `history`, the best log10 likelihood after each."""
+"""JSON: the best candidates so far (`points`, best first, and their `fitness`), the `generation` they are of, how many
+`generations` there are at most, and `history`, the best log10 likelihood after each. A block of the classic grid counts
+as a generation."""
 
-_EVALUATIONS = 600
-_FIRST_RADIUS, _LAST_RADIUS = 0.05, 1e-4  # of the polish, as shares of the box
 
-
-def start(settings: FitSettings, dimension: int) -> State:
-    """The state before the first generation, for d inputs."""
-    hermite_basis(dimension, settings.order, settings.nodes)  # refuses what cannot be expanded, before a job runs
-    return {**empty().to_dict(), "history": []}
+def start(settings: FitSettings, problem: Problem) -> State:
+    """The state before the first generation; refuses what cannot be searched, before a job runs."""
+    space = unknowns(settings, problem)
+    middle = space.candidate((space.lower + space.upper) / 2)
+    make_basis(middle.inputs.germs, settings.expansion(len(space.axes)))
+    count = classic.blocks(settings, space) if settings.method == "classic" else settings.generations
+    return {**empty().to_dict(), "generations": count, "history": []}
 
 
 def advance(settings: FitSettings, problem: Problem, state: State) -> State:
@@ -43,110 +51,119 @@ def advance(settings: FitSettings, problem: Problem, state: State) -> State:
 
     The first generation holds the nominal model. Raises `InvalidValue` where no candidate has any likelihood.
     """
-    limits = box(settings, problem)
-    search = Search(limits.lower, limits.upper, settings.population, settings.seed)
-    population = Population.from_dict(state)
-    vectors = ask(search, population)
-    if population.generation == 0:
-        vectors[0] = vector(nominal(problem, limits))
-    likelihood = _by_expansion(settings, problem, [candidate(row) for row in vectors])
-    population = tell(search, population, vectors, likelihood.sum(axis=1))
-    if not np.isfinite(population.fitness[0]):
+    space, population = unknowns(settings, problem), Population.from_dict(state)
+    search = Search(space.lower, space.upper, settings.population, settings.seed)
+    if settings.method == "classic":
+        vector, highest = classic.search(settings, problem, space, population.generation)
+        vectors, fitness = vector[None], np.array([highest])
+    else:
+        vectors = ask(search, population)
+        if population.generation == 0:
+            vectors[0] = space.vector(nominal(problem, space))
+        likelihood = _searched(settings, problem, [space.candidate(row) for row in vectors])
+        fitness = likelihood.sum(axis=1)
+    population = tell(search, population, vectors, fitness)
+    if settings.method == "genetic" and not np.isfinite(population.fitness[0]):
         lost = np.flatnonzero(np.all(np.isneginf(likelihood), axis=0)).tolist() or "each another"
         raise InvalidValue(f"No candidate gives all conditions a likelihood (conditions at fault: {lost})",
                            "Leave out conditions that do not lock here, or narrow mean_bounds and std_bounds")
-    return {**population.to_dict(), "history": [*state["history"], float(population.fitness[0])]}
+    return {**state, **population.to_dict(), "history": [*state["history"], _finite(float(population.fitness[0]))]}
 
 
 def finished(settings: FitSettings, state: State) -> bool:
-    """Whether the generations are used up, or the last `patience` of them gained no more than `tolerance`."""
-    history = state["history"]
-    if len(history) <= settings.patience:
-        return len(history) >= settings.generations
-    stalled = history[-1] - history[-1 - settings.patience] <= settings.tolerance
-    return stalled or len(history) >= settings.generations
+    """Whether all is searched, or the last `patience` generations gained no more than `tolerance`."""
+    history: list[float] = state["history"]
+    if len(history) >= state["generations"] or settings.method == "classic" or len(history) <= settings.patience:
+        return bool(len(history) >= state["generations"])
+    return history[-1] - history[-1 - settings.patience] <= settings.tolerance
 
 
-def progress(settings: FitSettings, state: State) -> dict[str, Any]:
-    """How far the fit is and the best so far, by expansion; None before the first generation."""
-    best: dict[str, Any] = {"mean": None, "std": None, "output_std": None, "log10_likelihood": None}
-    if state["generation"]:
-        best = {**_spell(candidate(np.array(state["points"][0]))), "log10_likelihood": state["history"][-1]}
-    return {"generation": state["generation"], "generations": settings.generations, **best,
-            "history": list(state["history"])}
+def progress(settings: FitSettings, problem: Problem, state: State) -> dict[str, Any]:
+    """How far the search is and the best so far; None before there is any."""
+    best: dict[str, Any] = {"mean": None, "std": None, "output_std": None, "correlation": None}
+    if state["history"] and state["history"][-1] is not None:
+        best = _spell(unknowns(settings, problem).candidate(np.array(state["points"][0])))
+    return {"generation": state["generation"], "generations": state["generations"], **best,
+            "log10_likelihood": state["history"][-1] if state["history"] else None, "history": list(state["history"])}
 
 
-def conclude(settings: FitSettings, problem: Problem, state: State) -> dict[str, Any]:
-    """Polish the best candidate, and report it as JSON.
+def refined(settings: FitSettings, problem: Problem, state: State) -> list[float]:
+    """The vector of unknowns (k,) that a climb on the exact likelihood reaches from the best of the search."""
+    best = np.array(state["points"][0])
+    if not np.isfinite(state["fitness"][0] or -np.inf):
+        raise InvalidValue("No candidate of the grid gives all conditions a likelihood",
+                           "Take a finer grid, or narrow mean_bounds and std_bounds")
+    if settings.refine:
+        best = refine(problem, unknowns(settings, problem), best)
+    return [float(value) for value in best]
 
-    `log10_likelihood` is the exact one, per ms, with the model run at the samples; `expansion_error` what the
-    expansion adds to it at the same candidate, `sampling_error` what other samples add, in decades. `before` is
-    the nominal model with the noise that suits it, `genetic` the best of the genetic algorithm.
+
+def profiled(settings: FitSettings, problem: Problem) -> list[int]:
+    """The places of the unknowns that get an interval."""
+    return list(range(len(unknowns(settings, problem).lower))) if settings.intervals else []
+
+
+def profile(settings: FitSettings, problem: Problem, found: list[float], place: int) -> dict[str, Any]:
+    """The profile-likelihood interval of one unknown about what was found, as JSON; an open end is None."""
+    near, space = nearby(problem, unknowns(settings, problem), np.array(found))
+    return {**asdict(profile := interval(near, space, np.array(found), place, settings.level)),
+            "curve": profile.curve.tolist()}
+
+
+def conclude(settings: FitSettings, problem: Problem, state: State, found: list[float],
+             profiles: list[dict[str, Any]]) -> dict[str, Any]:
+    """Report a fit as JSON.
+
+    `log10_likelihood` is the exact one, per ms; `expansion_error` what the likelihood of the search adds to it at the
+    same candidate, and `sampling_error` what other lines change in it, in decades. `before` is the nominal model with
+    the noise that suits it, `searched` the best of the search.
     """
-    limits, germs = box(settings, problem), normal_germs(len(problem.lower), settings.samples, settings.seed)
-    others = normal_germs(len(problem.lower), settings.samples, settings.seed + 1)
-    genetic = candidate(np.array(state["points"][0]))
-    found = polish(problem, limits, genetic, germs) if settings.polish else genetic
-    likelihood = exact(problem, found, germs)
+    space, vector = unknowns(settings, problem), np.array(found)
+    candidate = space.candidate(vector)
+    likelihood, sampling_error = settled(problem, candidate, settings.seed)
     whole = float(likelihood.sum())
-    sampling_error = float(exact(problem, found, others).sum()) - whole
-    gain = whole - float(exact(problem, genetic, germs).sum())
-    nodes = found.inputs.points(hermite_basis(len(problem.lower), settings.order, settings.nodes).nodes)
+    theta = normal_germs(len(space.axes), settings.samples, settings.seed)
+    near, near_space = nearby(problem, space, vector)
+    found_combinations = combinations(near, near_space, vector)
     return {
-        **_spell(found),
+        "axes": list(space.axes), "families": list(space.families), "support": space.support.tolist(),
+        "method": settings.method,
+        **_spell(candidate),
         "log10_likelihood": _finite(whole),
         "log10_likelihood_per_condition": [_finite(value) for value in likelihood.tolist()],
-        "expansion_error": _finite(float(_by_expansion(settings, problem, [found]).sum()) - whole),
+        "expansion_error": _finite(float(_searched(settings, problem, [candidate]).sum()) - whole),
         "sampling_error": _finite(sampling_error),
-        "before": _account(settings, problem, nominal(problem, limits), germs),
-        "genetic": _account(settings, problem, genetic, germs),
-        "mass_outside": mass_outside(found.inputs, problem.lower, problem.upper, germs),
-        "axis_mass_outside": axis_mass_outside(found.inputs, problem.lower, problem.upper).tolist(),
-        "nodes_outside": count_outside(nodes, problem.lower, problem.upper),
-        "nodes": len(nodes),
-        "remarks": [asdict(remark) for remark in
-                    remarks(problem, limits, found) + chased(settings.samples, sampling_error)
-                    + open_directions(problem.axes, genetic, found, gain)],
+        "before": _account(settings, problem, nominal(problem, space)),
+        "searched": _account(settings, problem, space.candidate(np.array(state["points"][0]))),
+        "intervals": profiles,
+        "combinations": [{"weights": dict(zip(space.names, one.weights.tolist(), strict=True)),
+                          "std_error": one.std_error, "identified": one.identified} for one in found_combinations],
+        "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, theta),
+        "axis_mass_outside": axis_mass_outside(candidate.inputs, problem.lower, problem.upper).tolist(),
+        "remarks": [asdict(remark) for remark in remarks(problem, space, vector)],
         "generations": state["generation"],
         "history": list(state["history"]),
     }
 
 
-def polish(problem: Problem, limits: Box, begin: Candidate, germs: np.ndarray) -> Candidate:
-    """Climb from `begin` to the nearest maximum of the exact likelihood at fixed germs (m, d), within the box.
-
-    COBYQA, without derivatives: of scipy's bounded local methods it came nearest to the best maximum over all our
-    starts, along ridges that run into a bound; those with gradients stopped up to a decade short.
-    """
-    span = limits.upper - limits.lower
-
-    def loss(share: np.ndarray) -> float:
-        unknowns = limits.lower + np.clip(share, 0.0, 1.0) * span
-        return -float(exact(problem, candidate(unknowns), germs).sum())
-
-    first = (vector(begin) - limits.lower) / span
-    best = minimize(loss, first, method="COBYQA", bounds=[(0.0, 1.0)] * len(span),
-                    options={"maxfev": _EVALUATIONS, "initial_tr_radius": _FIRST_RADIUS,
-                             "final_tr_radius": _LAST_RADIUS})
-    if not best.fun < loss(first):
-        return begin
-    return candidate(limits.lower + np.clip(best.x, 0.0, 1.0) * span)
+def _searched(settings: FitSettings, problem: Problem, candidates: list[Candidate]) -> np.ndarray:
+    """log10 p (c, n) as the search takes it."""
+    if settings.integration == "lines" and settings.method == "genetic":
+        return by_expansion(problem, candidates, settings.expansion(len(problem.axes)))
+    theta = normal_germs(len(problem.axes), settings.samples, settings.seed)
+    return by_sampling(problem, candidates, settings.expansion(len(problem.axes)), theta)
 
 
-def _by_expansion(settings: FitSettings, problem: Problem, candidates: list[Candidate]) -> np.ndarray:
-    dimension = len(problem.lower)
-    basis = hermite_basis(dimension, settings.order, settings.nodes)
-    return by_expansion(problem, candidates, basis, normal_germs(dimension, settings.samples, settings.seed))
+def _account(settings: FitSettings, problem: Problem, candidate: Candidate) -> dict[str, Any]:
+    return {**_spell(candidate),
+            "log10_likelihood": _finite(float(exact(problem, candidate, seed=settings.seed).sum())),
+            "log10_likelihood_by_expansion": _finite(float(_searched(settings, problem, [candidate]).sum()))}
 
 
-def _account(settings: FitSettings, problem: Problem, found: Candidate, germs: np.ndarray) -> dict[str, Any]:
-    return {**_spell(found), "log10_likelihood": _finite(float(exact(problem, found, germs).sum())),
-            "log10_likelihood_by_expansion": _finite(float(_by_expansion(settings, problem, [found]).sum()))}
-
-
-def _spell(found: Candidate) -> dict[str, Any]:
-    return {"mean": found.inputs.mean.tolist(), "std": found.inputs.marginal_std.tolist(),
-            "output_std": found.output_std}
+def _spell(candidate: Candidate) -> dict[str, Any]:
+    inputs = candidate.inputs
+    return {"mean": inputs.mean.tolist(), "std": inputs.marginal_std.tolist(), "output_std": candidate.output_std,
+            "correlation": None if inputs.correlation is None else inputs.correlation.tolist()}
 
 
 def _finite(value: float) -> float | None:

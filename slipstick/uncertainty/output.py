@@ -6,13 +6,14 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 from slipstick.uncertainty.expansion import Expansion
-from slipstick.uncertainty.inputs import normal_germs
+from slipstick.uncertainty.germs import of_normals
 from slipstick.uncertainty.likelihood import log10_density
+from slipstick.uncertainty.sampling import normal_germs
 
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """y(theta) + output_std N(0, 1) for n conditions; NaN where a condition has no expansion.
+    """y(xi) + output_std N(0, 1) for n conditions; NaN where a condition has no expansion.
 
     `output_std` in s, 0 for the polynomial alone. Quantiles and density come from `samples` (a power of two)
     seeded samples of the polynomial: the default puts the 5 % quantile within 2 % of a std. Raises
@@ -42,9 +43,9 @@ class Output:
 
     def quantiles(self, probabilities: np.ndarray) -> np.ndarray:
         """Quantiles at the probabilities (p,), noise included: shape (p, n), s."""
-        dimension = self.expansion.basis.nodes.shape[1]
-        germs = normal_germs(dimension + 1, self.samples, self.seed)
-        times = self.expansion.at(germs[:, :dimension]) + self.output_std * germs[:, dimension:]
+        basis = self.expansion.basis
+        normals = normal_germs(len(basis.germs) + 1, self.samples, self.seed)
+        times = self.expansion.at(of_normals(basis.germs, normals[:, :-1])) + self.output_std * normals[:, -1:]
         quantiles: np.ndarray = np.quantile(times, probabilities, axis=0)
         return quantiles
 
@@ -52,7 +53,7 @@ class Output:
         """Density per ms at the times (g, n) in s, one grid a condition: shape (g, n)."""
         if self.output_std == 0:
             raise InvalidValue("Samples without noise have no density", "Give an output std, or ask for quantiles")
-        germs = normal_germs(self.expansion.basis.nodes.shape[1], self.samples, self.seed)
-        outputs = self.expansion.at(germs)
+        germs = self.expansion.basis.germs
+        outputs = self.expansion.at(of_normals(germs, normal_germs(len(germs), self.samples, self.seed)))
         density = np.power(10.0, [log10_density(outputs, row, self.output_std) for row in times])
         return np.where(self.expansion.missing, np.nan, density)

@@ -10,8 +10,9 @@ from slipstick.library import Library
 from slipstick.problem import table_problem
 from slipstick.table import Table
 from slipstick.uncertainty.expansion import hermite_basis
-from slipstick.uncertainty.inputs import Inputs, normal_germs
+from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import Candidate, by_expansion, exact
+from slipstick.uncertainty.sampling import normal_germs
 
 POINTS = [[1.0, 1.0], [0.9, 1.1], [0.5, 1.5]]
 CONDITIONS = [215, 0, 100]

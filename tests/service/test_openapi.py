@@ -53,7 +53,7 @@ def test_every_example_works_and_its_answer_fits_its_schema(
         client: httpx.Client, document: dict[str, Any], operations: list[tuple[str, str, dict[str, Any]]],
         worker: None) -> None:
     for method, path, operation in operations:
-        if path.endswith("/result"):
+        if path.endswith(("/result", "/report")) or "/pictures" in path:
             _await_example(client)
         parts: dict[str, dict[str, Any]] = {"path": {}, "query": {}, "header": {}}
         for parameter in operation.get("parameters", ()):
@@ -71,7 +71,11 @@ def test_every_example_works_and_its_answer_fits_its_schema(
         kept["headers"] = {**kept.get("headers", {}), **parts["header"]}
         answer = client.request(method, path.format(**parts["path"]), params=parts["query"], **kept)
         assert answer.is_success, f"{method} {path}: {answer.text}"
-        schema = operation["responses"][str(answer.status_code)]["content"]["application/json"]["schema"]
+        media = answer.headers["Content-Type"].partition(";")[0]
+        schema = operation["responses"][str(answer.status_code)]["content"][media]["schema"]
+        if media != "application/json":
+            assert schema == {"type": "string"}
+            continue
         jsonschema.validate(answer.json(), {**schema, "components": document["components"]},
                             cls=jsonschema.Draft202012Validator)
 

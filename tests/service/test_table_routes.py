@@ -6,7 +6,7 @@ import pytest
 
 from service.settings import Settings
 from slipstick.library import Library
-from slipstick.table import Axis, Table
+from slipstick.table import Axis, Grid, Table
 
 
 def test_a_table_says_what_it_is(client: httpx.Client, table: Table) -> None:
@@ -28,7 +28,7 @@ def test_a_rebuilt_table_is_seen(client: httpx.Client, settings: Settings, table
     conditions = table.conditions.take([0])
     for shift in (0.0, 0.1):
         times = np.linspace(0.5, 0.7, 3)[:, None] + shift
-        rebuilt = Table(axes, times, np.zeros((3, 1), np.uint8), conditions, table.model)
+        rebuilt = Grid(axes, times, np.zeros((3, 1), np.uint8), conditions, table.model)
         rebuilt.write(settings.tables / "changing.h5")
         answer = client.post("/v1/evaluate", json={"table": "changing", "points": [[1.0]]}).json()
         assert answer["table_digest"] == rebuilt.digest

@@ -12,7 +12,7 @@ import pytest
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, CorruptTable, UnknownName, WrongDigest, WrongLayout
 from slipstick.hdf5 import text
-from slipstick.table import Table
+from slipstick.table import Grid, Table
 
 
 @pytest.fixture
@@ -232,8 +232,8 @@ def test_what_is_no_table_is_refused(path, tmp_path):
 
 def test_a_failed_write_leaves_the_old_table(table, path, monkeypatch):
     before = path.read_bytes()
-    monkeypatch.setattr("slipstick.table.store.content_digest", lambda _: "0" * 64)
-    other = Table(table.axes, table.times + 1, table.status, table.conditions, table.model)
+    monkeypatch.setattr("slipstick.table.store.content_digest", lambda *_: "0" * 64)
+    other = Grid(table.axes, table.times + 1, table.status, table.conditions, table.model)
     assert other.digest == "0" * 64  # kept: what is read back has the true digest again
     monkeypatch.undo()
     with pytest.raises(WrongDigest):
@@ -254,7 +254,7 @@ while True:
 
 
 def test_a_killed_writer_leaves_no_half_table(table, tmp_path):
-    other = Table(table.axes, table.times + 1, table.status, table.conditions, table.model)
+    other = Grid(table.axes, table.times + 1, table.status, table.conditions, table.model)
     table.write(tmp_path / "first.h5")
     other.write(tmp_path / "second.h5")
     out, generator, seen = tmp_path / "out.h5", np.random.default_rng(3), set()

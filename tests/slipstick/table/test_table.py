@@ -7,7 +7,7 @@ import pytest
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.table import Axis, Table
+from slipstick.table import Axis, Grid
 
 
 def test_conditions_are_matched_by_what_they_are(table):
@@ -39,16 +39,16 @@ def test_the_digest_covers_all_that_matters_and_nothing_else(table):
     later[3, 3, 1] = np.nextafter(later[3, 3, 1], 2)
     failed = np.where(status == 1, 2, status).astype(np.uint8)
     others = [
-        Table(axes, later, status, table.conditions, table.model),
-        Table(axes, times, failed, table.conditions, table.model),
-        Table(axes, times, status, faster, table.model),
-        Table(axes, times, status, table.conditions, Model().with_parameters({"gear_ratio": 3.0})),
-        *(Table((replace(axes[0], **change), axes[1]), times, status, table.conditions, table.model)
+        Grid(axes, later, status, table.conditions, table.model),
+        Grid(axes, times, failed, table.conditions, table.model),
+        Grid(axes, times, status, faster, table.model),
+        Grid(axes, times, status, table.conditions, Model().with_parameters({"gear_ratio": 3.0})),
+        *(Grid((replace(axes[0], **change), axes[1]), times, status, table.conditions, table.model)
           for change in ({"name": "gear_ratio"}, {"nominal": 1.7}, {"unit": "Pa"},
                          {"values": axes[0].values + 0.01})),
     ]
     assert len({table.digest, *(other.digest for other in others)}) == len(others) + 1
-    assert Table(axes, times.copy(), status, table.conditions, Model(), "other hands").digest == table.digest
+    assert Grid(axes, times.copy(), status, table.conditions, Model(), "other hands").digest == table.digest
 
 
 def test_contradictions_are_refused(table):

@@ -1,105 +1,169 @@
-"""Expansions against chaospy, against closed forms, and where they must fail."""
-
-from math import comb, prod
+"""Expansions against OpenTURNS, chaospy and closed forms, and where they must fail."""
 
 import chaospy
 import numpy as np
+import openturns
 import pytest
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.expansion import Expansion, expand, hermite_basis
-from slipstick.uncertainty.inputs import Inputs, normal_germs
+from slipstick.uncertainty import sensitivity
+from slipstick.uncertainty.expansion import Basis, Expansion, ExpansionSettings, expand, make_basis
+from slipstick.uncertainty.germs import Germ, of_normals
 from slipstick.uncertainty.product import product
+from slipstick.uncertainty.sampling import normal_germs
 
-MIXING = np.array([[0.10, 0.04], [0.03, 0.05]])
+HERMITE = Germ("hermite")
+FAMILIES = {
+    HERMITE: openturns.Normal(0, 1),
+    Germ("laguerre", (3.7,)): openturns.Gamma(3.7, 1, 0),
+    Germ("jacobi", (2.3, 4.1)): openturns.Beta(2.3, 4.1, -1, 1),
+    Germ("legendre"): openturns.Uniform(-1, 1),
+}
+MIXED = tuple(FAMILIES)
+RULES = [ExpansionSettings(5, rule="tensor"), ExpansionSettings(5, rule="tensor", nodes=9),
+         ExpansionSettings(5, rule="regression"), ExpansionSettings(7, 0.6, rule="regression")]
 
 
-def expansion_of(model: object, inputs: Inputs, order: int = 8) -> Expansion:
-    basis = hermite_basis(inputs.dimension, order, order + 1)
-    return expand(basis, model(inputs.points(basis.nodes)))  # type: ignore[operator]
-
-
-def wavy(points: np.ndarray) -> np.ndarray:
+def wavy(germs: np.ndarray) -> np.ndarray:
     """Three conditions that no polynomial holds."""
-    x, y = points[:, 0], points[:, 1]
+    x, y = 1.05 + 0.1 * germs[:, 0], 0.95 + 0.1 * germs[:, -1]
     return np.column_stack([np.exp(2 * x - y), np.abs(x - 1.02) + y, 1 / (1 + x**2 * y**2)])
 
 
-@pytest.mark.parametrize(("dimension", "order", "nodes"),
-                         [(1, 20, 21), (2, 0, 1), (2, 8, 9), (2, 5, 12), (3, 4, 5), (7, 2, 3)])
-def test_basis_is_complete_and_orthonormal(dimension: int, order: int, nodes: int) -> None:
-    basis = hermite_basis(dimension, order, nodes)
-    assert basis.degrees.shape == (comb(order + dimension, dimension), dimension)
-    assert len(np.unique(basis.degrees, axis=0)) == len(basis.degrees)
-    assert basis.degrees.sum(axis=1).max() == order
-    assert not basis.degrees[0].any()
-    assert basis.nodes.shape == (nodes**dimension, dimension)
-    np.testing.assert_allclose(basis.projection @ basis.at(basis.nodes), np.eye(len(basis.degrees)), atol=1e-11)
+def weights_of(basis: Basis) -> np.ndarray:
+    """Those of the least squares, or of the Gauss rule, which are the row of the constant."""
+    if basis.settings.rule == "tensor":
+        return basis.projection[0]
+    return 1 / np.sum(basis.at(basis.nodes) ** 2, axis=1)
 
 
-def test_terms_are_the_hermite_polynomials_of_their_degrees() -> None:
-    basis, germs = hermite_basis(2, 8, 9), normal_germs(2, 64, 1)
-    single = [np.polynomial.hermite_e.HermiteE.basis(n) / np.sqrt(prod(range(1, n + 1))) for n in range(9)]
-    expected = np.column_stack([single[i](germs[:, 0]) * single[j](germs[:, 1]) for i, j in basis.degrees])
-    np.testing.assert_allclose(basis.at(germs), expected, atol=1e-10)
+def by_openturns(basis: Basis, times: np.ndarray) -> openturns.FunctionalChaosResult:
+    """Their regression, weighted as ours, on our nodes in their variables."""
+    distributions = [FAMILIES[germ] for germ in basis.germs]
+    nodes = basis.nodes * [d.getStandardDeviation()[0] for d in distributions] + [d.getMean()[0] for d in distributions]
+    used = weights_of(basis) > 0
+    if basis.settings.norm == 1:
+        enumerate_ = openturns.LinearEnumerateFunction(len(distributions))
+    else:
+        enumerate_ = openturns.HyperbolicAnisotropicEnumerateFunction(len(distributions), basis.settings.norm)
+    products = openturns.OrthogonalProductPolynomialFactory(
+        [openturns.StandardDistributionPolynomialFactory(d) for d in distributions], enumerate_)
+    algorithm = openturns.FunctionalChaosAlgorithm(
+        nodes[used], weights_of(basis)[used], times[used], products.getMeasure(),
+        openturns.FixedStrategy(products, len(basis.degrees)), openturns.LeastSquaresStrategy())
+    algorithm.run()
+    return algorithm.getResult()
 
 
-def test_agrees_with_chaospy() -> None:
-    inputs = Inputs([1.05, 0.95], mixing=MIXING)
-    germ = chaospy.Iid(chaospy.Normal(0, 1), 2)
-    polynomials = chaospy.generate_expansion(8, germ, normed=True)
-    nodes, weights = chaospy.generate_quadrature(8, germ, rule="gaussian")
-    oracle, coefficients = chaospy.fit_quadrature(polynomials, nodes, weights, wavy(inputs.points(nodes.T)), retall=1)
-    expansion, germs = expansion_of(wavy, inputs), normal_germs(2, 256, 1)
-    np.testing.assert_allclose(expansion.coefficients, coefficients, atol=1e-12)
+@pytest.mark.parametrize("settings", RULES, ids=str)
+@pytest.mark.parametrize("germs", [*((germ,) * 2 for germ in MIXED), MIXED[:3], MIXED[1:]],
+                         ids=lambda germs: "-".join(germ.name for germ in germs))
+def test_agrees_with_openturns_on_the_same_nodes(germs: tuple[Germ, ...], settings: ExpansionSettings) -> None:
+    basis = make_basis(germs, settings)
+    expansion = expand(basis, wavy(basis.nodes))
+    theirs = by_openturns(basis, expansion.times)
+    place = {tuple(row): term for term, row in enumerate(basis.degrees.tolist())}
+    enumerate_ = theirs.getOrthogonalBasis().getEnumerateFunction()
+    ours = expansion.coefficients[[place[tuple(enumerate_(index))] for index in theirs.getIndices()]]
+    np.testing.assert_allclose(ours, np.array(theirs.getCoefficients()), atol=1e-10)
+    vector = openturns.FunctionalChaosRandomVector(theirs)
+    np.testing.assert_allclose(expansion.mean, vector.getMean(), atol=1e-10)
+    np.testing.assert_allclose(expansion.std**2, np.diag(np.array(vector.getCovariance())), atol=1e-10)
+    indices = openturns.FunctionalChaosSobolIndices(theirs)
+    for axis in range(len(germs)):
+        for condition in range(3):
+            assert sensitivity.first_order(expansion)[condition, axis] == pytest.approx(
+                indices.getSobolIndex(axis, condition), abs=1e-10)
+            assert sensitivity.total(expansion)[condition, axis] == pytest.approx(
+                indices.getSobolTotalIndex(axis, condition), abs=1e-10)
+
+
+def test_agrees_with_chaospy_by_eq_6() -> None:
+    germ = chaospy.J(chaospy.Normal(0, 1), chaospy.Uniform(-np.sqrt(3), np.sqrt(3)))
+    polynomials = chaospy.generate_expansion(6, germ, normed=True)
+    nodes, weights = chaospy.generate_quadrature(6, germ, rule="gaussian")
+    oracle = chaospy.fit_quadrature(polynomials, nodes, weights, wavy(nodes.T))
+    basis = make_basis((HERMITE, Germ("legendre")), ExpansionSettings(6, checks=0))
+    expansion, germs = expand(basis, wavy(basis.nodes)), of_normals(basis.germs, normal_germs(2, 256, 1))
     np.testing.assert_allclose(expansion.mean, chaospy.E(oracle, germ), rtol=1e-12)
     np.testing.assert_allclose(expansion.std, chaospy.Std(oracle, germ), rtol=1e-9)
     np.testing.assert_allclose(expansion.at(germs), oracle(*germs.T).T, rtol=1e-9)
 
 
-def test_polynomials_up_to_the_order_come_back_exactly() -> None:
-    def quartic(points: np.ndarray) -> np.ndarray:
-        x, y = points[:, 0], points[:, 1]
-        return np.column_stack([0.3 + x * y - 2 * x**2 * y**2, y**4])
+@pytest.mark.parametrize("settings", RULES, ids=str)
+def test_polynomials_up_to_the_order_come_back_exactly(settings: ExpansionSettings) -> None:
+    basis = make_basis(MIXED, settings)
+    truth = np.random.default_rng(1).standard_normal((len(basis.degrees), 3))
+    expansion = expand(basis, basis.at(basis.nodes) @ truth)
+    np.testing.assert_allclose(expansion.coefficients, truth, atol=1e-10)
+    np.testing.assert_allclose(expansion.error, 0, atol=1e-10)
+    # A control: what is beyond the order must neither come back nor pass unnoticed.
+    higher = make_basis(MIXED, ExpansionSettings(settings.order + 1, settings.norm, samples=2000))
+    beyond = expand(basis, higher.at(basis.nodes)[:, -1:])
+    assert beyond.error > 0.2
+    assert np.abs(beyond.at(higher.nodes) - higher.at(higher.nodes)[:, -1:]).max() > 0.5
 
-    germs, inputs = normal_germs(2, 256, 1), Inputs([1.05, 0.95], mixing=MIXING)
-    exact = quartic(inputs.points(germs))
-    np.testing.assert_allclose(expansion_of(quartic, inputs, 4).at(germs), exact, rtol=1e-11)
-    # Controls: one order less, and the transposed mixing, must not reproduce it.
-    assert np.abs(expansion_of(quartic, inputs, 3).at(germs) - exact).max() > 1e-5
-    transposed = Inputs(inputs.mean, mixing=MIXING.T)
-    assert np.abs(expansion_of(quartic, transposed, 4).at(germs) - exact).max() > 1e-2
 
-
-@pytest.mark.parametrize("std", [0.003, 0.01, 0.03, 0.1])
-def test_moments_stay_right_for_a_small_std(std: float) -> None:
+@pytest.mark.parametrize("rule", ["tensor", "regression"])
+@pytest.mark.parametrize("spread", [1e-6, 0.003, 0.1, 0.3])
+def test_moments_stay_right_for_a_small_std(rule: str, spread: float) -> None:
     """exp(slope . x) of normal x is lognormal; expanded in x itself this goes wrong below a std of 0.05."""
-    slope, mixing = np.array([1.5, -0.7]), std * MIXING / 0.1
-    expansion = expansion_of(lambda points: np.exp(points @ slope)[:, None], Inputs([1.0, 1.0], mixing=mixing))
-    variance = slope @ mixing @ mixing.T @ slope
-    mean = np.exp(slope.sum() + variance / 2)
-    np.testing.assert_allclose(expansion.mean, mean, rtol=1e-12)
-    np.testing.assert_allclose(expansion.std, mean * np.sqrt(np.expm1(variance)), rtol=1e-9)
+    slope = spread * np.array([1.5, -0.7])
+    basis = make_basis((HERMITE,) * 2, ExpansionSettings(10, rule=rule))  # type: ignore[arg-type]
+    expansion = expand(basis, np.exp(basis.nodes @ slope)[:, None])
+    variance = slope @ slope
+    np.testing.assert_allclose(expansion.mean, np.exp(variance / 2), rtol=1e-8)
+    np.testing.assert_allclose(expansion.std, np.exp(variance / 2) * np.sqrt(np.expm1(variance)), rtol=1e-7)
 
 
-def test_a_node_without_a_time_leaves_only_its_condition_without_an_expansion() -> None:
-    basis, inputs = hermite_basis(2), Inputs([1.0, 1.0], [0.05, 0.05])
-    times = wavy(inputs.points(basis.nodes))
+@pytest.mark.parametrize("rule", ["tensor", "regression"])
+def test_a_node_without_a_time_leaves_only_its_condition_without_an_expansion(rule: str) -> None:
+    basis = make_basis((HERMITE,) * 2, ExpansionSettings(rule=rule))  # type: ignore[arg-type]
+    times = wavy(basis.nodes)
     whole = expand(basis, times)
     times[40, 1] = np.nan
     expansion = expand(basis, times)
     assert expansion.missing.tolist() == [False, True, False]
     np.testing.assert_array_equal(expansion.coefficients[:, [0, 2]], whole.coefficients[:, [0, 2]])
-    assert np.isnan([expansion.mean[1], expansion.std[1]]).all()
+    for answer in (expansion.mean, expansion.std, expansion.error, *sensitivity.total(expansion).T):
+        assert np.flatnonzero(np.isnan(answer)).tolist() == [1]
+
+
+def test_the_rule_follows_the_number_of_inputs() -> None:
+    assert len(make_basis((HERMITE,) * 2, ExpansionSettings(4, checks=3)).nodes) == 28
+    regression = make_basis((HERMITE,) * 5, ExpansionSettings(3))
+    assert len(regression.nodes) == 2 * len(regression.degrees) == 112
+    assert len(make_basis((HERMITE,) * 5, ExpansionSettings(3, samples=80)).nodes) == 80
+
+
+def test_samples_follow_their_seed() -> None:
+    one, other = (make_basis((HERMITE,) * 3, ExpansionSettings(3, seed=seed)) for seed in (1, 2))
+    make_basis.cache_clear()
+    again = make_basis((HERMITE,) * 3, ExpansionSettings(3))
+    np.testing.assert_array_equal(one.projection, again.projection)
+    assert not np.array_equal(one.nodes, other.nodes)
+
+
+def test_without_checks_the_tensor_rule_has_no_error() -> None:
+    basis = make_basis((HERMITE,), ExpansionSettings(3, checks=0))
+    expansion: Expansion = expand(basis, wavy(basis.nodes))
+    assert np.isnan(expansion.error).all()
+    assert np.isfinite(expansion.std).all()
 
 
 def test_rules_that_cannot_work_are_refused() -> None:
     with pytest.raises(InvalidValue, match="at least 9 nodes"):
-        hermite_basis(2, 8, 8)
+        ExpansionSettings(8, nodes=8)
+    with pytest.raises(InvalidValue, match="Choose tensor or regression"):
+        ExpansionSettings(rule="smolyak")  # type: ignore[arg-type]
+    with pytest.raises(InvalidValue, match="checks"):
+        ExpansionSettings(checks=-1)
+    with pytest.raises(InvalidValue, match="Take 70 samples"):
+        make_basis((HERMITE,) * 3, ExpansionSettings(4, samples=35))
+    with pytest.raises(InvalidValue, match="Take the regression"):
+        make_basis((HERMITE,) * 6, ExpansionSettings(6, rule="tensor"))
     with pytest.raises(InvalidValue, match="vary fewer inputs"):
-        hermite_basis(7, 8, 9)
-    with pytest.raises(InvalidValue, match="order from 0 to"):
-        hermite_basis(1, 25, 26)
+        make_basis((HERMITE,) * 7, ExpansionSettings(8))
 
 
 def test_product_against_its_readable_twin() -> None:

@@ -1,0 +1,113 @@
+"""How far each way of computing the log10 likelihood is off, on the interpolated table itself: which setting is enough.
+
+    python -m benchmarks.likelihood
+
+216 conditions of the default table, measured times drawn from each candidate (and the shipped recordings at the fit),
+so that the likelihood is as high as it gets; in the last column the candidate is far from the data. The reference is
+the integral along lines with a rule several times as fine. Errors in decades: of one seed for the deterministic ways,
+root mean square over 8 seeds for those that sample.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.results import write
+from slipstick.library import Library
+from slipstick.problem import table_problem
+from slipstick.uncertainty import line_rules, lines
+from slipstick.uncertainty.expansion import ExpansionSettings
+from slipstick.uncertainty.inputs import Inputs
+from slipstick.uncertainty.likelihood import (
+    Candidate,
+    Problem,
+    by_expansion,
+    by_sampling,
+    exact,
+    lay,
+    log10_density,
+    outputs,
+    settled,
+)
+from slipstick.uncertainty.sampling import normal_germs
+
+LIBRARY = Library(Path("tables"))
+SEEDS = range(1, 9)
+FITTED = "shipped recordings at their fit"
+CASES = {
+    FITTED: Candidate(Inputs([0.5, 1.39], [0.002, 0.189]), 0.0194),
+    "std 0.05 and 0.08, noise 10 ms": Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 0.010),
+    "std 0.05 and 0.08, noise 3 ms": Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 0.003),
+    "std 0.05 and 0.08, noise 1 ms": Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 0.001),
+    "std 0.15 and 0.15, noise 3 ms": Candidate(Inputs([1.0, 1.0], [0.15, 0.15]), 0.003),
+    "std 0.002 and 0.002, noise 3 ms": Candidate(Inputs([1.0, 1.0], [0.002, 0.002]), 0.003),
+    "gamma and uniform, std 0.1, noise 3 ms": Candidate(
+        Inputs([1.0, 1.0], [0.1, 0.1], families=("gamma", "uniform")), 0.003),
+}
+FAR = "fitted to other data: means off by 0.05, noise 1 ms"
+CASES[FAR] = Candidate(Inputs([0.95, 1.05], [0.05, 0.08]), 0.001)
+DRAWN_FROM = {FAR: CASES["std 0.05 and 0.08, noise 1 ms"]}
+
+
+def main() -> None:
+    """Measure and write."""
+    shipped = table_problem(LIBRARY.table("nominal"), LIBRARY.recording("measured"), "clip")
+    problems = {name: shipped if name == FITTED else drawn(shipped, DRAWN_FROM.get(name, case))
+                for name, case in CASES.items()}
+    references = {name: reference(problems[name], case) for name, case in CASES.items()}
+    rows = []
+    for what, way, seeds in ways():
+        row: list[object] = [what]
+        for name, case in CASES.items():
+            errors = [way(problems[name], case, seed) - references[name] for seed in seeds]
+            row.append(float(np.sqrt(np.mean(np.square(errors)))))
+        rows.append(row)
+        print(*row, sep="\t", flush=True)
+    write("likelihood", ["error in decades", *CASES], rows, "python -m benchmarks.likelihood")
+
+
+def ways():
+    """Name, function (problem, candidate, seed) -> log10 likelihood, and seeds of each way."""
+    yield "auto", lambda p, c, seed: settled(p, c, seed)[0].sum(), SEEDS[:1]
+    yield "exact", lambda p, c, seed: exact(p, c, seed=seed).sum(), SEEDS[:1]
+    yield "exact, without knots", lambda p, c, seed: exact(replace(p, knots=None), c, seed=seed).sum(), SEEDS[:1]
+    yield "exact, without knots, 256 lines", (
+        lambda p, c, seed: exact(replace(p, knots=None), c, 256, seed).sum()), SEEDS[:1]
+    for power in (10, 12, 14, 16):
+        yield f"table, 2^{power} samples", lambda p, c, seed, m=power: sampled(p, c, 2**m, seed), SEEDS
+    for order in (2, 4, 8, 12, 20):
+        yield f"expansion of order {order}, lines", (
+            lambda p, c, seed, o=order: by_expansion(p, [c], ExpansionSettings(o, checks=0)).sum()), SEEDS[:1]
+    for order, power in ((4, 12), (8, 8), (8, 10), (8, 12), (8, 14), (8, 16), (12, 12), (12, 16)):
+        yield f"expansion of order {order}, 2^{power} samples", (
+            lambda p, c, seed, o=order, m=power: by_sampling(
+                p, [c], ExpansionSettings(o, checks=0), normal_germs(2, 2**m, seed)).sum()), SEEDS
+
+
+def sampled(problem: Problem, candidate: Candidate, count: int, seed: int) -> float:
+    times = problem.model(candidate.inputs.points(normal_germs(2, count, seed)), problem.conditions)
+    return float(log10_density(times, problem.measured_time, candidate.output_std).sum())
+
+
+def drawn(problem: Problem, case: Candidate) -> Problem:
+    """The problem with one time a condition measured under the candidate, each with inputs and noise of its own."""
+    random = np.random.default_rng(20)
+    count = len(problem.measured_time)
+    times = np.diagonal(problem.model(case.inputs.points(random.standard_normal((count, 2))), problem.conditions))
+    return replace(problem, measured_time=times + case.output_std * random.standard_normal(count))
+
+
+def reference(problem: Problem, case: Candidate) -> float:
+    """The integral with many more nodes across the lines and breakpoints along them."""
+    usual = line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES
+    line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES = 6.0, 24, 8
+    line_rules._SCORES = np.arange(-line_rules.WINDOW, line_rules.WINDOW, 0.02)
+    laid = lay(problem, case)
+    (line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES) = usual
+    times = outputs(problem, case.inputs, laid)
+    return float(lines.log10_density(laid, times, problem.measured_time, case.output_std).sum())
+
+
+if __name__ == "__main__":
+    main()

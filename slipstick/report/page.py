@@ -1,0 +1,101 @@
+"""The page: what was found in words and numbers, the pictures, Table II, where it comes from, and its limits."""
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from slipstick import __version__
+from slipstick.pictures import CAPTIONS, pictures
+from slipstick.report import costs, words
+from slipstick.report.markup import data, listing, pairs, paragraph, section, table
+
+_HERE = Path(__file__).parent
+_LIBRARIES = ("vega", "vega-lite", "vega-embed")
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+"""Nothing is fetched from anywhere, whatever a name in the data may hold."""
+
+_SHARES = ("Each unknown counts as a share of its range in the search, a std by its logarithm; shares below a fifth of "
+           "the largest are left out. ± is one standard error, by the information in the recordings.")
+_LIMITS = (
+    ("The shipped recordings are simulated:", "“measured” comes from an independent implementation of a test bench, "
+     "with noise, scatter and a physical effect that the model lacks. The recordings of the paper are not public."),
+    ("Shifting times say little about each input alone:", "with nothing else measured, pressure bias and initial "
+     "position trade off against one another. Read the combinations above, not the means one by one."),
+    ("The scatter stands for whatever the model lacks:", "parametric uncertainty is the only kind there is here. Where "
+     "a physical effect is missing, the fitted std and the output noise grow to cover it."),
+    ("An interval holds for the model as it is:", "it says what the recordings allow if the model is right and the "
+     "families of the inputs are the true ones."),
+)
+
+
+def page(fit: Mapping[str, Any], output: Mapping[str, Any], beside: Mapping[str, Any] | None = None,
+         about: str = "") -> str:
+    """The whole page.
+
+    `fit` is the JSON of a fit (id, table, recordings, digests, settings, times), `output` what its job left (`result`,
+    `evidence`, `seconds`), `beside` the output of a fit of the same recordings by the other method, and `about` what
+    the recordings say about themselves. The same input gives the same page.
+    """
+    result, drawn = output["result"], pictures(output["result"], output["evidence"])
+    conditions = len(result["log10_likelihood_per_condition"])
+    title = words.headline(result, conditions, fit["recordings"])
+    return "\n".join([
+        "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{escape(fit['id'])}: {escape(title)}</title>", f"<style>{_file('style.css')}</style>", "</head>",
+        "<body>", "<main>", paragraph(f"Slipstick · fit {fit['id']}", "over"), f"<h1>{escape(title)}</h1>",
+        paragraph(words.gain(result), "lead"),
+        section("What was found", _numbers(result), listing(words.identified(result))),
+        section("Combinations of unknowns", listing(words.combinations(result)), paragraph(_SHARES, "note")),
+        section("What to know about it", listing((f"{one['cause']}.", f"{one['remedy']}.")
+                                                 for one in result["remarks"])),
+        section("Pictures", *(_figure(name) for name in drawn)),
+        section("Table II of the paper, and this fit", table(costs.HEAD, costs.rows(output, beside)),
+                paragraph(costs.NOTE, "note"), "" if beside else paragraph(costs.ALONE, "note")),
+        section("Where it comes from", pairs(_origin(fit, output, about))),
+        section("What it cannot say", listing(_LIMITS)),
+        "</main>", data("pictures", drawn),
+        *(f"<script>{_file(f'vega/{name}.min.js')}</script>" for name in _LIBRARIES),
+        f"<script>{_file('draw.js')}</script>", f"<!--\n{_licences()}\n-->", "</body>", "</html>", ""])
+
+
+def _numbers(result: Mapping[str, Any]) -> str:
+    levels = {one["level"] for one in result["intervals"]}
+    interval = f"{100 * levels.pop():.0f} % interval" if levels else "interval"
+    return table(("unknown, multiples of nominal", "before", "fitted", interval), words.numbers(result)) + paragraph(
+        "Open: the recordings do not limit the unknown on that side within the bounds of the search.", "note")
+
+
+def _figure(name: str) -> str:
+    return (f'<figure>\n<div class="picture" id="picture-{escape(name)}"></div>\n'
+            f"<figcaption>{escape(CAPTIONS[name])}</figcaption>\n</figure>")
+
+
+def _origin(fit: Mapping[str, Any], output: Mapping[str, Any], about: str) -> list[tuple[str, str]]:
+    spent = ", ".join(f"{stage} {words.duration(seconds)}" for stage, seconds in output["seconds"].items())
+    settings = ", ".join(f"{name} {json.dumps(value)}" for name, value in fit["settings"].items())
+    kind = "the simulator at the parameters of the table" if fit["simulate"] else "the table"
+    model = f"{kind} {fit['table']}, SHA-256 {fit['table_digest']}" + (
+        "" if fit["simulate"] else f", {fit['outside']} outside")
+    said: list[tuple[str, str | None]] = [
+        ("model", model), ("recordings", f"{fit['recordings']}, SHA-256 {fit['recordings_digest']}"),
+        ("they say", about), ("mass outside", f"{100 * output['result']['mass_outside']:.3g} % of the runs"),
+        ("settings", settings), ("time", spent), ("submitted", fit["submitted"]), ("ended", fit["ended"]),
+        ("version", f"Slipstick {__version__}")]
+    return [(name, value) for name, value in said if value]
+
+
+@cache
+def _file(name: str) -> str:
+    return (_HERE / name).read_text()
+
+
+@cache
+def _licences() -> str:
+    """The terms under which the scripts of the page may travel with it."""
+    files = [_HERE / "vega" / "NOTICE", *sorted((_HERE / "vega").glob("*.LICENSE"))]
+    return "\n\n".join(f"{file.name}\n\n{file.read_text()}" for file in files)

@@ -1,0 +1,106 @@
+"""Report and pictures over HTTP, of fits that are put into the store as if a worker had done them."""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from types import SimpleNamespace
+from typing import Any
+
+import httpx
+import pytest
+
+from service.job_store import JobStore
+from service.settings import Settings
+from slipstick.errors import UnknownName
+from slipstick.pictures import CAPTIONS
+from slipstick.report import page
+
+Serving = Callable[[Settings], AbstractContextManager[str]]
+ORDER = {"table": "nominal", "table_digest": "a1b2", "recordings": "measured", "recordings_digest": "c3d4",
+         "simulate": False, "parameters": ["pressure_bias", "initial_position"], "outside": "clip",
+         "settings": {"seed": 7}}
+
+
+def fit(name: str, status: str, output: dict[str, Any] | None, **order: Any) -> SimpleNamespace:
+    return SimpleNamespace(workflow_id=name, status=status, input={"args": [ORDER | order]}, output=output, error=None,
+                           created_at=1_790_000_000_000, completed_at=None)
+
+
+@pytest.fixture(scope="module")
+def client(made: Callable[..., dict[str, Any]], serving: Serving,
+           tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    classic = made()
+    classic["result"]["method"] = "classic"
+    kept = {one.workflow_id: one for one in (
+        fit("done", "SUCCESS", made()), fit("classic", "SUCCESS", classic), fit("running", "PENDING", None),
+        fit("foreign", "SUCCESS", classic, recordings_digest="e5f6"))}
+
+    def find(_: JobStore, name: str) -> SimpleNamespace:
+        if name not in kept:
+            raise UnknownName.of("fit", name, kept)
+        return kept[name]
+
+    folder = tmp_path_factory.mktemp("reports")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(JobStore, "find", find)
+        with serving(Settings(tables=folder, jobs=f"sqlite:///{folder}/jobs.sqlite")) as address, \
+                httpx.Client(base_url=address, timeout=30) as client:
+            yield client
+
+
+def test_the_report_is_the_page_of_the_fit(client: httpx.Client, made: Callable[..., dict[str, Any]]) -> None:
+    answer = client.get("/v1/fits/done/report")
+    assert answer.status_code == 200
+    assert answer.headers["Content-Type"] == "text/html; charset=utf-8"
+    assert "fitted to 216 engagements of “measured”" in answer.text
+    assert answer.text == client.get("/v1/fits/done/report").text
+    described = ORDER | {"id": "done", "submitted": "2026-09-21T14:13:20Z", "ended": None}
+    assert answer.text == page(described, made())
+
+
+def test_a_fit_by_the_other_method_fills_table_ii(client: httpx.Client) -> None:
+    assert "Only one method was run here" in client.get("/v1/fits/done/report").text
+    assert "Only one method was run here" not in client.get("/v1/fits/done/report?beside=classic").text
+    for other in ("done", "foreign"):
+        answer = client.get(f"/v1/fits/done/report?beside={other}")
+        assert (answer.status_code, answer.json()["type"]) == (422, "urn:slipstick:problem:invalid-value")
+
+
+def test_the_pictures_are_listed_with_what_they_show(client: httpx.Client) -> None:
+    listed = client.get("/v1/fits/done/pictures").json()["pictures"]
+    assert {entry["name"]: entry["caption"] for entry in listed} == CAPTIONS
+    for entry in listed:
+        spec = client.get(entry["href"]).json()
+        assert spec["$schema"].endswith("/vega-lite/v5.json")
+        assert spec["title"]["text"] == entry["title"]
+
+
+@pytest.mark.parametrize(("accept", "media", "begins"), [
+    ("*/*", "application/json", b"{"),
+    ("", "application/json", b"{"),
+    ("text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8", "application/json", b"{"),
+    ("image/avif,image/webp,image/apng,image/svg+xml,image/*,*/*;q=0.8", "image/svg+xml", b"<svg"),
+    ("application/json;q=0.5, image/png", "image/png", b"\x89PNG"),
+    ("application/json; q=0.5, image/png;q=0.4", "application/json", b"{")])
+def test_the_accept_header_chooses_the_form(client: httpx.Client, accept: str, media: str, begins: bytes) -> None:
+    answer = client.get("/v1/fits/done/pictures/profiles", headers={"Accept": accept})
+    assert answer.headers["Content-Type"].startswith(media)
+    assert answer.headers["Vary"] == "Accept"
+    assert answer.content.startswith(begins)
+
+
+def test_the_query_overrules_the_header(client: httpx.Client) -> None:
+    answer = client.get("/v1/fits/done/pictures/profiles?format=svg", headers={"Accept": "image/png"})
+    assert answer.headers["Content-Type"].startswith("image/svg+xml")
+    assert client.get("/v1/fits/done/pictures/profiles?format=pdf").status_code == 422
+
+
+@pytest.mark.parametrize("what", ["report", "pictures", "pictures/profiles"])
+def test_a_fit_that_is_not_done_is_a_conflict(client: httpx.Client, what: str) -> None:
+    assert client.get(f"/v1/fits/running/{what}").status_code == 409
+    assert client.get(f"/v1/fits/missing/{what}").status_code == 404
+
+
+def test_an_unknown_picture_is_refused_with_the_nearest_name(client: httpx.Client) -> None:
+    answer = client.get("/v1/fits/done/pictures/profile")
+    assert answer.status_code == 404
+    assert "Did you mean 'profiles'?" in answer.json()["remedy"]
