@@ -103,7 +103,7 @@ class TableDescription(BaseModel):
     """What a table says about itself."""
 
     name: str = Field(description="Name of the table.")
-    kind: Kind
+    kind: Kind = Field(description="What it is: a grid, or a surrogate trained on simulations.")
     digest: Digest
     model_digest: str = Field(description="SHA-256 of `model`.")
     conditions_digest: str = Field(description="SHA-256 of the conditions.")

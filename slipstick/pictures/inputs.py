@@ -12,7 +12,7 @@ from slipstick.pictures.theme import Spec
 from slipstick.uncertainty.inputs import Inputs
 
 CAPTION = ("Shades: how many decades of likelihood are lost where the two means are moved there and all else is kept "
-           "as fitted; the darkest holds 90 % of what the recordings allow. Curves: half, and nine in ten, of the runs "
+           "as fitted; the darkest is their 90 % region, if all else is so. Curves: half, and nine in ten, of the runs "
            "have their inputs inside, if the fit is right.")
 
 _BANDS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)

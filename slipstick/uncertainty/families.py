@@ -16,6 +16,7 @@ POSITIVE = ("lognormal", "gamma")
 """Families without values of 0 and below."""
 HERMITE = Germ("hermite")
 _FARTHEST = 37.0  # normal score of a value beyond the reach of a family: further out the probability underflows
+_NARROW = 1e-7  # a gamma or beta variable with a std below this share of its mean or support is a normal one
 
 
 def germ_of(family: Family, mean: float, std: float, support: np.ndarray) -> Germ:
@@ -23,9 +24,9 @@ def germ_of(family: Family, mean: float, std: float, support: np.ndarray) -> Ger
 
     A lognormal variable is a function of the Hermite germ: its own polynomials do not determine it.
     """
-    if family == "gamma" and std > 0:
+    if family == "gamma" and std > _NARROW * mean:
         return Germ("laguerre", ((mean / std) ** 2,))
-    if family == "beta" and std > 0:
+    if family == "beta" and std > _NARROW * (support[1] - support[0]):
         return Germ("jacobi", beta_shape(mean, std, support))
     return Germ("legendre") if family == "uniform" and std > 0 else HERMITE
 
@@ -43,14 +44,14 @@ def from_score(family: Family, score: np.ndarray, mean: float, std: float, suppo
 def to_score(family: Family, values: np.ndarray, mean: float, std: float, support: np.ndarray) -> np.ndarray:
     """Normal scores of `values`, same shape; the std is positive. Values beyond the reach of a family have +-37."""
     score: np.ndarray
-    if family == "normal":
-        score = (values - mean) / std
-        return score
     if family == "lognormal":
         log_mean, log_std = of_logarithm(mean, std)
         with np.errstate(divide="ignore"):
             score = (np.log(np.maximum(values, 0.0)) - log_mean) / log_std
         np.maximum(score, -_FARTHEST, out=score)
+        return score
+    if germ_of(family, mean, std, support) == HERMITE:
+        score = (values - mean) / std
         return score
     if family == "gamma":
         shape = (mean / std) ** 2

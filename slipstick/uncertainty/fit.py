@@ -22,7 +22,7 @@ from slipstick.uncertainty.bounds import remarks
 from slipstick.uncertainty.expansion import make_basis
 from slipstick.uncertainty.genetic import Population, Search, ask, empty, tell
 from slipstick.uncertainty.intervals import combinations, interval
-from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, by_sampling, exact, settled
+from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, by_sampling, settled
 from slipstick.uncertainty.refine import nearby, refine
 from slipstick.uncertainty.sampling import axis_mass_outside, mass_outside, normal_germs
 from slipstick.uncertainty.settings import FitSettings
@@ -156,7 +156,7 @@ def _searched(settings: FitSettings, problem: Problem, candidates: list[Candidat
 
 def _account(settings: FitSettings, problem: Problem, candidate: Candidate) -> dict[str, Any]:
     return {**_spell(candidate),
-            "log10_likelihood": _finite(float(exact(problem, candidate, seed=settings.seed).sum())),
+            "log10_likelihood": _finite(float(settled(problem, candidate, settings.seed)[0].sum())),
             "log10_likelihood_by_expansion": _finite(float(_searched(settings, problem, [candidate]).sum()))}
 
 

@@ -1,5 +1,6 @@
 """What the service does with fits by itself: here no worker is running, tests/worker has one."""
 
+import json
 import sqlite3
 import time
 from collections.abc import Iterator
@@ -78,9 +79,9 @@ def test_a_database_that_breaks_is_said(alone: httpx.Client, tmp_path: Path) -> 
 def test_the_schemas_leave_out_nothing_that_a_fit_knows(shelf: Path) -> None:
     library = Library(shelf)
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
-    settings = fit.FitSettings(population=4, generations=1, samples=64, polish=False)
-    state = fit.advance(settings, problem, fit.start(settings, 2))
+    settings = fit.FitSettings(population=4, generations=1, refine=False, intervals=False)
+    state = fit.advance(settings, problem, fit.start(settings, problem))
     assert set(SearchSettings.model_fields) == {field.name for field in fields(fit.FitSettings)}
-    assert set(Progress.model_fields) == {*fit.progress(settings, state), "stage", "polish_runs"}
-    result = fit.conclude(settings, problem, state)
-    assert Fitted.model_validate(result).model_dump() == result
+    assert set(Progress.model_fields) == {*fit.progress(settings, problem, state), "stage", "model_runs"}
+    result = fit.conclude(settings, problem, state, fit.refined(settings, problem, state), [])
+    assert json.loads(Fitted.model_validate(result).model_dump_json()) == json.loads(json.dumps(result))

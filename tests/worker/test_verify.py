@@ -27,7 +27,7 @@ def test_the_default_table_is_within_its_target(tmp_path, capsys):
     table = built(PAPER_AXES, paper_conditions(), tmp_path / "a.h5")
     assert main(["verify", str(tmp_path / "a.h5"), "--points", "400"]) == 0
     output = capsys.readouterr().out
-    assert number(r"interpolation: ([\d.]+) ms RMS", output) <= 0.05
+    assert number(r"error: ([\d.]+) ms RMS", output) <= 0.05
     assert abs(number(r"([+-][\d.]+) decades", output)) < 0.5
     for said in (table.digest, table.model.digest, table.conditions.digest, "540,000 locked", "1.6 bar", "0.0005 m"):
         assert said in output
@@ -43,7 +43,7 @@ def test_the_error_is_that_of_the_table(few, tmp_path, capsys):
     output = capsys.readouterr().out
     rms = 1e3 * np.sqrt(np.mean(difference**2))
     assert rms > 0.2  # a coarse grid, else this test says nothing
-    assert number(r"interpolation: ([\d.]+) ms RMS", output) == pytest.approx(rms, abs=1e-4)
+    assert number(r"error: ([\d.]+) ms RMS", output) == pytest.approx(rms, abs=1e-4)
     assert number(r"([\d.]+) ms at most", output) == pytest.approx(1e3 * np.abs(difference).max(), abs=1e-3)
     assert "not measured on these recordings" in output  # the table has six of their conditions
 

@@ -20,7 +20,7 @@ from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, exact
 from slipstick.uncertainty.unknowns import unknowns
 
-QUICK = FitSettings(order=4, intervals=False)
+QUICK = FitSettings(order=4, population=24, patience=12, intervals=False)
 
 
 def through_json(state: State) -> State:
@@ -221,7 +221,8 @@ def test_settings_survive_json_and_refuse_nonsense() -> None:
     assert FitSettings.from_dict(json.loads(json.dumps(settings.to_dict()))) == settings
     with pytest.raises(UnknownName, match="Did you mean 'population'"):
         FitSettings.from_dict({"populaton": 40})
-    for wrong in ({"population": 1}, {"samples": 1000}, {"families": ("cauchy",)}, {"method": "guess"}, {"level": 1.0}, {"tolerance": float("nan")}, {"patience": 0},
+    for wrong in ({"population": 1}, {"samples": 1000}, {"families": ("cauchy",)}, {"method": "guess"}, {"level": 1.0},
+                  {"tolerance": float("nan")}, {"patience": 0},
                   {"std_bounds": ((0.0, 0.1),)}, {"mean_bounds": ((1.5, 0.5),)}, {"output_std_bounds": (1e-3,)}):
         with pytest.raises((InvalidValue, UnknownName)):
             FitSettings(**wrong)  # type: ignore[arg-type]
