@@ -19,8 +19,8 @@ from slipstick.uncertainty.settings import FitSettings
 from slipstick.uncertainty.unknowns import Unknowns, unknowns
 
 _CONDITION = ("current_profile", "motor_speed", "load_inertia", "brake_torque")
-_SURFACE = 31  # points an axis
-_DENSITY = 61  # points of each density
+_SURFACE = 21  # points an axis
+_DENSITY = 41  # points of each density
 _STDS = 4.5  # on either side of the mean
 _SAMPLES = 512
 _CLOCK = 0.005  # s between the samples of the engagement
@@ -38,21 +38,24 @@ def evidence(settings: FitSettings, problem: Problem, found: list[float], model:
 
 
 def surface(settings: FitSettings, problem: Problem, space: Unknowns, vector: np.ndarray) -> dict[str, Any] | None:
-    """log10 likelihood by expansion (g1, g2) over the two means that are hardest to tell apart; None for one input."""
+    """log10 likelihood by expansion (g1, g2) over the two means that are hardest to tell apart; None for one input.
+
+    Of a model without knots it goes as far as the polynomials about the fit hold.
+    """
     d = len(space.axes)
     if d == 1:
         return None
     near, region = nearby(problem, space, vector)
     open_most = combinations(near, region, vector)[-1]
     pair = sorted(np.argsort(-np.abs(open_most.weights[:d]), kind="stable")[:2].tolist())
-    grids = [np.linspace(space.lower[axis], space.upper[axis], _SURFACE) for axis in pair]
+    grids = [np.linspace(region.lower[axis], region.upper[axis], _SURFACE) for axis in pair]
     candidates = []
     for first in grids[0]:
         for second in grids[1]:
             moved = vector.copy()
             moved[pair] = first, second
             candidates.append(space.candidate(moved))
-    likelihood = by_expansion(problem, candidates, settings.expansion(d)).sum(axis=1)
+    likelihood = by_expansion(near, candidates, settings.expansion(d)).sum(axis=1)
     return {"axes": [space.axes[axis] for axis in pair], "first": grids[0].tolist(), "second": grids[1].tolist(),
             "log10_likelihood": _rows(likelihood.reshape(_SURFACE, _SURFACE))}
 

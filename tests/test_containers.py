@@ -100,7 +100,7 @@ def test_the_same_commands_run_a_fit_on_one_volume(tmp_path: Path) -> None:
         while containers.run("service", health[1:]) != 0:
             assert service.poll() is None
         with containers.running("worker"):
-            settings = {"population": 4, "generations": 2, "samples": 64, "polish": False}
+            settings = {"population": 4, "generations": 2, "refine": False, "intervals": False}
             fit = client.post("/v1/fits", json={"settings": settings}).raise_for_status().headers["Location"]
             deadline = time.monotonic() + 60
             while (found := client.get(fit).json())["status"] in ("queued", "running"):

@@ -7,7 +7,6 @@ import os
 import signal
 import sqlite3
 import tempfile
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -37,9 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run fits until SIGTERM or SIGINT; raises `InvalidValue` where a worker of that name runs already."""
-    stop = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stop.set())
+    stops = {signal.SIGTERM, signal.SIGINT}
+    # Blocked before there are other threads: one of them may otherwise be given the signal, and this one sleeps on.
+    signal.pthread_sigmask(signal.SIG_BLOCK, stops)
     with _sole(arguments.jobs, arguments.name):
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": arguments.name, "log_level": "WARNING"})
@@ -48,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         DBOS.launch()
         DBOS.register_queue(jobs.QUEUE, worker_concurrency=1, polling_interval_sec=0.2)
         print(f"Worker {arguments.name} waits for fits in {arguments.jobs}", flush=True)
-        stop.wait()
+        signal.sigwait(stops)
         print("Stopped; a fit that has not ended goes on at the next start", flush=True)
         # Whatever runs may be cut off at any point, so there is nothing to wait for.
         os._exit(0)

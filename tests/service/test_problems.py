@@ -75,7 +75,7 @@ def test_an_unknown_table_names_the_nearest(client: httpx.Client, path: str) -> 
     ("/v1/fits", {"settings": {"population": 1}}), ("/v1/fits", {"settings": {"std_bounds": [[0.0, 0.1]]}}),
     ("/v1/fits", {"settings": {"mean_bounds": [[1.2, 0.8]]}}),
     ("/v1/fits", {"settings": {"mean_bounds": [[2.0, 3.0]]}}), ("/v1/fits", {"settings": {"samples": 1000}}),
-    ("/v1/fits", {"settings": {"order": 12}}),
+    ("/v1/fits", {"settings": {"order": 12, "nodes": 5}}),
     ("/v1/fits", {"settings": {"mean_bounds": [[0.8, 1.2]] * 3}})])
 def test_values_that_make_no_sense(client: httpx.Client, path: str, change: dict[str, Any]) -> None:
     problem(client.post(path, json={**POSTS[path], **change}), 422)
@@ -112,7 +112,7 @@ def test_an_answer_or_work_beyond_the_limits_is_refused(client: httpx.Client) ->
     problem(client.post("/v1/evaluate", json={"points": [[1.0, 1.0]] * 500}), 413)
     problem(client.post("/v1/propagate", json={"inputs": INPUTS, "density_points": 2000}), 413)
     many = [{**INPUTS, "output_std": 0.01}] * 100
-    problem(client.post("/v1/likelihood", json={"samples": 1 << 17, "candidates": many}), 413)
+    problem(client.post("/v1/likelihood", json={"method": "sampling", "samples": 1 << 17, "candidates": many}), 413)
 
 
 @pytest.mark.parametrize("chunked", [False, True])
@@ -130,8 +130,6 @@ def test_a_body_that_never_comes_is_not_waited_for(address: str) -> None:
         connection.sendall(b"POST /v1/evaluate HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
                            b"Content-Length: 100\r\n\r\n{")
         assert connection.recv(1000).startswith(b"HTTP/1.1 408")
-
-
 
 
 @pytest.mark.parametrize("body", [

@@ -17,7 +17,7 @@ from slipstick.library import Library
 from slipstick.problem import table_problem
 from slipstick.uncertainty import fit
 
-SETTINGS = {"population": 24, "generations": 30, "patience": 30, "samples": 256, "seed": 5}
+SETTINGS = {"population": 24, "generations": 30, "patience": 30, "order": 4, "seed": 5}
 
 ENDLESS = {**SETTINGS, "generations": 10_000, "patience": 10_000}
 
@@ -95,38 +95,40 @@ def uninterrupted(shelf: Path) -> dict[str, Any]:
     """The result of the same fit in this process, without worker, service, database or JSON."""
     library, settings = Library(shelf), fit.FitSettings(**SETTINGS)
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
-    state = fit.start(settings, 2)
+    state = fit.start(settings, problem)
     while not fit.finished(settings, state):
         state = fit.advance(settings, problem, state)
-    return fit.conclude(settings, problem, state)
+    found = fit.refined(settings, problem, state)
+    profiles = [fit.profile(settings, problem, found, place) for place in fit.profiled(settings, problem)]
+    return fit.conclude(settings, problem, state, found, profiles)
 
 
-def test_killed_in_the_middle_a_fit_ends_with_the_result_of_an_uninterrupted_one(bench: Bench, shelf: Path) -> None:
+def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(bench: Bench, shelf: Path) -> None:
     bench.submit("killed", **SETTINGS)
     bench.follow("killed", in_stage("search", 5))
     bench.kill(bench.worker, bench.service)
     bench.serve()
     cut = bench.follow("killed", lambda found: True)
     assert 5 <= cut["progress"]["generation"] < 30
-    bench.work()
-    bench.follow("killed", in_stage("polish", 30))
-    bench.kill(bench.worker)
+    for stage in ("refine", "intervals", "conclude"):
+        bench.work()
+        bench.follow("killed", in_stage(stage, 30))
+        bench.kill(bench.worker)
     bench.work()
     assert bench.follow("killed", ended)["status"] == "done"
     result = bench.client.get("/v1/fits/killed/result").json()
     assert result["result"] == json.loads(json.dumps(uninterrupted(shelf)))
-    assert result["seconds"].keys() == {"open", "search", "polish"}
+    assert list(result["seconds"]) == ["open", "search", "refine", "intervals", "conclude"]
 
 
-@pytest.mark.parametrize(("stage", "settings"), [
-    ("search", ENDLESS), ("polish", {**SETTINGS, "generations": 1, "samples": 1 << 13})])
+@pytest.mark.parametrize(("stage", "settings"), [("search", ENDLESS), ("refine", {**SETTINGS, "generations": 1})])
 def test_a_cancelled_fit_frees_the_worker(bench: Bench, stage: str, settings: dict[str, Any]) -> None:
     bench.submit("long", **settings)
-    bench.submit("next", population=4, generations=1, samples=64, polish=False)
+    bench.submit("next", population=4, generations=1, refine=False, intervals=False)
     bench.follow("long", in_stage(stage, 1))
     assert bench.client.get("/v1/fits/next").json()["status"] == "queued"
     assert bench.client.post("/v1/fits/long/cancel").json()["status"] == "cancelled"
-    assert bench.follow("next", ended, seconds=15)["status"] == "done"
+    assert bench.follow("next", ended, seconds=30)["status"] == "done"
     assert bench.client.get("/v1/fits/long").json()["status"] == "cancelled"
     assert bench.client.get("/v1/fits/long/result").status_code == 409
 

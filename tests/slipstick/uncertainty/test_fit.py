@@ -83,7 +83,7 @@ def test_finds_what_differential_evolution_finds(problem: Problem, settled: Stat
         return -by_expansion(problem, [space.candidate(row) for row in vectors.T], QUICK.expansion(2)).sum(axis=1)
 
     peer = differential_evolution(loss, list(zip(space.lower, space.upper, strict=True)), rng=1, maxiter=100,
-                                  popsize=15, tol=1e-6, refine=False, vectorized=True, updating="deferred")
+                                  popsize=15, tol=1e-6, polish=False, vectorized=True, updating="deferred")
     assert spent > 3 * 40 * QUICK.population
     for seed in (1, 2):
         state = run(replace(QUICK, seed=seed, generations=40, patience=40), problem)
