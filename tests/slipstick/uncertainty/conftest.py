@@ -59,13 +59,13 @@ def truth() -> Candidate:
 
 @pytest.fixture(scope="session")
 def problem_measured_at() -> Callable[[Candidate], Problem]:
-    """Makes 216 kinked conditions, measured at a truth, in the box of the default table."""
-    return lambda truth: pose(kinked, 216, truth)
+    """Makes 72 kinked conditions, measured at a truth, in the box of the default table."""
+    return lambda truth: pose(kinked, 72, truth)
 
 
 @pytest.fixture(scope="session")
 def problem(truth: Candidate) -> Problem:
-    return pose(kinked, 216, truth)
+    return pose(kinked, 72, truth)
 
 
 @pytest.fixture(scope="session")
