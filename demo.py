@@ -56,7 +56,7 @@ def start() -> None:
     fit = request("/v1/fits", FIT)
     result = follow(fit["links"]["self"])
     seconds["fit"] = time.monotonic() - begun
-    show(result, seconds, f"/v1/fits/{fit['id']}/result")
+    show(result, seconds, fit["links"])
 
 
 def step(seconds: dict[str, float], name: str, *command: str) -> None:
@@ -140,8 +140,8 @@ def follow(path: str) -> dict:
         at = fit["progress"]
         if at and at["log10_likelihood"] is not None and (at["stage"], at["generation"]) != said:
             said = (at["stage"], at["generation"])
-            print(f"  {at['stage']}: generation {at['generation']} of at most {at['generations']}, "
-                  f"best log10 likelihood {at['log10_likelihood']:.3f}", flush=True)
+            print(f"  search: generation {at['generation']} of at most {at['generations']}, best log10 likelihood "
+                  f"{at['log10_likelihood']:.3f}" if at["stage"] == "search" else f"  {at['stage']}", flush=True)
         if fit["status"] == "done":
             return request(fit["links"]["result"])
         if fit["status"] in ("failed", "cancelled"):
@@ -149,14 +149,14 @@ def follow(path: str) -> dict:
         time.sleep(0.3)
 
 
-def show(result: dict, seconds: dict[str, float], path: str) -> None:
+def show(result: dict, seconds: dict[str, float], links: dict[str, str]) -> None:
     """Print what was fitted, how long each step took, and where to look."""
     fitted = result["result"]
-    print("\nFitted inputs (multiples of the calibrated values)")
-    names = request(f"/v1/tables/{FIT['table']}", quiet=True)["axes"]
-    for axis, mean, std in zip(names, fitted["mean"], fitted["std"], strict=True):
-        print(f"  {axis['name']:18} mean {mean:.4f}  std {std:.4f}")
-    print(f"  {'output std':18} {1e3 * fitted['output_std']:.2f} ms")
+    print("\nFitted inputs (multiples of the calibrated values; the output std in s), and 90 % intervals")
+    for one in fitted["intervals"]:
+        low, high = (f"{one[side]:.4g}" if one[side] is not None else "not found" if side in one["unsettled"]
+                     else "open" for side in ("lower", "upper"))
+        print(f"  {one['unknown']:25} {one['estimate']:8.4g}   [{low}, {high}]")
     before = fitted["before"]
     print(f"log10 likelihood per ms: {before['log10_likelihood']:.2f} before (the calibrated model with nothing but "
           f"output noise, {1e3 * before['output_std']:.1f} ms), {fitted['log10_likelihood']:.2f} after")
@@ -165,8 +165,8 @@ def show(result: dict, seconds: dict[str, float], path: str) -> None:
     print("\nTime of each step")
     for name, value in seconds.items():
         print(f"  {name:40} {value:7.1f} s")
-    print(f"\nOpen in a browser\n  {ADDRESS}/docs    every operation, to try out"
-          f"\n  {ADDRESS}/v1/tables\n  {ADDRESS}{path}"
+    print(f"\nOpen in a browser\n  {ADDRESS}{links['report']}    the report of the fit, with its pictures"
+          f"\n  {ADDRESS}/docs    every operation, to try out"
           f"\n\nThe recordings are simulated test-bench data: the paper's are not public."
           f"\nService and worker go on running; stop them with: make demo-stop")
 

@@ -74,7 +74,7 @@ def whole_grid(problem: Problem) -> tuple[FitSettings, np.ndarray, np.ndarray, d
             state = fit.advance(draft, problem, state)
         spent["search"] = time.process_time() - begun
         begun = time.process_time()
-        optimum = np.array(fit.refined(draft, problem, state))
+        optimum = np.array(fit.refined(draft, problem, state)["found"])
         spent["refine"] = time.process_time() - begun
         used = draft
         draft = FitSettings(method="classic", grid=COARSE, samples=samples_needed(problem, optimum), intervals=False)
@@ -122,7 +122,7 @@ def genetic(problem: Problem, space: Unknowns, seed: int) -> tuple[float, float]
     state = fit.start(settings, problem)
     while not fit.finished(settings, state):
         state = fit.advance(settings, problem, state)
-    found = np.array(fit.refined(settings, problem, state))
+    found = np.array(fit.refined(settings, problem, state)["found"])
     spent = time.process_time() - begun
     print(f"seed {seed}: {height(problem, space, found):.4f} in {spent:.1f} s", flush=True)
     return height(problem, space, found), spent

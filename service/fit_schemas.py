@@ -130,25 +130,35 @@ class Candidate(BaseModel):
     log10_likelihood_by_expansion: float | None = Field(description="As the search takes it; null is -inf.")
 
 
-class Interval(BaseModel):
-    """The profile-likelihood interval of one unknown."""
+class Profile(BaseModel):
+    """A profile-likelihood interval: the greatest likelihood at each value, all else free."""
 
-    unknown: str = Field(description="Name of the unknown.", examples=["mean of pressure_bias"])
-    estimate: float = Field(description="Its value at the greatest likelihood, in multiples of nominal or in s.")
+    estimate: float = Field(description="The value at the greatest likelihood.")
     lower: float | None = Field(description="Lower end; null where the recordings set none within the bounds.")
     upper: float | None = Field(description="Upper end; null where the recordings set none within the bounds.")
+    unsettled: list[Literal["lower", "upper"]] = Field(
+        description="Ends that are null because they were not found: the profile was followed as far as `curve` goes.")
     level: float = Field(description="Confidence level.")
     curve: list[tuple[float, float]] = Field(
         description="Value and drop of the greatest log10 likelihood at it, in decades, of the points computed.")
+
+
+class Interval(Profile):
+    """The profile-likelihood interval of one unknown, in multiples of nominal or in s."""
+
+    unknown: str = Field(description="Name of the unknown.", examples=["mean of pressure_bias"])
 
 
 class Combination(BaseModel):
     """A combination of the unknowns, from the best identified to the least."""
 
     weights: dict[str, float] = Field(
-        description="Share of each unknown, of unit length together, on the range of its bounds; stds as logarithms.")
+        description="Weight of each unknown, of unit length together, as a share of the range between its bounds.")
     std_error: float = Field(description="Standard error along it, as a share of the ranges.")
     identified: bool = Field(description="Whether the recordings determine it to a quarter of its range.")
+    interval: Profile | None = Field(
+        description="Of the sum of the unknowns over their ranges, so weighted; null unless it is identified and "
+                    "intervals were asked for.")
 
 
 class Remark(BaseModel):
@@ -196,4 +206,5 @@ class FitResult(BaseModel):
     recordings: str = Field(description="Name of the recordings.")
     recordings_digest: str = Field(description="Digest (SHA-256) of the recordings.")
     result: Fitted
-    seconds: dict[str, float] = Field(description="Time in s spent in each stage.")
+    seconds: dict[str, float] = Field(description="Time in s spent in each stage, by the clock on the wall.")
+    processor_seconds: dict[str, float] = Field(description="Processor time in s, of all threads of the worker.")

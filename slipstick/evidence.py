@@ -63,8 +63,9 @@ def surface(settings: FitSettings, problem: Problem, space: Unknowns, vector: np
 def prediction(problem: Problem, candidate: Candidate) -> dict[str, Any]:
     """Measured times, those of the nominal model, and the predicted density of each condition, per ms."""
     inputs, noise, times = candidate.inputs, candidate.output_std, problem.measured_time
-    sampled = problem.model(inputs.points(normal_germs(inputs.dimension, _SAMPLES, 1)), problem.conditions)
-    mean, std = np.nanmean(sampled, axis=0), np.hypot(np.nanstd(sampled, axis=0), noise)
+    theta = normal_germs(inputs.dimension, _SAMPLES, 1)
+    sampled = np.ma.masked_invalid(problem.model(inputs.points(theta), problem.conditions))
+    mean, std = sampled.mean(axis=0).filled(np.nan), np.hypot(sampled.std(axis=0).filled(np.nan), noise)
     low, high = np.minimum(mean - _STDS * std, times - std), np.maximum(mean + _STDS * std, times + std)
     grid = low + np.linspace(0, 1, _DENSITY)[:, None] * (high - low)
     laid = lay(problem, candidate)

@@ -56,11 +56,11 @@ def made() -> Callable[..., dict[str, Any]]:
             "axes": list(axes), "families": ["normal"] * d, "correlation": None, "method": "genetic", **spell,
             "log10_likelihood": -269.0, "log10_likelihood_per_condition": [-269.0 / n] * n,
             "before": {**spell, "log10_likelihood": -300.0}, "searched": {**spell, "log10_likelihood": -269.5},
-            "history": [-300.0, -280.0, -269.4], "mass_outside": 0.01, "remarks": [],
-            "intervals": [{"unknown": name, "estimate": 1.0, "lower": 0.99, "upper": 1.01, "level": 0.9, "curve": curve}
-                          for name in unknowns],
+            "generations": 3, "history": [-300.0, -280.0, -269.4], "mass_outside": 0.01, "remarks": [],
+            "intervals": [{"unknown": name, "estimate": 1.0, "lower": 0.99, "upper": 1.01, "unsettled": [],
+                           "level": 0.9, "curve": curve} for name in unknowns],
             "combinations": [{"weights": {f"mean of {axis}": 1.0 for axis in axes}, "std_error": 0.01,
-                              "identified": True}]}
+                              "identified": True, "interval": None}]}
         result["intervals"][0] |= {"lower": None}
         evidence = {
             "conditions": {name: getattr(conditions, name).tolist() for name in (
@@ -78,8 +78,9 @@ def made() -> Callable[..., dict[str, Any]]:
                 "measured": {name: values.tolist() for name, values in shafts.items()},
                 "simulated": {name: values.tolist() for name, values in (
                     *shafts.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
-        seconds = {"open": 0.1, "search": 9.0, "refine": 3.0, "intervals": 7.0}
-        return {"result": result, "evidence": evidence, "seconds": seconds}
+        return {"result": result, "evidence": evidence,
+                "seconds": {"open": 0.2, "search": 18.0, "refine": 6.0, "intervals": 14.0},
+                "processor_seconds": {"open": 0.1, "search": 9.0, "refine": 3.0, "intervals": 7.0}}
 
     return make
 

@@ -20,11 +20,13 @@ from slipstick.clutch.conditions import HORIZON
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.uncertainty.expansion import NODES, ORDER, ExpansionSettings
+from slipstick.uncertainty.expansion import ORDER, ExpansionSettings
 from slipstick.uncertainty.intervals import drop_at
 from slipstick.uncertainty.likelihood import TOLERANCE
 from slipstick.uncertainty.line_rules import ACROSS
 from worker.__main__ import COMMANDS
+from worker.surrogate import HELD_OUT, RUNS, STEPS
+from worker.training import BATCH, RATE, WIDTHS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -60,10 +62,12 @@ def test_numbers_in_the_equations_are_those_of_the_code() -> None:
     text = " ".join((DOCS / "equations.md").read_text().split())
     for said in (f"at most {1e3 * DEFAULT.fine:g} ms where f_reg may change and {1e3 * DEFAULT.coarse:g} ms elsewhere",
                  f"or {1e3 * TIGHT.fine:g} ms and {1e3 * TIGHT.coarse:g} ms (`TIGHT`)",
-                 f"({HORIZON:g} s in"):
+                 f"({HORIZON:g} s in", f"Latin hypercube of {RUNS:,} points", f"{STEPS:,} steps",
+                 f"at {HELD_OUT:,} fresh", f"batches of {BATCH} points", f"falling from {RATE:g} to 0",
+                 f"hidden layers of {WIDTHS[0]} terms"):
         assert said in text
     text = " ".join((DOCS / "uncertainty.md").read_text().split())
-    for said in (f"order {ORDER} and {NODES} nodes", f"{ACROSS} seeded quasi-random samples",
+    for said in (f"order {ORDER} and {ORDER + 1} nodes", f"{ACROSS} seeded quasi-random samples",
                  f"by less than {TOLERANCE} decades", f"{drop_at(0.9):.2f} decades for 90 %",
                  f"{ExpansionSettings().checks} further runs"):
         assert said in text

@@ -30,7 +30,9 @@ Order = dict[str, Any]
 """`table`, `table_digest`, `simulate`, `parameters`, `recordings`, `recordings_digest`, `outside`, `settings`
 (service/job_store.py sends it)."""
 Block = dict[str, Any]
-"""`state` of the fit and the `seconds` spent so far in each stage."""
+"""`state` of the fit, its `estimate` once refined, and `seconds` and `processor_seconds` (of all threads) spent so far
+in each stage."""
+Clocks = tuple[float, float]
 
 
 def register(library: Library) -> None:
@@ -38,43 +40,43 @@ def register(library: Library) -> None:
 
     @DBOS.step(name="start")
     def start(order: Order) -> Block:
-        begun = time.perf_counter()
+        begun = _clocks()
         task = _open(library, order)
-        return {"state": fit.start(task.settings, task.problem), "seconds": {"open": time.perf_counter() - begun}}
+        return {"state": fit.start(task.settings, task.problem), **_spent({}, "open", begun)}
 
     @DBOS.step(name="search")
     def search(order: Order, block: Block) -> Block:
-        begun = time.perf_counter()
+        begun = _clocks()
         task = _open(library, order)
         state = block["state"]
-        while not fit.finished(task.settings, state) and time.perf_counter() < begun + _BLOCK_SECONDS:
+        while not fit.finished(task.settings, state) and time.perf_counter() < begun[0] + _BLOCK_SECONDS:
             state = fit.advance(task.settings, task.problem, state)
             _report(task, state, "search")
-        return {"state": state, "seconds": _add(block["seconds"], "search", begun)}
+        return {"state": state, **_spent(block, "search", begun)}
 
     @DBOS.step(name="refine")
     def refine(order: Order, block: Block) -> Block:
-        begun = time.perf_counter()
+        begun = _clocks()
         task = _open(library, order)
-        found = fit.refined(task.settings, _watched(task, block["state"], "refine"), block["state"])
-        return {**block, "found": found, "seconds": _add(block["seconds"], "refine", begun)}
+        estimate = fit.refined(task.settings, _watched(task, block["state"], "refine"), block["state"])
+        return {**block, "estimate": estimate, **_spent(block, "refine", begun)}
 
     @DBOS.step(name="interval")
-    def interval(order: Order, block: Block, place: int) -> Block:
-        begun = time.perf_counter()
+    def interval(order: Order, block: Block) -> Block:
+        begun = _clocks()
         task = _open(library, order)
         watched = _watched(task, block["state"], "intervals")
-        profile = fit.profile(task.settings, watched, block["found"], place)
-        return {"profile": profile, "seconds": _add(block["seconds"], "intervals", begun)}
+        estimate = fit.profile(task.settings, watched, block["estimate"])
+        return {**block, "estimate": estimate, **_spent(block, "intervals", begun)}
 
     @DBOS.step(name="conclude")
-    def conclude(order: Order, block: Block, profiles: list[dict[str, Any]]) -> dict[str, Any]:
-        begun = time.perf_counter()
+    def conclude(order: Order, block: Block) -> dict[str, Any]:
+        begun = _clocks()
         task = _open(library, order)
         watched = _watched(task, block["state"], "conclude")
-        result = fit.conclude(task.settings, watched, block["state"], block["found"], profiles)
-        shown = evidence(task.settings, watched, block["found"], task.model, task.recordings)
-        return {"result": result, "evidence": shown, "seconds": _add(block["seconds"], "conclude", begun)}
+        result = fit.conclude(task.settings, watched, block["state"], block["estimate"])
+        shown = evidence(task.settings, watched, block["estimate"]["found"], task.model, task.recordings)
+        return {"result": result, "evidence": shown, **_spent(block, "conclude", begun)}
 
     @DBOS.workflow(name=WORKFLOW, serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
@@ -82,12 +84,10 @@ def register(library: Library) -> None:
         block = start(order)
         while not fit.finished(settings, block["state"]):
             block = search(order, block)
-        block, profiles = refine(order, block), []
-        for place in range(len(block["found"]) if settings.intervals else 0):
-            found = interval(order, block, place)
-            profiles.append(found["profile"])
-            block = {**block, "seconds": found["seconds"]}
-        return conclude(order, block, profiles)
+        block = refine(order, block)
+        while not fit.profiled(settings, block["estimate"]):
+            block = interval(order, block)
+        return conclude(order, block)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +122,18 @@ def _report(task: _Task, state: fit.State, stage: str, runs: int = 0) -> None:
     DBOS.set_event(PROGRESS, {"stage": stage, "model_runs": runs, **fit.progress(task.settings, task.problem, state)})
 
 
-def _add(seconds: dict[str, float], stage: str, begun: float) -> dict[str, float]:
-    return {**seconds, stage: seconds.get(stage, 0.0) + time.perf_counter() - begun}
+def _clocks() -> Clocks:
+    """Of the wall, and of all threads of this process, in s."""
+    return time.perf_counter(), time.process_time()
+
+
+def _spent(block: Block, stage: str, begun: Clocks) -> Block:
+    """Both times of `block`, with those of `stage` since `begun` added."""
+    spent: Block = {}
+    for name, begin, now in zip(("seconds", "processor_seconds"), begun, _clocks(), strict=True):
+        before: dict[str, float] = block.get(name, {})
+        spent[name] = {**before, stage: before.get(stage, 0.0) + now - begin}
+    return spent
 
 
 def _open(library: Library, order: Order) -> _Task:

@@ -26,6 +26,7 @@ HELD_OUT = 2000
 """Points at which the error is measured, by the tight simulation."""
 _BLOCK = 200_000  # engagements between two reports
 _LARGEST_SEED = 1 << 32
+_CLEARANCE = 0.02  # of an axis, between what is advised and the last point that did not lock
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -120,9 +121,11 @@ def _require_locked(axes: Sequence[Axis], points: np.ndarray, status: np.ndarray
     named = ", ".join(map(str, numbers[:5])) + (" and others" if len(numbers) > 5 else "")
     cuts = []
     for axis, column in zip(axes, where.T, strict=True):
-        low, high = math.ceil(1e3 * column.max()) / 1e3, math.floor(1e3 * column.min()) / 1e3
-        cuts.append(((low - axis.lower) / (axis.upper - axis.lower), f"{axis.name}={low:g}:{axis.upper:g}"))
-        cuts.append(((axis.upper - high) / (axis.upper - axis.lower), f"{axis.name}={axis.lower:g}:{high:g}"))
+        span = axis.upper - axis.lower
+        low = math.ceil(1e3 * (column.max() + _CLEARANCE * span)) / 1e3
+        high = math.floor(1e3 * (column.min() - _CLEARANCE * span)) / 1e3
+        cuts.append(((low - axis.lower) / span, f"{axis.name}={low:g}:{axis.upper:g}"))
+        cuts.append(((axis.upper - high) / span, f"{axis.name}={axis.lower:g}:{high:g}"))
     share, narrower = min(cuts)
     raise InvalidValue(
         f"{np.count_nonzero(lost):,} of {lost.size:,} engagements in the box do not lock, under {len(numbers)} "

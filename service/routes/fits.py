@@ -81,7 +81,8 @@ def fit_result(id: FitId, store: TheFits) -> FitResult:
     order = ordered(fit)
     kept = ("table", "table_digest", "simulate", "recordings", "recordings_digest")
     output: dict[str, Any] = fit.output or {}
-    return FitResult(id=id, **{name: order[name] for name in kept}, result=output["result"], seconds=output["seconds"])
+    found = {name: output[name] for name in ("result", "seconds", "processor_seconds")}
+    return FitResult(id=id, **{name: order[name] for name in kept}, **found)
 
 
 @router.post("/{id}/cancel", summary="Cancel a fit", responses=responses(404, 503))

@@ -26,6 +26,7 @@ router = APIRouter(prefix="/v1/fits/{id}", tags=["reports"], route_class=JsonRou
 Form = Literal["json", "svg", "png"]
 _MEDIA: dict[Form, str] = {"json": "application/json", "svg": "image/svg+xml", "png": "image/png"}
 _ACCEPTED: dict[str, Form] = {**{media: form for form, media in _MEDIA.items()}, "image/*": "svg", "*/*": "json"}
+_COMPARED = ("recordings_digest", "table_digest", "simulate", "parameters", "outside")
 _HTML: dict[int | str, dict[str, Any]] = {200: {
     "description": "The report", "content": {"text/html": {"schema": {"type": "string"}}}}}
 _PICTURE: dict[int | str, dict[str, Any]] = {200: {"description": "The picture", "content": {
@@ -51,8 +52,8 @@ class PictureList(BaseModel):
 
 PictureName = Annotated[str, Path(description=f"Name of the picture: {', '.join(CAPTIONS)}.", openapi_examples={
     "comparison": {"summary": "Measured against simulated times", "value": "comparison"}})]
-Beside = Annotated[str | None, Query(description="Id of a finished fit of the same recordings by the other method: it "
-                                                 "fills the other row of Table II.")]
+Beside = Annotated[str | None, Query(description="Id of a finished fit of the same by the other method: it fills the "
+                                                 "other row of Table II.")]
 Wanted = Annotated[Form | None, Query(
     description="json for Vega-Lite, svg, or png; without it the Accept header decides.")]
 
@@ -110,11 +111,12 @@ def _accepted(header: str) -> Form:
 
 def _comparable(fit: WorkflowStatus, other: WorkflowStatus) -> dict[str, Any]:
     """The output of the other fit; raises `InvalidValue` where Table II cannot have both."""
-    recordings, methods = ({ordered(one)["recordings_digest"] for one in (fit, other)},
-                           {_output(one)["result"]["method"] for one in (fit, other)})
-    if len(recordings) > 1 or len(methods) < 2:
-        raise InvalidValue(f"The fit '{other.workflow_id}' is of other recordings, or by the same method",
-                           "Name a fit of the same recordings: one is classic, the other genetic")
+    same = all(ordered(fit)[name] == ordered(other)[name] for name in _COMPARED)
+    if not same or _output(fit)["result"]["method"] == _output(other)["result"]["method"]:
+        raise InvalidValue(f"The fit '{other.workflow_id}' has other recordings, another model or other inputs, or is "
+                           "by the same method",
+                           "Name a fit of the same inputs of the same table to the same recordings: one is classic, "
+                           "the other genetic")
     return _output(other)
 
 

@@ -32,8 +32,9 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
         {"spacing": 50, "hconcat": [_panel(step, {}), _panel(f"{step} (the last decades, enlarged)", last)],
          "datasets": {
             "history": [{"step": number, "likelihood": theme.number(value, 7)} for number, value in history],
-            "exact": [{"step": history[-1][0], "likelihood": theme.number(value, 7), "who": who}
-                      for who, value in zip(list(_COLOURS)[1:], (searched, final), strict=True)]}})
+            # The first is larger, so that it is seen where both coincide.
+            "exact": [{"step": history[-1][0], "likelihood": theme.number(value, 7), "who": who, "size": size}
+                      for who, value, size in zip(list(_COLOURS)[1:], (searched, final), (190, 60), strict=True)]}})
 
 
 def _panel(title: str, scale: Spec) -> Spec:
@@ -46,5 +47,6 @@ def _panel(title: str, scale: Spec) -> Spec:
     return {"width": (theme.WIDTH - 110) // 2, "height": _HEIGHT, "encoding": encoding, "layer": [
         {"data": {"name": "history"}, "mark": {"type": "line", "interpolate": "step-after", "strokeWidth": 2,
                                                "clip": True}, "encoding": {"color": {**colour, "datum": search}}},
-        {"data": {"name": "exact"}, "mark": {"type": "point", "filled": True, "size": 80, "opacity": 1, "clip": True},
-         "encoding": {"color": {**colour, "field": "who"}}}]}
+        {"data": {"name": "exact"}, "mark": {"type": "point", "filled": True, "opacity": 1, "clip": True},
+         "encoding": {"color": {**colour, "field": "who"}, "size": {"field": "size", "type": "quantitative",
+                                                                    "scale": None}}}]}

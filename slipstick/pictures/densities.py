@@ -29,11 +29,14 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
     if not places:
         return None
     widest = max(value for place in places for value in shown["density"][place])
-    panels = [_panel(title, chunk, shown, conditions["motor_speed"], widest)
+    shapes = {place: _shape(place, shown, widest) for place in places}
+    dots = {place: _dot(place, shown) for place in places}
+    panels = [_panel(title, [shapes[place] for place in chunk], [dots[place] for place in chunk],
+                     [conditions["motor_speed"][place] for place in chunk])
               for title, chunk in _chunks(places, conditions)]
     for panel in panels[:-1]:
         panel["layer"][-1]["encoding"]["x"]["title"] = None
-    outside = sum(not _inside(shown, place) for place in places)
+    outside = sum(dot["where"] == _OUTSIDE for dot in dots.values())
     lost = len(shown["mean"]) - len(places)
     return theme.picture(
         f"{outside} of {len(places)} measured times lie outside the central 90 % predicted for them; "
@@ -51,24 +54,26 @@ def _chunks(places: Sequence[int], conditions: Mapping[str, Any]) -> list[tuple[
             for number, group in groups for first in range(0, len(group), _ROW)]
 
 
-def _panel(title: str, chunk: Sequence[int], shown: Mapping[str, Any], speed: Sequence[float],
-           widest: float) -> Spec:
+def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float]) -> Spec:
     y: Spec = {"field": "y", "type": "quantitative", "title": "from mean [ms]", "axis": {"tickCount": 4}}
-    x: Spec = {"type": "quantitative", "scale": {"domain": [-0.7, max(len(chunk), 12) - 0.3], "nice": False},
+    x: Spec = {"type": "quantitative", "scale": {"domain": [-0.7, max(len(dots), 12) - 0.3], "nice": False},
                "axis": {"labels": False, "ticks": False, "grid": False, "domain": False}}
     where: Spec = {"field": "where", "type": "nominal"}
     return {"width": theme.WIDTH, "height": _HEIGHT, "layer": [
         {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT, "strokeWidth": 0.7},
          "encoding": {"y": {"datum": 0}}},
-        {"data": {"values": [_shape(x, place, shown, widest) for x, place in enumerate(chunk)]},
+        {"data": {"values": [{"experiment": shape["experiment"], "y": shape["y"],
+                              "left": [round(x - half, 3) for half in shape["half"]],
+                              "right": [round(x + half, 3) for half in shape["half"]]}
+                             for x, shape in enumerate(shapes)]},
          "transform": [{"flatten": ["y", "left", "right"]}],
          "mark": {"type": "area", "orient": "horizontal", "color": theme.AFTER, "opacity": 0.45},
          "encoding": {"x": {**x, "field": "left"}, "x2": {"field": "right"}, "y": y,
                       "detail": {"field": "experiment"}}},
         {"data": {"values": [{}]}, "mark": {"type": "text", "align": "left", "text": title, "color": theme.MEASURED,
                                             "fontSize": 12}, "encoding": {"x": {"value": 0}, "y": {"value": -7}}},
-        *_speeds(chunk, speed),
-        {"data": {"values": [_dot(x, place, shown) for x, place in enumerate(chunk)]},
+        *_speeds(speed),
+        {"data": {"values": [{**dot, "x": x} for x, dot in enumerate(dots)]},
          "mark": {"type": "point", "filled": True, "size": 26, "opacity": 1},
          "encoding": {
              "x": {"field": "x", "type": "quantitative", "title": _ORDER}, "y": y,
@@ -78,25 +83,25 @@ def _panel(title: str, chunk: Sequence[int], shown: Mapping[str, Any], speed: Se
                          for name in ("experiment", "measured", "predicted")]}}]}
 
 
-def _shape(x: int, place: int, shown: Mapping[str, Any], widest: float) -> Spec:
+def _shape(place: int, shown: Mapping[str, Any], widest: float) -> Spec:
     outline = [(1e3 * (time - shown["mean"][place]), _HALF_WIDTH * density / widest) for time, density in
                zip(shown["density_time"][place], shown["density"][place], strict=True)
                if density > _NEGLIGIBLE * widest]
     return {"experiment": shown["condition"][place], "y": [theme.number(y, 4) for y, _ in outline],
-            "left": [round(x - half, 3) for _, half in outline], "right": [round(x + half, 3) for _, half in outline]}
+            "half": [half for _, half in outline]}
 
 
-def _dot(x: int, place: int, shown: Mapping[str, Any]) -> Spec:
+def _dot(place: int, shown: Mapping[str, Any]) -> Spec:
     measured, mean = shown["measured"][place], shown["mean"][place]
-    return {"experiment": shown["condition"][place], "x": x, "y": theme.number(1e3 * (measured - mean), 4),
+    return {"experiment": shown["condition"][place], "y": theme.number(1e3 * (measured - mean), 4),
             "measured": theme.number(measured), "predicted": theme.number(mean),
             "where": _INSIDE if _inside(shown, place) else _OUTSIDE}
 
 
-def _speeds(chunk: Sequence[int], speed: Sequence[float]) -> list[Spec]:
+def _speeds(speed: Sequence[float]) -> list[Spec]:
     """A faint line where the motor speed changes, and the speed above."""
-    changes = [x for x, (one, other) in enumerate(pairwise(chunk)) if speed[one] != speed[other]]
-    marks = [{"x": x + 0.5, "speed": f"{speed[chunk[x]]:.0f} rad/s"} for x in [*changes, len(chunk) - 1]]
+    changes = [x for x, (one, other) in enumerate(pairwise(speed)) if one != other]
+    marks = [{"x": x + 0.5, "speed": f"{speed[x]:.0f} rad/s"} for x in [*changes, len(speed) - 1]]
     at: Spec = {"x": {"field": "x", "type": "quantitative"}}
     return [{"data": {"values": marks[:-1]}, "mark": {"type": "rule", "color": "#c3cad0"}, "encoding": at},
             {"data": {"values": marks}, "mark": {"type": "text", "align": "right", "dx": -4, "color": theme.FAINT},

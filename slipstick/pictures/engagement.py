@@ -14,7 +14,8 @@ COLOURS = {"measured": theme.MEASURED, "nominal": theme.BEFORE, "calibrated": th
 _PANELS = (("current", "current [A]", 45), ("pressure", "oil pressure [bar]", 85),
            ("piston_position", "piston [mm]", 55), ("speed", "shaft speed [rad/s]", 160),
            ("output_torque", "output torque [N m]", 120))
-_SPEEDS = {"input_speed": "input ÷ gear ratio", "output_speed": "output"}
+_SPEEDS = {"input_speed": ("input ÷ gear ratio", "left"), "output_speed": ("output", "right")}
+"""Signals of the shafts, what is written above them, and on which side of its place: where the curve goes down."""
 _SAMPLES = 300
 _AFTER_LOCK = 0.35  # s drawn of the sticking phase
 _TIME: Spec = {"field": "t", "type": "quantitative"}
@@ -56,8 +57,7 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
     speeds = views[[name for name, *_ in drawn].index("speed")]
     speeds["layer"] += [
         _note({"name": "locks"}, "t", {"value": speeds["height"] - 10}, "note"),
-        _note({"values": _shafts(list(lines), samples)}, "t", {"field": "y", "type": "quantitative"}, "shaft",
-              align="right", dy=-10)]
+        *_shafts(list(lines), samples)]
     for view in views:
         axis: Spec = {"grid": False, "title": None, "labels": False, "ticks": False}
         if view is views[-1]:
@@ -92,7 +92,7 @@ def _phases(touch: float | None, lock: float | None, end: float) -> list[Spec]:
 
 
 def _layers(name: str, title: str, height: int, lines: Mapping[str, Signals]) -> list[Spec]:
-    colour = theme.whose({who: COLOURS[who] for who in lines})
+    colour = {**theme.whose({who: COLOURS[who] for who in lines}), "legend": {"symbolType": "stroke"}}
     y = {"type": "quantitative", "title": title, "axis": {"tickCount": max(2, height // 30)}, "scale": {"padding": 5}}
     below, above = {"strokeWidth": 3, "opacity": 0.6}, {"strokeWidth": 1.8}
     curves = [{"data": {"name": "signals"}, "mark": {"type": "line", **(below if who == "measured" else above)},
@@ -109,10 +109,11 @@ def _layers(name: str, title: str, height: int, lines: Mapping[str, Signals]) ->
 
 
 def _shafts(who: list[str], samples: list[Spec]) -> list[Spec]:
-    """Where the two speeds are named: above the curves, before the shafts meet."""
+    """The names of the two speeds, above the curves before the shafts meet."""
     sample = samples[len(samples) * 3 // 8]
-    return [{"t": sample["t"], "y": max(sample.get(f"{name} {signal}") or 0.0 for name in who), "shaft": words}
-            for signal, words in _SPEEDS.items()]
+    return [_note({"values": [{"t": sample["t"], "y": max(sample.get(f"{name} {signal}") or 0.0 for name in who),
+                               "shaft": words}]}, "t", {"field": "y", "type": "quantitative"}, "shaft", side, -12)
+            for signal, (words, side) in _SPEEDS.items()]
 
 
 def _note(data: Spec, at: str, y: Spec, text: str, align: str = "left", dy: int = 0) -> Spec:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
@@ -12,8 +12,8 @@ from slipstick.pictures.theme import Spec
 from slipstick.uncertainty.inputs import Inputs
 
 CAPTION = ("Shades: how many decades of likelihood are lost where the two means are moved there and all else is kept "
-           "as fitted; the darkest is their 90 % region, if all else is so. Curves: half, and nine in ten, of the runs "
-           "have their inputs inside, if the fit is right.")
+           "as fitted; the darkest is their 90 % region, if all else is so. The frame: how far the likelihood was "
+           "computed. Curves: half, and nine in ten, of the runs have their inputs inside, if the fit is right.")
 
 _BANDS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 """Decades below the best at which a shade begins. Within 1 lie 90 % for two unknowns (chi-square: ln 10)."""
@@ -23,8 +23,14 @@ _MASSES = (0.5, 0.9)
 _COLUMNS, _ROWS = 285, 420  # of the shading
 _DEEPEST = 1000.0  # decades: further down all is alike
 _WIDTH, _HEIGHT = 570, 420
+Summit = Literal["ridge", "open", "peak"]
+_TITLES: dict[Summit, str] = {
+    "ridge": "A ridge: the recordings fix a combination of {0} and {1}, hardly each by itself",
+    "open": "The recordings leave {0} and {1} open within the frame",
+    "peak": "The recordings fix both {0} and {1}"}
 _SLENDER = 3.0  # a region this many times as long as it is wide is a ridge
 _STEPS = 120
+_MARGIN = 0.03  # of an axis
 
 
 def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec:
@@ -41,12 +47,11 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec:
     if surface is not None:
         x, y, drops = smooth(surface)
         for at, edges in (("x", x), ("y", y)):
-            encoding[at]["scale"] |= {"domain": [theme.number(edges[0]), theme.number(edges[-1])]}
-        layers.insert(0, _shading(x, y, drops))
-        title = f"A ridge: the recordings fix a combination of {names[0]} and {names[1]}, hardly each by itself" \
-            if ridge(x, y, drops) else f"The recordings fix both {names[0]} and {names[1]}"
+            encoding[at]["scale"] |= {"domain": _reach(edges, [row[at] for row in layers[0]["data"]["values"]])}
+        layers[:0] = [_shading(x, y, drops), _frame(x, y)]
+        title = _TITLES[summit(x, y, drops)].format(*names)
         if len(axes) > 2:
-            subtitle += f" The other {len(axes) - 2} are kept as fitted."
+            subtitle += " All other inputs are kept as fitted."
     return theme.picture(title, subtitle, {"width": _WIDTH, "height": _HEIGHT, "encoding": encoding, "layer": layers})
 
 
@@ -69,31 +74,44 @@ def smooth(surface: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return x, y, drops
 
 
-def ridge(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> bool:
-    """Whether the region within a decade of the best leaves the plane, or is much longer than wide."""
+def summit(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Summit:
+    """A ridge where the region within a decade of the best is much longer than wide, open where it meets an edge."""
     inside = drops <= _BANDS[1]
-    if inside[[0, -1]].any() or inside[:, [0, -1]].any():
-        return True
     points = np.argwhere(inside) * [x[1] - x[0], y[1] - y[0]]
-    if len(points) < 3:
-        return False
-    lengths = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points.T)), 0.0))
-    return bool(lengths[1] > _SLENDER * lengths[0])
+    if len(points) > 2:
+        lengths = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points.T)), 0.0))
+        if lengths[1] > _SLENDER * lengths[0]:
+            return "ridge"
+    return "open" if inside[[0, -1]].any() or inside[:, [0, -1]].any() else "peak"
+
+
+def _reach(edges: np.ndarray, curves: list[float]) -> list[float | None]:
+    """An axis that holds the surface, the curves and nominal, with a margin."""
+    low, high = min(edges[0], 1.0, *curves), max(edges[-1], 1.0, *curves)
+    margin = _MARGIN * (high - low)
+    return [theme.number(low - margin), theme.number(high + margin)]
+
+
+def _frame(x: np.ndarray, y: np.ndarray) -> Spec:
+    corners = dict(zip(("x", "x2", "y", "y2"), map(theme.number, (x[0], x[-1], y[0], y[-1])), strict=True))
+    return {"data": {"values": [corners]}, "mark": {"type": "rect", "fill": None, "stroke": theme.FAINT,
+                                                    "strokeWidth": 0.6},
+            "encoding": {"x2": {"field": "x2"}, "y2": {"field": "y2"}}}
 
 
 def _shading(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Spec:
     """Rows of the plane, cut where the shade changes."""
-    overlap = 0.3 * (y[1] - y[0])  # no seams of the background between the rows
-    runs = []
-    for band, low, high in zip((np.searchsorted(_BANDS, drops, side="right") - 1).T, y[:-1], y[1:], strict=True):
+    # Each row reaches under the next one, or the background is seen between them.
+    tops, runs = [*y[2:], y[-1]], []
+    for band, low, high in zip((np.searchsorted(_BANDS, drops, side="right") - 1).T, y[:-1], tops, strict=True):
         cuts = [0, *(np.flatnonzero(np.diff(band)) + 1), len(band)]
         runs += [{"x": theme.number(x[begin]), "x2": theme.number(x[end]), "y": theme.number(low),
-                  "y2": theme.number(high + overlap), "band": _LABELS[band[begin]]} for begin, end in pairwise(cuts)]
+                  "y2": theme.number(high), "band": _LABELS[band[begin]]} for begin, end in pairwise(cuts)]
     shade = {"field": "band", "type": "nominal", "scale": {"domain": _LABELS, "range": list(theme.SHADES)},
              "legend": {"orient": "right", "title": ["decades below", "the best"], "symbolType": "square",
                         "symbolSize": 160, "titleFontWeight": "normal", "titleColor": theme.MEASURED,
                         "symbolStrokeWidth": 0}}
-    return {"data": {"values": runs}, "mark": {"type": "rect", "clip": True},
+    return {"data": {"values": runs}, "mark": "rect",
             "encoding": {"x2": {"field": "x2"}, "y2": {"field": "y2"}, "color": shade}}
 
 
@@ -107,12 +125,12 @@ def _curves(result: Mapping[str, Any], pair: list[int]) -> list[Spec]:
                  for order, (x, y) in enumerate(inputs.points(circle))]
     order = {"order": {"field": "order", "type": "quantitative"}, "detail": {"field": "mass"}}
     # White below ink: seen on the darkest shade and on the lightest.
-    lines = [{"data": {"values": rows}, "mark": {"type": "line", "color": colour, "strokeWidth": width, "clip": True,
+    lines = [{"data": {"values": rows}, "mark": {"type": "line", "color": colour, "strokeWidth": width,
                                                  "strokeJoin": "round"}, "encoding": order}
              for colour, width in (("white", 4), (theme.INK, 1.6))]
     mean = {"x": theme.number(inputs.mean[0]), "y": theme.number(inputs.mean[1])}
     marks = [{"data": {"values": [at]}, "mark": {"type": "point", "filled": True, "stroke": "white", "opacity": 1,
-                                                 "strokeWidth": 1.2, "clip": True, **look}}
+                                                 "strokeWidth": 1.2, **look}}
              for at, look in (({"x": 1, "y": 1}, {"shape": "cross", "size": 130, "color": theme.BEFORE}),
                               (mean, {"shape": "circle", "size": 110, "color": theme.INK}))]
     return [*lines, *marks]

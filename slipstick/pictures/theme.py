@@ -24,7 +24,7 @@ _CONFIG: Spec = {
     "view": {"stroke": None},
     "axis": {"domainColor": "#98a2ab", "tickColor": "#98a2ab", "tickSize": 4, "gridColor": GRID, "labelColor": MEASURED,
              "titleColor": MEASURED, "titleFontWeight": "normal", "titleFontSize": 12, "titlePadding": 8,
-             "labelFontSize": 11, "labelPadding": 4},
+             "labelFontSize": 11, "labelPadding": 4, "labelFlush": False},
     "title": {"anchor": "start", "frame": "group", "color": INK, "fontSize": 15, "fontWeight": 600, "offset": 16,
               "subtitleColor": FAINT, "subtitleFontSize": 12, "subtitleLineHeight": 16, "subtitlePadding": 5},
     "axisY": {"minExtent": 38},

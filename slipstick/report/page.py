@@ -17,8 +17,9 @@ _LIBRARIES = ("vega", "vega-lite", "vega-embed")
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 """Nothing is fetched from anywhere, whatever a name in the data may hold."""
 
-_SHARES = ("Each unknown counts as a share of its range in the search, a std by its logarithm; shares below a fifth of "
-           "the largest are left out. ± is one standard error, by the information in the recordings.")
+_SHARES = ("Each unknown counts as a share of its range in the search; only the three largest are named, if above a "
+           "fifth of the largest. ± is one standard error, by the information in the recordings; in brackets, where "
+           "the profile likelihood ends.")
 _LIMITS = (
     ("The shipped recordings are simulated:", "“measured” comes from an independent implementation of a test bench, "
      "with noise, scatter and a physical effect that the model lacks. The recordings of the paper are not public."),
@@ -36,8 +37,8 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], beside: Mapping[str,
     """The whole page.
 
     `fit` is the JSON of a fit (id, table, recordings, digests, settings, times), `output` what its job left (`result`,
-    `evidence`, `seconds`), `beside` the output of a fit of the same recordings by the other method, and `about` what
-    the recordings say about themselves. The same input gives the same page.
+    `evidence`, `seconds`, `processor_seconds`), `beside` the output of the same fit by the other method, and `about`
+    what the recordings say about themselves. The same input gives the same page.
     """
     result, drawn = output["result"], pictures(output["result"], output["evidence"])
     conditions = len(result["log10_likelihood_per_condition"])
@@ -51,11 +52,10 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], beside: Mapping[str,
         paragraph(words.gain(result), "lead"),
         section("What was found", _numbers(result), listing(words.identified(result))),
         section("Combinations of unknowns", listing(words.combinations(result)), paragraph(_SHARES, "note")),
-        section("What to know about it", listing((f"{one['cause']}.", f"{one['remedy']}.")
-                                                 for one in result["remarks"])),
+        section("What to know about it", listing(words.remarks(result))),
         section("Pictures", *(_figure(name) for name in drawn)),
         section("Table II of the paper, and this fit", table(costs.HEAD, costs.rows(output, beside)),
-                paragraph(costs.NOTE, "note"), "" if beside else paragraph(costs.ALONE, "note")),
+                *(paragraph(note, "note") for note in costs.notes(output, beside))),
         section("Where it comes from", pairs(_origin(fit, output, about))),
         section("What it cannot say", listing(_LIMITS)),
         "</main>", data("pictures", drawn),
@@ -64,10 +64,12 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], beside: Mapping[str,
 
 
 def _numbers(result: Mapping[str, Any]) -> str:
-    levels = {one["level"] for one in result["intervals"]}
-    interval = f"{100 * levels.pop():.0f} % interval" if levels else "interval"
-    return table(("unknown, multiples of nominal", "before", "fitted", interval), words.numbers(result)) + paragraph(
-        "Open: the recordings do not limit the unknown on that side within the bounds of the search.", "note")
+    head, rows = ("unknown, multiples of nominal", "before", "fitted"), list(words.numbers(result))
+    if not result["intervals"]:
+        return table(head, [row[:-1] for row in rows])
+    return table((*head, f"{100 * result['intervals'][0]['level']:.0f} % interval"), rows) + paragraph(
+        "Open: the recordings do not limit the unknown on that side within the bounds of the search. Not found: the "
+        "computation stopped before it met an end.", "note")
 
 
 def _figure(name: str) -> str:
@@ -76,7 +78,8 @@ def _figure(name: str) -> str:
 
 
 def _origin(fit: Mapping[str, Any], output: Mapping[str, Any], about: str) -> list[tuple[str, str]]:
-    spent = ", ".join(f"{stage} {words.duration(seconds)}" for stage, seconds in output["seconds"].items())
+    spent = {name: ", ".join(f"{stage} {words.duration(seconds)}" for stage, seconds in output[name].items())
+             for name in ("seconds", "processor_seconds")}
     settings = ", ".join(f"{name} {json.dumps(value)}" for name, value in fit["settings"].items())
     kind = "the simulator at the parameters of the table" if fit["simulate"] else "the table"
     model = f"{kind} {fit['table']}, SHA-256 {fit['table_digest']}" + (
@@ -84,7 +87,8 @@ def _origin(fit: Mapping[str, Any], output: Mapping[str, Any], about: str) -> li
     said: list[tuple[str, str | None]] = [
         ("model", model), ("recordings", f"{fit['recordings']}, SHA-256 {fit['recordings_digest']}"),
         ("they say", about), ("mass outside", f"{100 * output['result']['mass_outside']:.3g} % of the runs"),
-        ("settings", settings), ("time", spent), ("submitted", fit["submitted"]), ("ended", fit["ended"]),
+        ("settings", settings), ("time", spent["seconds"]), ("processor time", spent["processor_seconds"]),
+        ("submitted", fit["submitted"]), ("ended", fit["ended"]),
         ("version", f"Slipstick {__version__}")]
     return [(name, value) for name, value in said if value]
 

@@ -9,6 +9,7 @@ from slipstick.pictures.theme import plain
 Result = Mapping[str, Any]
 
 _SLIGHT = 0.2  # of the largest weight: smaller ones are left out of a combination in words
+_TERMS = 3  # of a combination in words
 
 
 def headline(result: Result, conditions: int, recordings: str) -> str:
@@ -25,7 +26,8 @@ def gain(result: Result) -> str:
     if before is None:
         return f"log10 likelihood {signed(after)}; the nominal model leaves at least one engagement without any."
     return (f"log10 likelihood {signed(before)} before, {signed(after)} after: the fit makes the recordings "
-            f"{after - before:.1f} decades more likely than the nominal model does, given the noise that suits it.")
+            f"{after - before:.1f} decades (factors of ten) more likely than the nominal model does, given the noise "
+            "that suits it.")
 
 
 def identified(result: Result) -> list[tuple[str, str]]:
@@ -40,14 +42,22 @@ def identified(result: Result) -> list[tuple[str, str]]:
                 if {side for side in ("lower", "upper") if one[side] is None} == missing]
         if some:
             found.append((f"Limited {sides}:", listed(some) + "."))
-    return found
+    unsettled = [plain(one["unknown"]) for one in intervals if one["unsettled"]]
+    return [*found, ("An end was not found:", listed(unsettled) + ".")] if unsettled else found
+
+
+def remarks(result: Result) -> list[tuple[str, str]]:
+    """What is the case, and what helps; what the same helps against is said together."""
+    causes: dict[str, list[str]] = {}
+    for one in result["remarks"]:
+        causes.setdefault(one["remedy"], []).append(f"{one['cause']}.")
+    return [(" ".join(said), f"{remedy}.") for remedy, said in causes.items()]
 
 
 def combinations(result: Result) -> list[tuple[str, str]]:
     """The combinations of unknowns, the best known first."""
     return [("Identified:" if one["identified"] else "Not identified:",
-             f"{_weighed(one['weights'])}, to ±\u00a0{100 * one['std_error']:.2g}\u00a0% of the range.")
-            for one in result["combinations"]]
+             f"{_weighed(one['weights'])}, {_known(one)}.") for one in result["combinations"]]
 
 
 def numbers(result: Result) -> Iterator[tuple[str, str, str, str]]:
@@ -63,6 +73,9 @@ def numbers(result: Result) -> Iterator[tuple[str, str, str, str]]:
     for first, second in pairs(range(len(result["axes"])), 2) if result["correlation"] else ():
         name = f"correlation of {result['axes'][first]} and {result['axes'][second]}"
         yield plain(name), "0", _number(result["correlation"][first][second]), _interval(intervals.get(name))
+    for name, one in intervals.items():
+        if name.startswith("partial"):
+            yield plain(name), "0", _number(one["estimate"]), _interval(one)
 
 
 def listed(names: list[str]) -> str:
@@ -78,8 +91,19 @@ def duration(seconds: float) -> str:
 
 
 def signed(value: float, digits: int = 2) -> str:
-    """A number to so many decimals, with a true minus sign."""
-    return f"{value:.{digits}f}".replace("-", "−")
+    """A number to so many decimals, with a true minus sign, and none before a zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
+
+
+def _known(combination: Mapping[str, Any]) -> str:
+    """How well, as shares of the range."""
+    if combination["std_error"] >= 1:
+        return "not at all within the range"
+    text, interval = f"to ±\u00a0{100 * combination['std_error']:.2g}\u00a0% of the range", combination["interval"]
+    if interval is None or None in (interval["lower"], interval["upper"]):
+        return text
+    low, high = (signed(100 * (interval[side] - interval["estimate"]), 1) for side in ("lower", "upper"))
+    return f"{text} ({100 * interval['level']:.0f}\u00a0%: {low} to +{high})"
 
 
 def _weighed(weights: Mapping[str, float]) -> str:
@@ -87,8 +111,8 @@ def _weighed(weights: Mapping[str, float]) -> str:
     kept = [(name, weight) for name, weight in ordered if abs(weight) > _SLIGHT * abs(ordered[0][1])]
     if len(kept) == 1:
         return plain(kept[0][0])
-    text = " ".join(f"{'−' if weight < 0 else '+'} {abs(weight):.2f} × {plain(name)}" for name, weight in kept)
-    return text.removeprefix("+ ")
+    text = " ".join(f"{'−' if weight < 0 else '+'} {abs(weight):.2f} × {plain(name)}" for name, weight in kept[:_TERMS])
+    return text.removeprefix("+ ") + (" …" if len(kept) > _TERMS else "")
 
 
 def _number(value: float | None, scale: float = 1.0) -> str:
@@ -101,4 +125,7 @@ def _interval(one: Mapping[str, Any] | None, scale: float = 1.0) -> str:
     low, high = (_number(one[side], scale) for side in ("lower", "upper"))
     if low and high:
         return f"{low} to {high}"
-    return f"from {low}, open" if low else f"open, to {high}" if high else "open"
+    below, above = ("not found" if side in one["unsettled"] else "open" for side in ("lower", "upper"))
+    if low or high:
+        return f"from {low}, {above}" if low else f"{below}, to {high}"
+    return below if below == above else f"{below} below, {above} above"

@@ -8,13 +8,15 @@ import numpy as np
 
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
-from slipstick.errors import InvalidValue
+from slipstick.errors import CorruptTable, InvalidValue
 from slipstick.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis
 from slipstick.table.network import Network
 from slipstick.table.points import Outside, placed
 from slipstick.table.table import Table
+
+_LARGEST_COUNT = 1 << 53  # beyond it a float skips whole numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,16 +121,22 @@ class Surrogate(Table):
 
     @classmethod
     def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
-        layers, runs, steps, seed = (
-            int(source.number("network", name)) for name in ("layers", "runs", "steps", "seed"))
+        layers, runs, steps, seed = (_count(source, "network", name) for name in ("layers", "runs", "steps", "seed"))
         weights, biases = [], []
         for number in range(layers):
             unit = "s" if number == layers - 1 else "1"
             weights.append(source.array(f"network/{number}/weight", "f", (None, None), unit))
             biases.append(source.array(f"network/{number}/bias", "f", (None,), unit))
-        error = HeldOut(int(source.number("error", "points")), source.array("error/rms", "f", (None,), "s"),
+        error = HeldOut(_count(source, "error", "points"), source.array("error/rms", "f", (None,), "s"),
                         source.array("error/worst", "f", (None,), "s"))
         return cls(axes, Network(tuple(weights), tuple(biases)), error, runs, steps, seed, conditions, model, origin)
+
+
+def _count(source: Source, path: str, name: str) -> int:
+    number = source.number(path, name)
+    if not (number.is_integer() and 0 <= number <= _LARGEST_COUNT):
+        raise CorruptTable(f"The attribute '{name}' of '{path}' is {number:g}, no count", store.REBUILD)
+    return int(number)
 
 
 def germs(axes: tuple[Axis, ...], points: np.ndarray) -> np.ndarray:

@@ -22,7 +22,6 @@ from slipstick.uncertainty.product import product
 from slipstick.uncertainty.truncation import degrees
 
 ORDER = 8
-NODES = 9
 Rule = Literal["tensor", "regression"]
 LARGEST = 20_000_000
 """Most entries of a projection, terms times nodes."""
@@ -152,11 +151,6 @@ def make_basis(germs: tuple[Germ, ...], settings: ExpansionSettings) -> Basis:
     polynomials = Polynomials.of(germs, degrees(len(germs), settings.order, settings.norm))
     rule = settings.rule or ("tensor" if len(germs) <= 2 else "regression")
     return (_by_tensor if rule == "tensor" else _by_regression)(polynomials, settings)
-
-
-def hermite_basis(dimension: int, order: int = ORDER, nodes: int = NODES) -> Basis:
-    """The basis of total degree `order` for normal germs, with `nodes` Gauss nodes an axis and no checks."""
-    return make_basis((Germ("hermite"),) * dimension, ExpansionSettings(order, rule="tensor", nodes=nodes, checks=0))
 
 
 def _by_tensor(polynomials: Polynomials, settings: ExpansionSettings) -> Basis:

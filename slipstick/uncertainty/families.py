@@ -8,6 +8,8 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.special import betainc, betaincc, gammainc, gammaincc, ndtri
 
+from slipstick.uncertainty import cornish_fisher
+from slipstick.uncertainty.cornish_fisher import FARTHEST
 from slipstick.uncertainty.germs import Germ
 
 Family = Literal["normal", "lognormal", "gamma", "beta", "uniform"]
@@ -15,7 +17,6 @@ FAMILIES: tuple[Family, ...] = get_args(Family)
 POSITIVE = ("lognormal", "gamma")
 """Families without values of 0 and below."""
 HERMITE = Germ("hermite")
-_FARTHEST = 37.0  # normal score of a value beyond the reach of a family: further out the probability underflows
 _NARROW = 1e-7  # a gamma or beta variable with a std below this share of its mean or support is a normal one
 
 
@@ -48,11 +49,14 @@ def to_score(family: Family, values: np.ndarray, mean: float, std: float, suppor
         log_mean, log_std = of_logarithm(mean, std)
         with np.errstate(divide="ignore"):
             score = (np.log(np.maximum(values, 0.0)) - log_mean) / log_std
-        np.maximum(score, -_FARTHEST, out=score)
+        np.maximum(score, -FARTHEST, out=score)
         return score
-    if germ_of(family, mean, std, support) == HERMITE:
+    germ = germ_of(family, mean, std, support)
+    if germ == HERMITE:
         score = (values - mean) / std
         return score
+    if germ.nearly_normal is not None:
+        return cornish_fisher.score((values - mean) / std, *germ.nearly_normal)
     if family == "gamma":
         shape = (mean / std) ** 2
         scaled = np.maximum(values, 0.0) * shape / mean
@@ -64,7 +68,7 @@ def to_score(family: Family, values: np.ndarray, mean: float, std: float, suppor
     else:
         below = np.clip(0.5 + (values - mean) / (np.sqrt(12.0) * std), 0.0, 1.0)
         above = 1 - below
-    score = np.clip(np.where(below < 0.5, ndtri(below), -ndtri(above)), -_FARTHEST, _FARTHEST)
+    score = np.clip(np.where(below < 0.5, ndtri(below), -ndtri(above)), -FARTHEST, FARTHEST)
     return score
 
 

@@ -6,9 +6,10 @@ same after a restart.
     state = start(settings, problem)
     while not finished(settings, state):
         state = advance(settings, problem, state)
-    found = refined(settings, problem, state)
-    profiles = [profile(settings, problem, found, unknown) for unknown in profiled(settings, problem)]
-    result = conclude(settings, problem, state, found, profiles)
+    estimate = refined(settings, problem, state)
+    while not profiled(settings, estimate):
+        estimate = profile(settings, problem, estimate)
+    result = conclude(settings, problem, state, estimate)
 """
 
 from dataclasses import asdict
@@ -21,20 +22,25 @@ from slipstick.uncertainty import classic
 from slipstick.uncertainty.bounds import remarks
 from slipstick.uncertainty.expansion import make_basis
 from slipstick.uncertainty.genetic import Population, Search, ask, empty, tell
-from slipstick.uncertainty.intervals import combinations, interval
-from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, by_sampling, settled
+from slipstick.uncertainty.intervals import combinations, direction_of, interval
+from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, by_sampling, exact, settled
 from slipstick.uncertainty.refine import nearby, refine
 from slipstick.uncertainty.sampling import axis_mass_outside, mass_outside, normal_germs
 from slipstick.uncertainty.settings import FitSettings
-from slipstick.uncertainty.unknowns import nominal, unknowns
+from slipstick.uncertainty.unknowns import Unknowns, nominal, unknowns
 
-__all__ = ["FitSettings", "State", "advance", "conclude", "finished", "profile", "profiled", "progress", "refined",
-           "start"]
+__all__ = ["Estimate", "FitSettings", "State", "advance", "conclude", "finished", "profile", "profiled", "progress",
+           "refined", "start"]
+
+_BETTER = 0.01  # decades by which a profile must beat the estimate to take its place
 
 State = dict[str, Any]
 """JSON: the best candidates so far (`points`, best first, and their `fitness`), the `generation` they are of, how many
 `generations` there are at most, and `history`, the best log10 likelihood after each. A block of the classic grid counts
 as a generation."""
+Estimate = dict[str, Any]
+"""JSON: the vector of unknowns `found` (k,), the `combinations` of them, and the `intervals` so far, first those of the
+unknowns, then those of the identified combinations."""
 
 
 def start(settings: FitSettings, problem: Problem) -> State:
@@ -87,44 +93,54 @@ def progress(settings: FitSettings, problem: Problem, state: State) -> dict[str,
             "log10_likelihood": state["history"][-1] if state["history"] else None, "history": list(state["history"])}
 
 
-def refined(settings: FitSettings, problem: Problem, state: State) -> list[float]:
-    """The vector of unknowns (k,) that a climb on the exact likelihood reaches from the best of the search."""
+def refined(settings: FitSettings, problem: Problem, state: State) -> Estimate:
+    """What a climb on the exact likelihood reaches from the best of the search, without intervals yet."""
     best = np.array(state["points"][0])
     if not np.isfinite(state["fitness"][0] or -np.inf):
         raise InvalidValue("No candidate of the grid gives all conditions a likelihood",
                            "Take a finer grid, or narrow mean_bounds and std_bounds")
-    if settings.refine:
-        best = refine(problem, unknowns(settings, problem), best)
-    return [float(value) for value in best]
+    space = unknowns(settings, problem)
+    return _estimate(problem, space, refine(problem, space, best) if settings.refine else best)
 
 
-def profiled(settings: FitSettings, problem: Problem) -> list[int]:
-    """The places of the unknowns that get an interval."""
-    return list(range(len(unknowns(settings, problem).lower))) if settings.intervals else []
+def profiled(settings: FitSettings, estimate: Estimate) -> bool:
+    """Whether the estimate has all its intervals."""
+    identified = [one for one in estimate["combinations"] if one["identified"]]
+    return not settings.intervals or len(estimate["intervals"]) == len(estimate["found"]) + len(identified)
 
 
-def profile(settings: FitSettings, problem: Problem, found: list[float], place: int) -> dict[str, Any]:
-    """The profile-likelihood interval of one unknown about what was found, as JSON; an open end is None."""
-    near, space = nearby(problem, unknowns(settings, problem), np.array(found))
-    return {**asdict(profile := interval(near, space, np.array(found), place, settings.level)),
-            "curve": profile.curve.tolist()}
+def profile(settings: FitSettings, problem: Problem, estimate: Estimate) -> Estimate:
+    """The estimate with one more profile-likelihood interval.
+
+    Where its profile rises above the estimate, that was no maximum: then it is a better one, without intervals.
+    """
+    space, found, done = unknowns(settings, problem), np.array(estimate["found"]), estimate["intervals"]
+    identified = [np.array(one["weights"]) for one in estimate["combinations"] if one["identified"]]
+    direction = [*np.eye(len(found)), *(direction_of(space, weights) for weights in identified)][len(done)]
+    one = interval(problem, space, found, direction, settings.level)
+    if settings.refine and one.curve[:, 1].min() < -_BETTER:
+        better = refine(problem, space, one.highest)
+        before, after = (float(exact(problem, space.candidate(vector)).sum()) for vector in (found, better))
+        if after > before + _BETTER:
+            return _estimate(problem, space, better)
+    told = {"estimate": one.estimate, "lower": one.lower, "upper": one.upper, "unsettled": list(one.unsettled),
+            "level": one.level, "curve": one.curve.tolist()}
+    return {**estimate, "intervals": [*done, told]}
 
 
-def conclude(settings: FitSettings, problem: Problem, state: State, found: list[float],
-             profiles: list[dict[str, Any]]) -> dict[str, Any]:
+def conclude(settings: FitSettings, problem: Problem, state: State, estimate: Estimate) -> dict[str, Any]:
     """Report a fit as JSON.
 
     `log10_likelihood` is the exact one, per ms; `expansion_error` what the likelihood of the search adds to it at the
     same candidate, and `sampling_error` what other lines change in it, in decades. `before` is the nominal model with
     the noise that suits it, `searched` the best of the search.
     """
-    space, vector = unknowns(settings, problem), np.array(found)
+    space, vector = unknowns(settings, problem), np.array(estimate["found"])
     candidate = space.candidate(vector)
     likelihood, sampling_error = settled(problem, candidate, settings.seed)
     whole = float(likelihood.sum())
     theta = normal_germs(len(space.axes), settings.samples, settings.seed)
-    near, near_space = nearby(problem, space, vector)
-    found_combinations = combinations(near, near_space, vector)
+    of_unknowns, others = estimate["intervals"][:len(vector)], iter(estimate["intervals"][len(vector):])
     return {
         "axes": list(space.axes), "families": list(space.families), "support": space.support.tolist(),
         "method": settings.method,
@@ -135,15 +151,22 @@ def conclude(settings: FitSettings, problem: Problem, state: State, found: list[
         "sampling_error": _finite(sampling_error),
         "before": _account(settings, problem, nominal(problem, space)),
         "searched": _account(settings, problem, space.candidate(np.array(state["points"][0]))),
-        "intervals": profiles,
-        "combinations": [{"weights": dict(zip(space.names, one.weights.tolist(), strict=True)),
-                          "std_error": one.std_error, "identified": one.identified} for one in found_combinations],
+        "intervals": [{"unknown": name, **one} for name, one in zip(space.names, of_unknowns, strict=False)],
+        "combinations": [{**one, "weights": dict(zip(space.names, one["weights"], strict=True)),
+                          "interval": next(others, None) if one["identified"] else None}
+                         for one in estimate["combinations"]],
         "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, theta),
         "axis_mass_outside": axis_mass_outside(candidate.inputs, problem.lower, problem.upper).tolist(),
         "remarks": [asdict(remark) for remark in remarks(problem, space, vector)],
         "generations": state["generation"],
         "history": list(state["history"]),
     }
+
+
+def _estimate(problem: Problem, space: Unknowns, vector: np.ndarray) -> Estimate:
+    near, _ = nearby(problem, space, vector)
+    found = [{**asdict(one), "weights": one.weights.tolist()} for one in combinations(near, space, vector)]
+    return {"found": vector.tolist(), "combinations": found, "intervals": []}
 
 
 def _searched(settings: FitSettings, problem: Problem, candidates: list[Candidate]) -> np.ndarray:

@@ -17,6 +17,7 @@ from chaospy import Beta, Distribution, Gamma, Normal, Uniform
 from scipy.special import betainccinv, betaincinv, gammainccinv, gammaincinv, ndtr
 
 from slipstick.errors import InvalidValue, UnknownName
+from slipstick.uncertainty import cornish_fisher
 
 Polynomials = Literal["hermite", "laguerre", "jacobi", "legendre"]
 
@@ -45,7 +46,8 @@ class Germ:
         if len(self.shape) != len(wanted) or not all(0 < value <= _LARGEST for value in self.shape):
             raise InvalidValue(f"The shape of {self.name} is {self.shape}",
                                f"Give ({', '.join(wanted)}), each positive and at most {_LARGEST:.0e}")
-        if self.name == "jacobi" and max(self.shape) > max(_WIDE, _LOPSIDED * min(self.shape)):
+        lopsided = self.name == "jacobi" and max(self.shape) > max(_WIDE, _LOPSIDED * min(self.shape))
+        if lopsided and self.nearly_normal is None:
             raise InvalidValue(f"A beta variable of shape {self.shape} is far narrower than its support",
                                "Narrow the support about the mean, or take a gamma or normal variable")
 
@@ -70,11 +72,26 @@ class Germ:
         alpha[0] = beta[0] = 0.0  # by the standardisation; chaospy's alpha_0 of a beta with a + b = 2 is wrong
         return alpha[:count], beta[:count]
 
+    @cached_property
+    def nearly_normal(self) -> tuple[float, float] | None:
+        """Skewness and excess kurtosis of a gamma or beta germ whose shape is so large that they say all."""
+        match self.shape:
+            case (k,) if k > _GAMMA_NORMAL:
+                return 2 / np.sqrt(k), 6 / k
+            case (a, b) if min(a, b) > _BETA_NORMAL:
+                n = a + b
+                skewness = 2 * (b - a) * np.sqrt(n + 1) / ((n + 2) * np.sqrt(a * b))
+                excess = 6 * ((a - b) ** 2 * (n + 1) - a * b * (n + 2)) / (a * b * (n + 2) * (n + 3))
+                return skewness, excess
+        return None
+
     def of_normal(self, normals: np.ndarray) -> np.ndarray:
         """The germ at the quantiles of standard normals (any shape): the same shape, rising with them.
 
         Each tail is measured from its own end: beyond eight stds 1 - p rounds to 1.
         """
+        if self.nearly_normal is not None:
+            return cornish_fisher.quantile(normals, *self.nearly_normal)
         germs: np.ndarray = normals
         tail = ndtr(-np.abs(normals))
         match self.name:
@@ -82,16 +99,10 @@ class Germ:
                 germs = np.sqrt(3.0) * np.sign(normals) * (1.0 - 2.0 * tail)
             case "laguerre":
                 (k,) = self.shape
-                if k > _GAMMA_NORMAL:
-                    return _cornish_fisher(normals, 2 / np.sqrt(k), 6 / k)
                 germs = (np.where(normals < 0, gammaincinv(k, tail), gammainccinv(k, tail)) - k) / np.sqrt(k)
             case "jacobi":
                 a, b = self.shape
                 n = a + b
-                if min(a, b) > _BETA_NORMAL:
-                    skewness = 2 * (b - a) * np.sqrt(n + 1) / ((n + 2) * np.sqrt(a * b))
-                    excess = 6 * ((a - b) ** 2 * (n + 1) - a * b * (n + 2)) / (a * b * (n + 2) * (n + 3))
-                    return _cornish_fisher(normals, skewness, excess)
                 std = np.sqrt(a * b / (n + 1)) / n
                 germs = (np.where(normals < 0, betaincinv(a, b, tail), betainccinv(a, b, tail)) - a / n) / std
         return germs
@@ -100,11 +111,3 @@ class Germ:
 def of_normals(germs: tuple[Germ, ...], normals: np.ndarray) -> np.ndarray:
     """The d germs at standard normals (m, d), one germ a column: shape (m, d)."""
     return np.column_stack([germ.of_normal(column) for germ, column in zip(germs, normals.T, strict=True)])
-
-
-def _cornish_fisher(normals: np.ndarray, skewness: float, excess: float) -> np.ndarray:
-    """The standardised quantile of a nearly normal variable; right to 1e-7 up to eight stds for the shapes above."""
-    z = normals
-    quantile: np.ndarray = (z + (z**2 - 1) * skewness / 6 + (z**3 - 3 * z) * excess / 24
-                            - (2 * z**3 - 5 * z) * skewness**2 / 36)
-    return quantile

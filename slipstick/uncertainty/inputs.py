@@ -77,12 +77,6 @@ class Inputs:
             return factor
         return np.eye(self.dimension) if self.correlation is None else np.linalg.cholesky(self.correlation)
 
-    @property
-    def matrix(self) -> np.ndarray:
-        """The matrix L of normal inputs, shape (d, d)."""
-        matrix: np.ndarray = self.marginal_std[:, None] * self.factor
-        return matrix
-
     @cached_property
     def independent(self) -> bool:
         """Whether each input has a germ of its own."""

@@ -1,37 +1,45 @@
 """Profile-likelihood intervals, and which combinations of the unknowns the recordings identify.
 
-The profile of an unknown is the greatest log-likelihood at each of its values, all other unknowns free. Its interval
-ends where the profile has dropped by half a chi-square quantile (Wilks 1938), and stays open at a bound of the search
-where the drop is less: there the recordings do not say.
+The profile of an unknown, or of a weighted sum of unknowns, is the greatest log-likelihood at each of its values, all
+else free. Its interval ends where the profile has dropped by half a chi-square quantile (Wilks 1938), and stays open
+at a bound of the search where the drop is less: there the recordings do not say.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from slipstick.uncertainty.gradient import with_gradient
 from slipstick.uncertainty.likelihood import Problem
-from slipstick.uncertainty.refine import climb
+from slipstick.uncertainty.refine import ROUNDS, climb, information, nearby, plain_scores
 from slipstick.uncertainty.unknowns import Unknowns
 
-_SOLVES = 6  # of the others, to find one end
-_CLOSE = 0.03  # of the drop in decades: near enough to an end
+_SOLVES = 12  # values tried between one inside and one outside
+_CLOSE = 0.03  # of the drop: near enough to an end
+_TOLERANCE = 1e-3  # decades to which each value of a profile is climbed
+_NEXT, _FURTHEST = 1.2, 3.0  # times as far is the next value, or else straight at the bound
+_STEEPEST = 16.0  # times the drop: what lies beyond is taken as this, lest it outweigh what is near the end
 IDENTIFIED = 0.25
 """A combination is identified where its standard error is below this share of the range it can take in the search."""
 
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """An unknown with its profile `curve` (p, 2): value and drop in decades; an end is None where it is open."""
+    """An interval with the profile `curve` (p, 2): value and drop in decades.
 
-    unknown: str
+    An end is None where it is open, or where it was not found: then `unsettled` names it, "lower" or "upper", and the
+    curve goes as far as the profile could be followed. `highest` is the vector (k,) of the least drop met, below 0
+    where the estimate was no maximum.
+    """
+
     estimate: float
     lower: float | None
     upper: float | None
+    unsettled: tuple[str, ...]
     level: float
     curve: np.ndarray
+    highest: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,36 +51,38 @@ class Combination:
     identified: bool
 
 
-def interval(problem: Problem, space: Unknowns, found: np.ndarray, place: int, level: float) -> Interval:
-    """The profile-likelihood interval of unknown `place` about the maximum `found` (k,), on the scale of its name."""
-    top = float(with_gradient(problem, space, found)[0].sum())
-    allowed = drop_at(level)
-    error = standard_errors(problem, space, found)[place]
-    scale: Callable[[float], float] = (lambda value: value) if is_plain(space, place) else (lambda v: float(np.exp(v)))
-    rows, ends = [(float(found[place]), 0.0)], []
-    for side, bound in ((-1, space.lower[place]), (1, space.upper[place])):
-        end, points = _end(problem, space, found, place, top, allowed, side * error, float(bound))
-        rows += points
-        ends.append(end)
-    curve = np.array([[scale(value), drop] for value, drop in sorted(rows)])
-    low, high = (None if end is None else scale(end) for end in ends)
-    return Interval(space.names[place], scale(float(found[place])), low, high, level, curve)
+def interval(problem: Problem, space: Unknowns, found: np.ndarray, direction: np.ndarray, level: float) -> Interval:
+    """The profile-likelihood interval of direction (k,) . plain about the maximum `found` (k,)."""
+    profile = _Profile(problem, space, found, direction)
+    allowed, ends, unsettled = drop_at(level), [], []
+    for name, side in (("lower", -1), ("upper", 1)):
+        try:
+            ends.append(profile.end(side, allowed))
+        except _NotFollowed:
+            ends.append(None)
+            unsettled.append(name)
+    curve = np.array([[value, drop] for value, (drop, _) in sorted(profile.points.items())])
+    _, highest = min(profile.points.values(), key=lambda point: point[0])
+    return Interval(profile.estimate, ends[0], ends[1], tuple(unsettled), level, curve, highest)
+
+
+def drop_to(problem: Problem, space: Unknowns, found: np.ndarray, direction: np.ndarray, value: float) -> float:
+    """Decades from the maximum `found` (k,) down to the profile where direction (k,) . plain has a value."""
+    return _Profile(problem, space, found, direction).drop(value)
 
 
 def combinations(problem: Problem, space: Unknowns, found: np.ndarray) -> list[Combination]:
     """Orthogonal directions from the best to the least identified, from the information in the scores."""
-    values, vectors = np.linalg.eigh(_information(problem, space, found))
-    errors = 1 / np.sqrt(np.maximum(values, 1e-12))
+    values, vectors = np.linalg.eigh(information(plain_scores(problem, space, found)[1] * _span(space)))
+    errors = 1 / np.sqrt(np.maximum(values - 1, 1e-12))  # by the recordings alone, not by the range
     return [Combination(vector * np.sign(vector[np.argmax(np.abs(vector))]), float(error), bool(error < IDENTIFIED))
             for vector, error in zip(vectors.T[::-1], errors[::-1], strict=True)]
 
 
-def standard_errors(problem: Problem, space: Unknowns, found: np.ndarray) -> np.ndarray:
-    """Standard error of each unknown by the information in the scores, shape (k,), at most its range."""
-    span = space.upper - space.lower
-    covariance = np.linalg.inv(_information(problem, space, found) + np.eye(len(span)))
-    errors: np.ndarray = np.sqrt(np.diag(covariance)) * span
-    return errors
+def direction_of(space: Unknowns, weights: np.ndarray) -> np.ndarray:
+    """The direction (k,) that sums plain unknowns as shares of their ranges with these weights (k,)."""
+    direction: np.ndarray = weights / _span(space)
+    return direction
 
 
 def drop_at(level: float) -> float:
@@ -80,43 +90,90 @@ def drop_at(level: float) -> float:
     return float(chi2.ppf(level, 1) / 2 / np.log(10.0))
 
 
-def is_plain(space: Unknowns, place: int) -> bool:
-    """Whether an unknown is searched as it is, and not as a logarithm."""
-    d = len(space.axes)
-    return not d <= place <= 2 * d
+class _NotFollowed(Exception):
+    """The climbs ran out before the profile was followed to its end."""
 
 
-def _information(problem: Problem, space: Unknowns, found: np.ndarray) -> np.ndarray:
-    gradient = with_gradient(problem, space, found)[1] * np.log(10.0) * (space.upper - space.lower)
-    information: np.ndarray = gradient.T @ gradient
-    return information
+class _Profile:
+    """The greatest likelihood at the values of direction . plain, each climbed to from what is known of the others.
+
+    `points` is what is known: value -> drop in decades, and the vector (k,) there.
+    """
+
+    def __init__(self, problem: Problem, space: Unknowns, found: np.ndarray, direction: np.ndarray) -> None:
+        self.problem, self.space, self.direction = problem, space, direction
+        self.near = nearby(problem, space, found)
+        density, scores = plain_scores(*self.near, found)
+        self.top, self.found = float(density.sum()), space.plain(found)
+        self.estimate = float(direction @ self.found)
+        self.points: dict[float, tuple[float, np.ndarray]] = {self.estimate: (0.0, found)}
+        self.low, self.high = space.plain(space.lower), space.plain(space.upper)
+        covariance = np.linalg.inv(information(scores * _span(space))) * np.outer(_span(space), _span(space))
+        self.variance = float(direction @ covariance @ direction)
+        self.path = covariance @ direction / self.variance  # by which the others follow a normal likelihood
+
+    def end(self, side: int, allowed: float) -> float | None:
+        """Where the profile has dropped by `allowed` decades below or above (`side`); None where it never does."""
+        edges = np.sort([self.direction * self.low, self.direction * self.high], axis=0).sum(axis=1)
+        low, high = float(edges[0]), float(edges[1])
+
+        def excess(value: float) -> float:  # of the root of the drop, which is nearly straight
+            drop = self.drop(value)
+            close = abs(drop - allowed) < _CLOSE * allowed
+            return 0.0 if close else float(np.sqrt(np.clip(drop, 0.0, _STEEPEST * allowed)) - np.sqrt(allowed))
+
+        inside, step = self.estimate, side * float(np.sqrt(2 * np.log(10.0) * allowed * self.variance))
+        while (found := excess(value := float(np.clip(self.estimate + step, low, high)))) < 0:
+            if value in (low, high):
+                return None
+            further = np.sqrt(allowed) / max(np.sqrt(allowed) + found, 1e-9)
+            inside, step = value, step * max(further, _NEXT) if further < _FURTHEST else side * np.inf
+        if found == 0:
+            return value
+        root, outcome = brentq(excess, inside, value, xtol=1e-3 * abs(value - inside), maxiter=_SOLVES,
+                               full_output=True, disp=False)
+        if not outcome.converged:
+            raise _NotFollowed
+        return float(root)
+
+    def drop(self, value: float) -> float:
+        """Decades from the estimate down to the profile at a value."""
+        if value not in self.points:
+            vector, height = self._climbed(self._start(value))
+            self.points[value] = (self.top - height, vector)
+        return self.points[value][0]
+
+    def _start(self, value: float) -> np.ndarray:
+        """Where the others should be at a value, within the bounds, shape (k,)."""
+        nearest = min(self.points, key=lambda known: abs(known - value))
+        path = self.path if nearest == self.estimate else \
+            (self.space.plain(self.points[nearest][1]) - self.found) / (nearest - self.estimate)
+        plain = self.found + (value - self.estimate) * path
+        for _ in plain:  # what a bound takes away, the others share
+            plain = np.clip(plain, self.low, self.high)
+            missing = value - float(self.direction @ plain)
+            room = np.where(self.direction * missing > 0, self.high - plain, plain - self.low) > 0
+            share = np.where(room, self.direction * _span(self.space) ** 2, 0.0)
+            if not share @ self.direction > 0:
+                break
+            plain = plain + missing * share / (share @ self.direction)
+        return self.space.of_plain(plain)
+
+    def _climbed(self, start: np.ndarray) -> tuple[np.ndarray, float]:
+        """The maximum next to `start` (k,) at its value; polynomials are laid anew where theirs ends."""
+        for _ in range(ROUNDS):
+            problem, region = self.near
+            if np.all((start >= region.lower) & (start <= region.upper)):
+                start, height = climb(problem, region, start, self.direction, _TOLERANCE)
+                cut = (region.lower > self.space.lower) & (start <= region.lower) \
+                    | (region.upper < self.space.upper) & (start >= region.upper)
+                if not np.any(cut):
+                    return start, height
+            self.near = nearby(self.problem, self.space, start)
+        raise _NotFollowed
 
 
-def _end(problem: Problem, space: Unknowns, found: np.ndarray, place: int, top: float, allowed: float, step: float,
-         bound: float) -> tuple[float | None, list[tuple[float, float]]]:
-    """Where the profile has dropped by `allowed` decades on one side, None where it never does; and its points."""
-    free = np.arange(len(found)) != place
-    points: list[tuple[float, float]] = []
-    inside, outside, start = (float(found[place]), 0.0), None, found
-    value = found[place] + step * np.sqrt(chi2.ppf(0.9, 1))
-    for _ in range(_SOLVES):
-        value = float(np.clip(value, space.lower[place], space.upper[place]))
-        vector = start.copy()
-        vector[place] = value
-        start, reached = climb(problem, space, vector, free)
-        drop = max(top - reached, 0.0)
-        points.append((value, drop))
-        if abs(drop - allowed) < _CLOSE * allowed:
-            return value, points
-        if drop < allowed:
-            inside = (value, drop)
-            if value == bound:
-                return None, points
-        else:
-            outside = (value, drop)
-        if outside is None:  # twice as far, then straight to the bound
-            value = bound if len(points) > 2 else found[place] + 2 * (value - found[place])
-        else:  # the root of the drop is nearly straight
-            low, high = np.sqrt(inside[1]), np.sqrt(outside[1])
-            value = inside[0] + (outside[0] - inside[0]) * (np.sqrt(allowed) - low) / (high - low)
-    return value, points
+def _span(space: Unknowns) -> np.ndarray:
+    """The range of each unknown, stds as they are, shape (k,)."""
+    span: np.ndarray = space.plain(space.upper) - space.plain(space.lower)
+    return span

@@ -47,7 +47,8 @@ class Problem:
     """A model, conditions, their measured times (n,) in s, and the box `lower`, `upper` (d,) the model covers.
 
     `axes` names the d inputs in what is said of them. `knots`, where the model has any, are the values of each input
-    between which it is linear. Raises `InvalidValue`.
+    between which it is linear. `direction` (d,) is that of the lines through the standard normals along which a model
+    without knots is integrated; by itself it follows the candidate. Raises `InvalidValue`.
     """
 
     model: Model
@@ -57,6 +58,7 @@ class Problem:
     upper: np.ndarray
     axes: tuple[str, ...]
     knots: Knots | None = None
+    direction: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Refuse what would make every likelihood NaN."""
@@ -84,9 +86,10 @@ class Candidate:
 def exact(problem: Problem, candidate: Candidate, count: int = ACROSS, seed: int = 1) -> np.ndarray:
     """log10 p, per ms, with the model itself integrated: shape (n,), -inf where it gives no time at all.
 
-    For a model with knots and up to two inputs there is no error but that of rounding and of a Gauss rule across the
-    lines. Otherwise the times are taken as linear over half a std, and from three inputs on `count` seeded lines sample
-    what lies across. Where the model gives no time (NaN) there is no density either.
+    For a model with knots and up to two inputs there is no error but that of rounding, of a Gauss rule across the
+    lines, and where inputs are not normal that of their bend, some 0.0002 decades a condition (line_rules.py).
+    Otherwise the times are taken as linear over half a std, and from three inputs on `count` seeded lines sample what
+    lies across. Where the model gives no time (NaN) there is no density either.
     """
     laid = lay(problem, candidate, count, seed)
     return lines.log10_density(laid, outputs(problem, candidate.inputs, laid), problem.measured_time,
@@ -122,7 +125,8 @@ def lay(problem: Problem, candidate: Candidate, count: int = ACROSS, seed: int =
     if _is_knotted(problem, inputs):
         assert problem.knots is not None
         return knotted(inputs, problem.knots, steep, noise, min(reach, _FURTHEST))
-    return along(_leading(inputs.factor.T @ steep), inputs.factor, min(reach, 2 * WINDOW), count, seed)
+    direction = steepest(inputs, steep) if problem.direction is None else problem.direction
+    return along(direction, inputs.factor, min(reach, 2 * WINDOW), count, seed)
 
 
 def outputs(problem: Problem, inputs: Inputs, laid: lines.Lines) -> np.ndarray:
@@ -196,6 +200,14 @@ def slopes(problem: Problem, inputs: Inputs) -> tuple[np.ndarray, np.ndarray]:
     d, step = inputs.dimension, np.eye(inputs.dimension)
     times = problem.model(inputs.at_scores(np.concatenate([np.zeros((1, d)), step, -step])), problem.conditions)
     return times[0], np.nan_to_num((times[1:1 + d] - times[1 + d:]) / 2)
+
+
+def steepest(inputs: Inputs, slopes: np.ndarray) -> np.ndarray:
+    """The direction (d,) in standard normals along which times change most, all conditions together.
+
+    `slopes` (d, n) are their changes with each normal score.
+    """
+    return _leading(inputs.factor.T @ slopes)
 
 
 def _linear(expansion: Expansion) -> np.ndarray:

@@ -24,7 +24,10 @@ ACROSS = 64
 _PIECE = 1.0  # longest piece of the rule across the lines, in stds
 _FEWEST_NODES, _MOST_NODES = 2, 10  # Gauss nodes of a piece
 _NODES_A_WIDTH = 1.5  # for each width over which a density rises or falls where the time does not depend on z
-_SCORES = np.arange(-WINDOW, WINDOW + 0.125, 0.25)
+_SCORES = np.arange(-WINDOW, WINDOW + 0.0625, 0.125)
+"""Where lines are broken besides the knots for inputs that are not linear in their score. A uniform input then adds
+0.0002 decades a condition on average and 0.002 at most, a beta one with its peaks at the ends of its support five times
+that; at twice the step it is up to four times as much."""
 Knots = tuple[np.ndarray, ...]
 """Rising values of each input between which a model is linear."""
 

@@ -12,6 +12,7 @@ table, broken at its grid lines, that is the integral of the interpolated table 
 
 import math
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -79,22 +80,39 @@ def with_moments(lines: Lines, outputs: np.ndarray, times: np.ndarray, output_st
     return log_density, Moments(moments[:, 1:1 + d], second, moments[:, 0])
 
 
+def with_changes(lines: Lines, outputs: np.ndarray, times: np.ndarray,
+                 output_std: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """As `log10_density`, with the derivatives of ln p in each output, shape (m g, n) in 1/s, and in ln noise (n,).
+
+    They are 0 where a time has no density.
+    """
+    log_density = log10_density(lines, outputs, times, output_std)
+    values = np.ascontiguousarray(outputs).reshape(*lines.breakpoints.shape, len(times))
+    changes, residual = np.zeros(values.shape), np.zeros(len(times))
+    natural = (log_density + 3.0) * _LN10
+    _share_out(len(times), lambda first, last: _sum_changes(
+        values, lines.breakpoints, lines.log_weight, times, output_std, first, last, natural, changes, residual))
+    of_noise = np.where(np.isfinite(natural), residual / output_std**2 - 1.0, 0.0)
+    return log_density, changes.reshape(outputs.shape), of_noise
+
+
 def _integrate(lines: Lines, outputs: np.ndarray, times: np.ndarray, output_std: float,
                columns: int) -> tuple[np.ndarray, np.ndarray]:
     n = len(times)
     values = np.ascontiguousarray(outputs).reshape(*lines.breakpoints.shape, n)
     top, sums = np.full(n, -np.inf), np.zeros((n, columns))
-    threads = min(os.cpu_count() or 1, max(1, n // _FEWEST))
-    edges = np.linspace(0, n, threads + 1).astype(int)
-
-    def part(first: int, last: int) -> None:
-        _sum_pieces(values, lines.breakpoints, lines.log_weight, lines.across, times, output_std, first, last, top,
-                    sums)
-
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(part, edges[:-1], edges[1:]))
+    _share_out(n, lambda first, last: _sum_pieces(
+        values, lines.breakpoints, lines.log_weight, lines.across, times, output_std, first, last, top, sums))
     with np.errstate(divide="ignore"):
         return (top + np.log(sums[:, 0])) / _LN10 - 3.0, sums
+
+
+def _share_out(count: int, work: Callable[[int, int], None]) -> None:
+    """Have threads work on all conditions, each on those from a first to a last."""
+    threads = min(os.cpu_count() or 1, max(1, count // _FEWEST))
+    edges = np.linspace(0, count, threads + 1).astype(int)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(work, edges[:-1], edges[1:]))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -111,26 +129,12 @@ def _sum_pieces(values, breakpoints, log_weight, across, times, noise, first, la
             low, high = breakpoints[line, piece], breakpoints[line, piece + 1]
             if not high > low:
                 continue
-            share = 1.0 / (high - low)
             for i in range(first, last):
-                start = values[line, piece, i]
-                slope = (values[line, piece + 1, i] - start) * share
-                gap = times[i] - start + slope * low
-                total = variance + slope * slope
-                ratio = gap / total
-                peak = base - 0.5 * gap * ratio
-                if not peak - log_noise > top[i] - _NEGLIGIBLE:  # NaN ends here, too
+                log_piece, gap, slope, centre, width, u, v, log_mass = _piece(
+                    values[line, piece, i], values[line, piece + 1, i], low, high, times[i], variance, log_noise,
+                    base, top[i] - _NEGLIGIBLE)
+                if log_piece == -np.inf:
                     continue
-                centre, width = slope * ratio, noise / math.sqrt(total)
-                u, v = (low - centre) / width, (high - centre) / width
-                nearest = max(0.0, u, -v)
-                peak -= 0.5 * math.log(total)
-                if peak - 0.5 * nearest * nearest < top[i] - _NEGLIGIBLE:
-                    continue
-                log_mass = _log_normal_mass(u, v)
-                if log_mass == -np.inf:
-                    continue
-                log_piece = peak + log_mass
                 if log_piece > top[i]:
                     factor = math.exp(top[i] - log_piece)
                     for column in range(sums.shape[1]):
@@ -139,11 +143,8 @@ def _sum_pieces(values, breakpoints, log_weight, across, times, noise, first, la
                 mass = math.exp(log_piece - top[i])
                 sums[i, 0] += mass
                 if moments:
-                    left = math.exp(-0.5 * u * u - _HALF_LOG_TWO_PI - log_mass)
-                    right = math.exp(-0.5 * v * v - _HALF_LOG_TWO_PI - log_mass)
-                    mean = min(max(centre + width * (left - right), low), high)
-                    spread = width * width * (1.0 + u * left - v * right - (left - right) ** 2)
-                    square = mean * mean + max(spread, 0.0)
+                    mean, spread = _within(centre, width, u, v, log_mass, low, high)
+                    square = mean * mean + spread
                     sums[i, 1] += mass * (gap * gap - 2 * slope * gap * mean + slope * slope * square)
                     sums[i, 2] += mass * mean
                     place = 3 + others
@@ -156,6 +157,64 @@ def _sum_pieces(values, breakpoints, log_weight, across, times, noise, first, la
                         for b in range(a, others):
                             sums[i, place] += mass * across[line, a] * across[line, b]
                             place += 1
+
+
+@numba.njit(cache=True, nogil=True)
+def _sum_changes(values, breakpoints, log_weight, times, noise, first, last, whole, changes, residual):
+    """Add up what ln p, which is `whole`, changes with each of `values`, and the mean squared residual."""
+    variance, log_noise = noise * noise, math.log(noise)
+    for line in range(values.shape[0]):
+        base = log_weight[line] - _HALF_LOG_TWO_PI
+        for piece in range(values.shape[1] - 1):
+            low, high = breakpoints[line, piece], breakpoints[line, piece + 1]
+            if not high > low:
+                continue
+            for i in range(first, last):
+                log_piece, gap, slope, centre, width, u, v, log_mass = _piece(
+                    values[line, piece, i], values[line, piece + 1, i], low, high, times[i], variance, log_noise,
+                    base, whole[i] - _NEGLIGIBLE)
+                if log_piece == -np.inf:
+                    continue
+                mass = math.exp(log_piece - whole[i])
+                mean, spread = _within(centre, width, u, v, log_mass, low, high)
+                off = gap - slope * mean
+                share = mass / (variance * (high - low))
+                changes[line, piece, i] += share * (off * (high - mean) + slope * spread)
+                changes[line, piece + 1, i] += share * (off * (mean - low) - slope * spread)
+                residual[i] += mass * (off * off + slope * slope * spread)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _piece(start, end, low, high, time, variance, log_noise, base, least):
+    """log of a piece, -inf where it is below `least`, gap and slope of t - y = gap - slope z, and z given the time.
+
+    That is normal with centre and width, goes from u to v in widths, and has the log mass.
+    """
+    slope = (end - start) / (high - low)
+    gap = time - start + slope * low
+    total = variance + slope * slope
+    ratio = gap / total
+    peak = base - 0.5 * gap * ratio
+    if not peak - log_noise > least:  # NaN ends here, too
+        return -np.inf, gap, slope, 0.0, 0.0, 0.0, 0.0, 0.0
+    centre, width = slope * ratio, math.sqrt(variance / total)
+    u, v = (low - centre) / width, (high - centre) / width
+    nearest = max(0.0, u, -v)
+    peak -= 0.5 * math.log(total)
+    if peak - 0.5 * nearest * nearest < least:
+        return -np.inf, gap, slope, centre, width, u, v, 0.0
+    log_mass = _log_normal_mass(u, v)
+    return peak + log_mass, gap, slope, centre, width, u, v, log_mass
+
+
+@numba.njit(cache=True, nogil=True)
+def _within(centre, width, u, v, log_mass, low, high):
+    """Mean and variance of the normal variable of a piece within it."""
+    left = math.exp(-0.5 * u * u - _HALF_LOG_TWO_PI - log_mass)
+    right = math.exp(-0.5 * v * v - _HALF_LOG_TWO_PI - log_mass)
+    mean = min(max(centre + width * (left - right), low), high)
+    spread = width * width * (1.0 + u * left - v * right - (left - right) ** 2)
+    return mean, max(spread, 0.0)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -1,17 +1,20 @@
 """A problem near one candidate, where polynomials stand for the model.
 
 A model without knots is neither smooth to the last digit nor cheap. Around a candidate, over somewhat more than the
-scatter of its inputs, polynomials fitted to a few hundred runs are both, and can be climbed along gradients.
+scatter of its inputs, polynomials fitted to a few hundred runs are both, and can be climbed along gradients. The
+direction of the lines of integration is that of the candidate, throughout: turned lines sample other inputs.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from slipstick.uncertainty.expansion import Expansion, ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import Problem
+from slipstick.uncertainty.likelihood import Problem, slopes, steepest
+from slipstick.uncertainty.product import product
 from slipstick.uncertainty.unknowns import Unknowns
 
 _ORDERS, _LOWEST_ORDER = {1: 10, 2: 8, 3: 6, 4: 5, 5: 5}, 4  # by the number of inputs
@@ -22,7 +25,7 @@ _REACH = 1.5  # stds of the region by which a mean may move within it
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """A model (uncertainty.likelihood.Model) by the polynomials of an expansion about `mean`, scaled by `std` (d,)."""
+    """A model (uncertainty.likelihood.Model) by the polynomials of a Hermite `expansion` in (x - mean) / std, (d,)."""
 
     expansion: Expansion
     mean: np.ndarray
@@ -31,6 +34,23 @@ class Polynomial:
     def __call__(self, points: np.ndarray, conditions: Any, /) -> np.ndarray:
         """Times (m, n) in s at the points (m, d)."""
         return self.expansion.at((points - self.mean) / self.std)
+
+    def slopes(self, points: np.ndarray) -> np.ndarray:
+        """Derivatives of the times in the inputs at the points (m, d): shape (d, m, n), s."""
+        values = self.expansion.basis.at((points - self.mean) / self.std)
+        return np.array([product(values, coefficients) for coefficients in self._derived])
+
+    @cached_property
+    def _derived(self) -> np.ndarray:
+        """Coefficients of the derivatives, shape (d, t, n): that of H_n is sqrt(n) H_(n - 1)."""
+        degrees, coefficients = self.expansion.basis.degrees, self.expansion.coefficients
+        row = {tuple(term): number for number, term in enumerate(degrees.tolist())}
+        derived = np.zeros((len(self.mean), *coefficients.shape))
+        for number, term in enumerate(degrees):
+            for axis in np.flatnonzero(term):
+                lower = row[tuple((term - np.eye(len(term), dtype=int)[axis]).tolist())]
+                derived[axis, lower] += np.sqrt(term[axis]) / self.std[axis] * coefficients[number]
+        return derived
 
 
 def localised(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Problem, Unknowns]:
@@ -45,5 +65,6 @@ def localised(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Pr
     lower[:d] = np.maximum(lower[:d], inputs.mean - _REACH * std)
     upper[:d] = np.minimum(upper[:d], inputs.mean + _REACH * std)
     upper[d:2 * d] = np.minimum(upper[d:2 * d], np.log(std))
-    return (replace(problem, model=Polynomial(expansion, inputs.mean, std)),
+    near = replace(problem, model=Polynomial(expansion, inputs.mean, std))
+    return (replace(near, direction=steepest(inputs, slopes(near, inputs)[1])),
             replace(space, lower=np.minimum(lower, vector), upper=np.maximum(upper, vector)))

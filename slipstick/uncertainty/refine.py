@@ -7,7 +7,8 @@ sharing it out. The climb therefore also starts from the candidates that give on
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.linalg import null_space
+from scipy.optimize import LinearConstraint, minimize
 
 from slipstick.uncertainty.gradient import with_gradient
 from slipstick.uncertainty.likelihood import Problem, slopes
@@ -17,8 +18,11 @@ from slipstick.uncertainty.unknowns import Unknowns
 _TOLERANCE = 1e-6  # decades: far below what the integral across the lines is good for
 _ITERATIONS = 60
 _FEW = 3  # inputs up to which each is tried alone
-_ROUNDS, _GAIN = 8, 0.02  # polynomials laid anew about where the last ones led, until that gains so few decades
-_WORST = 1e6  # decades: stands for a likelihood of 0, which has no gradient to climb
+ROUNDS = 24
+"""How often polynomials are laid anew about where the last ones led."""
+_GAIN = 0.02  # decades: they are not where that gains less
+_WORST = 1e6  # stands for a likelihood of 0, which has no gradient to climb
+_LN10 = np.log(10.0)
 
 
 def refine(problem: Problem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
@@ -33,43 +37,68 @@ def nearby(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Probl
     return (problem, space) if problem.knots is not None else localised(problem, space, vector)
 
 
+def climb(problem: Problem, space: Unknowns, begin: np.ndarray, held: np.ndarray | None = None,
+          tolerance: float = _TOLERANCE) -> tuple[np.ndarray, float]:
+    """The maximum next to `begin` (k,) within the bounds, to a tolerance in decades: vector, log10 L.
+
+    With a direction `held` (k,), it is the maximum over the vectors whose held . plain is that of `begin`.
+
+    Sequential quadratic programming, along axes on which the information in the scores is 1: its first step is then
+    that of Fisher scoring. It moves stds as they are, since in its logarithm a std near 0 has no slope to climb.
+    """
+    low, middle, high = (space.plain(vector) for vector in (space.lower, begin, space.upper))
+    span, best = high - low, (begin, -np.inf)
+
+    def scores(vector: np.ndarray) -> tuple[float, np.ndarray]:
+        nonlocal best
+        density, gradient = plain_scores(problem, space, vector)
+        whole = float(density.sum())
+        if whole > best[1]:
+            best = (vector, whole)
+        return whole, gradient * span
+
+    first = scores(begin)
+    free = np.eye(len(begin)) if held is None else null_space((held * span)[None])
+    axes = free @ np.linalg.inv(np.linalg.cholesky(information(first[1] @ free))).T
+    share = (middle - low) / span
+
+    def loss(step: np.ndarray) -> tuple[float, np.ndarray]:
+        whole, slope = scores(space.of_plain(middle + span * (axes @ step))) if np.any(step) else first
+        if not np.isfinite(whole):
+            return _WORST, np.zeros(len(step))
+        return -_LN10 * whole, -slope.sum(axis=0) @ axes
+
+    minimize(loss, np.zeros(axes.shape[1]), jac=True, method="SLSQP",
+             constraints=LinearConstraint(axes, -share, 1 - share),
+             options={"maxiter": _ITERATIONS, "ftol": _LN10 * tolerance})
+    return best
+
+
+def plain_scores(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """log10 p (n,) at a vector (k,), and the derivatives of ln p in its plain values (n, k)."""
+    density, gradient = with_gradient(problem, space, vector)
+    return density, _LN10 * gradient / np.where(space.logs, space.plain(vector), 1.0)
+
+
+def information(scores: np.ndarray) -> np.ndarray:
+    """The information (f, f) in scores (n, f) of unknowns as shares of their ranges.
+
+    Added is that each lies within its range, give or take. A condition without a density says nothing.
+    """
+    known = scores[np.all(np.isfinite(scores), axis=1)]
+    matrix: np.ndarray = known.T @ known + np.eye(scores.shape[1])
+    return matrix
+
+
 def _ascend(problem: Problem, space: Unknowns, start: np.ndarray) -> tuple[np.ndarray, float]:
     vector = start
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         near, region = nearby(problem, space, vector)
         before = float(with_gradient(near, region, vector)[0].sum())
         vector, reached = climb(near, region, vector)
         if problem.knots is not None or reached - before < _GAIN:
             break
     return vector, reached
-
-
-def climb(problem: Problem, space: Unknowns, begin: np.ndarray,
-          free: np.ndarray | None = None) -> tuple[np.ndarray, float]:
-    """The maximum next to `begin` (k,) over the unknowns that are `free` (k,), all by default: vector, log10 L.
-
-    Sequential least squares quadratic programming on the unit box, which of scipy's bounded methods with gradients
-    needed the fewest evaluations.
-    """
-    free = np.ones(len(begin), bool) if free is None else free
-    lower, span = space.lower[free], (space.upper - space.lower)[free]
-    best = (begin, -np.inf)
-
-    def loss(share: np.ndarray) -> tuple[float, np.ndarray]:
-        nonlocal best
-        vector = begin.copy()
-        vector[free] = lower + np.clip(share, 0.0, 1.0) * span
-        density, gradient = with_gradient(problem, space, vector)
-        whole = float(density.sum())
-        if not np.isfinite(whole):
-            return _WORST, np.zeros(len(span))
-        if whole > best[1]:
-            best = (vector, whole)
-        return -whole, -gradient.sum(axis=0)[free] * span
-
-    minimize(loss, (begin[free] - lower) / span, jac=True, method="SLSQP", bounds=[(0.0, 1.0)] * len(span),
-             options={"maxiter": _ITERATIONS, "ftol": _TOLERANCE})
-    return best
 
 
 def _alone(problem: Problem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:

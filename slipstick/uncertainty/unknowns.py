@@ -36,9 +36,27 @@ class Unknowns:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The name of each unknown."""
-        pairs = combinations(self.axes, 2) if self.correlated else ()
+        pairs = combinations(range(len(self.axes)), 2) if self.correlated else ()
         return (*(f"mean of {axis}" for axis in self.axes), *(f"std of {axis}" for axis in self.axes), "output std",
-                *(f"correlation of {first} and {second}" for first, second in pairs))
+                *(self._correlation(first, second) for first, second in pairs))
+
+    @cached_property
+    def logs(self) -> np.ndarray:
+        """Which unknowns are searched as logarithms, shape (k,)."""
+        place, d = np.arange(len(self.lower)), len(self.axes)
+        return (place >= d) & (place <= 2 * d)
+
+    def plain(self, vector: np.ndarray) -> np.ndarray:
+        """A vector (k,) with its stds as they are, and not their logarithms."""
+        plain: np.ndarray = np.where(self.logs, np.exp(np.where(self.logs, vector, 0.0)), vector)
+        return plain
+
+    def of_plain(self, plain: np.ndarray) -> np.ndarray:
+        """The vector (k,) within the bounds whose `plain` this is."""
+        within = np.clip(plain, self.plain(self.lower), self.plain(self.upper))
+        vector = np.where(self.logs, np.log(np.where(self.logs, within, 1.0)), within)
+        clipped: np.ndarray = np.clip(vector, self.lower, self.upper)  # against rounding
+        return clipped
 
     def candidate(self, vector: np.ndarray) -> Candidate:
         """The candidate of a vector (k,). A beta variable gets the largest std it can have where that is too large."""
@@ -60,6 +78,10 @@ class Unknowns:
             whole = np.concatenate([inputs.mean, np.log(inputs.marginal_std), [np.log(candidate.output_std)], partial])
         clipped: np.ndarray = np.clip(whole, self.lower, self.upper)
         return clipped
+
+    def _correlation(self, first: int, second: int) -> str:
+        name = f"correlation of {self.axes[first]} and {self.axes[second]}"
+        return name if first == 0 else f"partial {name} given {' and '.join(self.axes[:first])}"
 
 
 def unknowns(settings: FitSettings, problem: Problem) -> Unknowns:

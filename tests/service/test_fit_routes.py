@@ -83,5 +83,5 @@ def test_the_schemas_leave_out_nothing_that_a_fit_knows(shelf: Path) -> None:
     state = fit.advance(settings, problem, fit.start(settings, problem))
     assert set(SearchSettings.model_fields) == {field.name for field in fields(fit.FitSettings)}
     assert set(Progress.model_fields) == {*fit.progress(settings, problem, state), "stage", "model_runs"}
-    result = fit.conclude(settings, problem, state, fit.refined(settings, problem, state), [])
+    result = fit.conclude(settings, problem, state, fit.refined(settings, problem, state))
     assert json.loads(Fitted.model_validate(result).model_dump_json()) == json.loads(json.dumps(result))

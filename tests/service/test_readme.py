@@ -4,8 +4,10 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
+import httpx
 import pytest
 
 README = (Path(__file__).parents[2] / "README.md").read_text()
@@ -19,8 +21,14 @@ def test_there_are_examples_of_every_resource() -> None:
         assert f"/v1/{resource}" in text
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _no_fit_is_left(address: str) -> Iterator[None]:
+    yield
+    httpx.post(f"{address}/v1/fits/my-first-fit/cancel")  # or the worker is busy with it while later tests run
+
+
 @pytest.mark.usefixtures("worker")
-@pytest.mark.parametrize("block", CURL, ids=lambda block: block.split("/v1/")[1].split()[0])
+@pytest.mark.parametrize("block", CURL, ids=lambda block: block.split("/v1/")[-1].split()[0])
 def test_example_works_as_written(block: str, address: str, tmp_path: Path) -> None:
     block = block.replace("python -c", f"{sys.executable} -c")
     for line in block.strip().splitlines():

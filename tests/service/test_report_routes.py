@@ -32,7 +32,8 @@ def client(made: Callable[..., dict[str, Any]], serving: Serving,
     classic["result"]["method"] = "classic"
     kept = {one.workflow_id: one for one in (
         fit("done", "SUCCESS", made()), fit("classic", "SUCCESS", classic), fit("running", "PENDING", None),
-        fit("foreign", "SUCCESS", classic, recordings_digest="e5f6"))}
+        fit("foreign", "SUCCESS", classic, recordings_digest="e5f6"),
+        fit("narrower", "SUCCESS", classic, parameters=["pressure_bias"]))}
 
     def find(_: JobStore, name: str) -> SimpleNamespace:
         if name not in kept:
@@ -60,7 +61,7 @@ def test_the_report_is_the_page_of_the_fit(client: httpx.Client, made: Callable[
 def test_a_fit_by_the_other_method_fills_table_ii(client: httpx.Client) -> None:
     assert "Only one method was run here" in client.get("/v1/fits/done/report").text
     assert "Only one method was run here" not in client.get("/v1/fits/done/report?beside=classic").text
-    for other in ("done", "foreign"):
+    for other in ("done", "foreign", "narrower"):
         answer = client.get(f"/v1/fits/done/report?beside={other}")
         assert (answer.status_code, answer.json()["type"]) == (422, "urn:slipstick:problem:invalid-value")
 

@@ -98,9 +98,10 @@ def uninterrupted(shelf: Path) -> dict[str, Any]:
     state = fit.start(settings, problem)
     while not fit.finished(settings, state):
         state = fit.advance(settings, problem, state)
-    found = fit.refined(settings, problem, state)
-    profiles = [fit.profile(settings, problem, found, place) for place in fit.profiled(settings, problem)]
-    return fit.conclude(settings, problem, state, found, profiles)
+    estimate = fit.refined(settings, problem, state)
+    while not fit.profiled(settings, estimate):
+        estimate = fit.profile(settings, problem, estimate)
+    return fit.conclude(settings, problem, state, estimate)
 
 
 def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(bench: Bench, shelf: Path) -> None:

@@ -5,9 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import Candidate, Problem
+from slipstick.uncertainty.settings import FitSettings
+from slipstick.uncertainty.unknowns import Unknowns, unknowns
+
+Closed = Callable[[np.ndarray], float]
 
 
 @dataclass(frozen=True)
@@ -78,3 +83,36 @@ def mixed() -> Candidate:
 def linear_problem(mixed: Candidate) -> Problem:
     """24 linear conditions, whose times are exactly normal, measured at `mixed`."""
     return pose(linear, 24, mixed)
+
+
+@pytest.fixture(scope="session")
+def posed() -> Callable[[np.ndarray, Candidate], tuple[Problem, Unknowns, Closed]]:
+    """Makes a linear model of slopes (d, n) measured at a truth, and its log10 likelihood at plain values (k,).
+
+    That is a closed form: its times are normal, by the rules for sums of normals.
+    """
+    def make(slope: np.ndarray, truth: Candidate) -> tuple[Problem, Unknowns, Closed]:
+        random, (d, n) = np.random.default_rng(3), slope.shape
+        points = truth.inputs.points(random.standard_normal((n, d)))
+        times = 1.0 + np.sum((points - 1.0) * slope.T, axis=1) + truth.output_std * random.standard_normal(n)
+        knots = tuple(np.linspace(0.0, 2.0, 9) for _ in range(d))
+        problem = Problem(lambda points, conditions: 1.0 + (points - 1.0) @ slope, None, times, np.zeros(d),
+                          np.full(d, 2.0), tuple("abcdefg"[:d]), knots)
+
+        def closed(plain: np.ndarray) -> float:
+            mean = 1.0 + (plain[:d] - 1.0) @ slope
+            std = np.sqrt(plain[2 * d]**2 + plain[d:2 * d]**2 @ slope**2)
+            return float(np.sum(norm.logpdf(times, mean, std)) / np.log(10) - 3 * n)
+
+        return problem, unknowns(FitSettings(std_bounds=((0.002, 0.5),)), problem), closed
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def ridge(posed: Callable[[np.ndarray, Candidate], tuple[Problem, Unknowns, Closed]],
+          ) -> tuple[Problem, Unknowns, Closed]:
+    """Two inputs whose slopes are alike, so that either can scatter for the other."""
+    random = np.random.default_rng(1)
+    slope = random.uniform(0.1, 0.3, 48) * np.array([[1.0], [-0.8]]) + 0.02 * random.standard_normal((2, 48))
+    return posed(slope, Candidate(Inputs([0.95, 1.05], [0.1, 0.08]), 0.006))

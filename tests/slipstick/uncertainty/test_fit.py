@@ -36,9 +36,10 @@ def run(settings: FitSettings, problem: Problem, state: State | None = None, gen
 
 
 def conclude(settings: FitSettings, problem: Problem, state: State) -> dict[str, Any]:
-    found = fit.refined(settings, problem, state)
-    profiles = [fit.profile(settings, problem, found, place) for place in fit.profiled(settings, problem)]
-    return fit.conclude(settings, problem, state, found, profiles)
+    estimate = fit.refined(settings, problem, state)
+    while not fit.profiled(settings, estimate):
+        estimate = fit.profile(settings, problem, estimate)
+    return fit.conclude(settings, problem, state, estimate)
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +74,8 @@ def test_gives_the_same_bits_on_any_number_of_threads() -> None:
     assert digests[0] == digests[1]
 
 
-def test_finds_what_differential_evolution_finds(problem: Problem, settled: State) -> None:
-    """On the likelihood by expansion, in a third of scipy's evaluations; polished, as good as scipy's best."""
+def test_finds_what_differential_evolution_finds(problem: Problem) -> None:
+    """Near it on the likelihood by expansion, in a third of scipy's evaluations; refined, as good as scipy's best."""
     space, spent = unknowns(QUICK, problem), 0
 
     def loss(vectors: np.ndarray) -> np.ndarray:
@@ -85,14 +86,15 @@ def test_finds_what_differential_evolution_finds(problem: Problem, settled: Stat
     peer = differential_evolution(loss, list(zip(space.lower, space.upper, strict=True)), rng=1, maxiter=100,
                                   popsize=15, tol=1e-6, polish=False, vectorized=True, updating="deferred")
     assert spent > 3 * 40 * QUICK.population
+    peer_exact = exact(problem, space.candidate(peer.x)).sum()
     for seed in (1, 2):
         state = run(replace(QUICK, seed=seed, generations=40, patience=40), problem)
         best = -loss(np.array(state["points"][0])[:, None])[0]
-        assert best > -peer.fun - 1.0
+        assert best > -peer.fun - 5.0
+        found = fit.refined(QUICK, problem, state)["found"]
+        assert exact(problem, space.candidate(np.array(found))).sum() > peer_exact - 0.05
     first = np.array(run(QUICK, problem, generations=1)["points"][0])
     assert -loss(first[:, None])[0] < -peer.fun - 5.0  # there was something to find
-    peer_exact = exact(problem, space.candidate(peer.x)).sum()
-    assert conclude(QUICK, problem, settled)["log10_likelihood"] > peer_exact - 0.1
 
 
 def test_recovers_the_truth(problem: Problem, truth: Candidate, settled: State) -> None:
@@ -190,7 +192,7 @@ def test_a_condition_that_never_locks_is_named(problem: Problem) -> None:
 
 
 def test_steers_clear_of_where_conditions_never_lock(problem: Problem) -> None:
-    """A corner without times costs its candidates, not the fit; the polish may look into it."""
+    """A corner without times costs its candidates, not the fit; the refinement may look into it."""
     def holed(points: np.ndarray, conditions: object) -> np.ndarray:
         times = problem.model(points, conditions)
         times[points[:, 0] - points[:, 1] > 0.25] = np.nan
@@ -243,7 +245,7 @@ def test_intervals_hold_the_truth_and_stay_open_where_nothing_is_known(problem: 
     by_name = {entry["unknown"]: entry for entry in result["intervals"]}
     assert list(by_name) == list(unknowns(QUICK, problem).names)
     noise = by_name["output std"]
-    assert noise["lower"] < truth.output_std < noise["upper"]
+    assert (noise["lower"] or 0) < truth.output_std < noise["upper"]  # open below: so much can be scatter
     for entry in result["intervals"]:
         ends = (entry["lower"], entry["upper"])
         assert all(end is None or end > 0 for end in ends)
@@ -254,8 +256,9 @@ def test_intervals_hold_the_truth_and_stay_open_where_nothing_is_known(problem: 
         np.column_stack([points[:, :1], np.ones(len(points))]), conditions), problem.conditions, problem.measured_time,
         problem.lower, problem.upper, problem.axes)
     state = run(replace(QUICK, generations=8), idle)
-    found = fit.refined(QUICK, idle, state)
-    entry = fit.profile(QUICK, idle, found, 1)
+    estimate = fit.refined(QUICK, idle, state)
+    entry = fit.profile(QUICK, idle, fit.profile(QUICK, idle, estimate))["intervals"][1]
+    assert entry["unsettled"] == []
     assert (entry["lower"], entry["upper"]) == (None, None)
 
 
@@ -274,15 +277,15 @@ def test_families_correlation_and_the_classic_grid(problem: Problem) -> None:
 def test_seven_inputs(truth: Candidate) -> None:
     """Seven inputs of linear conditions: no tensor grid, and polynomials about the candidate to climb on."""
     random = np.random.default_rng(7)
-    slope = random.uniform(-0.2, 0.2, (60, 7))
+    slope = random.uniform(-0.2, 0.2, (24, 7))
 
     def model(points: np.ndarray, conditions: np.ndarray) -> np.ndarray:
         return 1.0 + (points - 1.0) @ conditions.T
 
-    drawn = random.normal(1.0, 0.05, (60, 7))
-    measured = 1.0 + np.sum((drawn - 1.0) * slope, axis=1) + 0.003 * random.standard_normal(60)
+    drawn = random.normal(1.0, 0.05, (24, 7))
+    measured = 1.0 + np.sum((drawn - 1.0) * slope, axis=1) + 0.003 * random.standard_normal(24)
     seven = Problem(model, slope, measured, np.full(7, 0.5), np.full(7, 1.5), tuple("abcdefg"))
-    settings = replace(QUICK, order=1, generations=10)
+    settings = replace(QUICK, order=1, generations=5)
     result = conclude(settings, seven, run(settings, seven))
     known = Candidate(Inputs(np.ones(7), np.full(7, 0.05)), 0.003)
     assert result["log10_likelihood"] > exact(seven, known).sum()

@@ -1,23 +1,32 @@
-"""Normal inputs, their samples, and the mass outside a box against scipy's distributions."""
+"""Inputs of any family, independent or correlated, as functions of standard normals and of germs."""
+
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, norm
+from scipy import stats
 
 from slipstick.errors import InvalidValue
+from slipstick.uncertainty.germs import Germ
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.sampling import axis_mass_outside, count_outside, mass_outside, normal_germs
+from slipstick.uncertainty.sampling import normal_germs
 
 MIXING = np.array([[0.10, 0.04], [0.03, 0.05]])
-LOWER, UPPER = np.array([0.8, 0.9]), np.array([1.1, 1.5])
+CORRELATION = np.array([[1.0, -0.6, 0.3], [-0.6, 1.0, 0.2], [0.3, 0.2, 1.0]])
+SUPPORT = np.array([[0.5, 1.5]] * 5)
+EVERY: dict[str, Any] = {"mean": [1.0, 1.1, 0.9, 1.0, 1.2], "std": [0.1, 0.2, 0.05, 0.15, 0.1], "support": SUPPORT,
+                         "families": ("normal", "lognormal", "gamma", "beta", "uniform")}
+COPULA: dict[str, Any] = {"mean": [1.0, 1.1, 0.9], "std": [0.2, 0.3, 0.05], "correlation": CORRELATION,
+                          "families": ("gamma", "lognormal", "uniform")}
+THETA = {d: normal_germs(d, 4096, 1) for d in (2, 3, 5)}
 
 
 def test_mixing_mixes_germs() -> None:
-    inputs = Inputs([1.0, 0.9], mixing=MIXING)
-    germs = normal_germs(2, 4096, 1)
-    points = inputs.points(germs)
-    np.testing.assert_allclose(points[:, 0], 1.0 + 0.10 * germs[:, 0] + 0.04 * germs[:, 1], rtol=1e-14)
-    np.testing.assert_allclose(points[:, 1], 0.9 + 0.03 * germs[:, 0] + 0.05 * germs[:, 1], rtol=1e-14)
+    inputs, theta = Inputs([1.0, 0.9], mixing=MIXING), THETA[2]
+    points = inputs.points(theta)
+    np.testing.assert_allclose(points[:, 0], 1.0 + 0.10 * theta[:, 0] + 0.04 * theta[:, 1], rtol=1e-14)
+    np.testing.assert_allclose(points[:, 1], 0.9 + 0.03 * theta[:, 0] + 0.05 * theta[:, 1], rtol=1e-14)
     np.testing.assert_allclose(np.cov(points.T), MIXING @ MIXING.T, rtol=5e-3)
     # The transposed matrix mixes inputs, not germs: another covariance.
     assert np.abs(np.cov(points.T) - MIXING.T @ MIXING).max() > 5e-4
@@ -25,68 +34,99 @@ def test_mixing_mixes_germs() -> None:
 
 
 def test_std_is_a_diagonal_mixing() -> None:
-    germs = normal_germs(2, 64, 1)
     by_std, by_mixing = Inputs([1.0, 1.0], [0.1, 0.2]), Inputs([1.0, 1.0], mixing=np.diag([0.1, 0.2]))
-    np.testing.assert_array_equal(by_std.points(germs), by_mixing.points(germs))
+    np.testing.assert_array_equal(by_std.points(THETA[2]), by_mixing.points(THETA[2]))
 
 
-def test_samples_follow_their_seed_and_the_standard_normal() -> None:
-    germs = normal_germs(3, 4096, 7)
-    np.testing.assert_array_equal(germs, normal_germs.__wrapped__(3, 4096, 7))
-    assert not np.array_equal(germs, normal_germs(3, 4096, 8))
-    np.testing.assert_allclose(germs.mean(axis=0), 0, atol=1e-3)
-    np.testing.assert_allclose(np.cov(germs.T), np.eye(3), atol=5e-3)
-    with pytest.raises(ValueError, match="read-only"):
-        germs[0, 0] = 0.0
-    with pytest.raises(InvalidValue, match="power of two"):
-        normal_germs(2, 1000, 1)
+def test_correlation_of_normal_inputs_is_that_of_the_inputs() -> None:
+    std = np.array([0.1, 0.2, 0.05])
+    inputs = Inputs([1.0, 1.1, 0.9], std, correlation=CORRELATION)
+    covariance = std[:, None] * CORRELATION * std
+    np.testing.assert_allclose(inputs.factor @ inputs.factor.T, CORRELATION, atol=1e-15)
+    np.testing.assert_allclose(np.cov(inputs.points(THETA[3]).T), covariance, atol=2e-4)
+    assert not inputs.independent
 
 
-@pytest.mark.parametrize("std", [[0.05, 0.05], [0.3, 0.02], [0.0, 0.1]])
-def test_mass_outside_is_exact_for_independent_inputs(std: list[float]) -> None:
-    inputs = Inputs([0.95, 1.2], std)
-    inside = [norm.cdf(high, mean, max(s, 1e-12)) - norm.cdf(low, mean, max(s, 1e-12))
-              for low, high, mean, s in zip(LOWER, UPPER, inputs.mean, std, strict=True)]
-    np.testing.assert_allclose(axis_mass_outside(inputs, LOWER, UPPER), 1 - np.array(inside), atol=1e-15)
-    mass = mass_outside(inputs, LOWER, UPPER, normal_germs(2, 2, 1))
-    np.testing.assert_allclose(mass, 1 - np.prod(inside), rtol=1e-10)
+def test_correlation_of_other_inputs_is_that_of_their_ranks() -> None:
+    """A Gaussian copula has the rank correlation 6/pi asin(r/2), whatever the families."""
+    points = Inputs(**COPULA).points(THETA[3])
+    ranks = stats.spearmanr(points).statistic
+    np.testing.assert_allclose(ranks, 6 / np.pi * np.arcsin(CORRELATION / 2), atol=5e-3)
+    # That of the values is another where they are skewed.
+    assert abs(np.corrcoef(points.T)[0, 1] - CORRELATION[0, 1]) > 0.01
 
 
-def test_mass_outside_keeps_its_digits_and_its_ends() -> None:
-    germs, box = normal_germs(2, 2, 1), (np.full(2, 0.5), np.full(2, 1.5))
-    far = Inputs([1.0, 1.0], [0.05, 0.05])  # both edges at 10 std
-    np.testing.assert_allclose(mass_outside(far, *box, germs), 4 * norm.sf(10.0), rtol=1e-12)
-    assert mass_outside(Inputs([0.5, 1.5], [0.0, 0.0]), *box, germs) == 0.0
-    assert mass_outside(Inputs([0.4, 1.0], [0.0, 0.1]), *box, germs) == 1.0
+def test_correlation_leaves_each_input_its_family() -> None:
+    correlated, alone = (Inputs(**{**COPULA, "correlation": matrix}) for matrix in (CORRELATION, None))
+    ordered = np.linspace(0.01, 0.99, 50)
+    for together, apart in zip(np.quantile(correlated.points(THETA[3]), ordered, axis=0).T,
+                               np.quantile(alone.points(THETA[3]), ordered, axis=0).T, strict=True):
+        np.testing.assert_allclose(together, apart, atol=0.02)
 
 
-def test_mass_outside_of_mixed_inputs_against_the_integral() -> None:
-    inputs = Inputs([0.95, 1.0], mixing=MIXING)
-    joint = multivariate_normal(inputs.mean, MIXING @ MIXING.T)
-    germs = normal_germs(2, 2**14, 1)
-    expected = 1 - joint.cdf(UPPER, lower_limit=LOWER)
-    np.testing.assert_allclose(mass_outside(inputs, LOWER, UPPER, germs), expected, atol=1e-3)
-    independent = Inputs(inputs.mean, inputs.marginal_std)
-    assert abs(mass_outside(independent, LOWER, UPPER, germs) - expected) > 5e-3  # the mixing matters here
-    np.testing.assert_allclose(mass_outside(Inputs([1.0, 1.0], mixing=MIXING), np.full(2, 0.5), np.full(2, 1.5), germs),
-                               2 * norm.sf(0.5 / np.hypot(0.10, 0.04)), rtol=1e-6)  # too rare for the samples
+@pytest.mark.parametrize("arguments", [
+    EVERY, {**EVERY, "std": [0.1, 0.0, 0.0, 0.0, 0.0]}, {**EVERY, "std": [1e-12] * 5}, COPULA,
+    {"mean": [1.0, 0.9], "mixing": MIXING}, {"mean": [1.0, 0.9], "mixing": np.diag([-0.1, 0.2])},
+    {"mean": [1.0] * 3, "std": [0.1, 0.0, 0.2], "correlation": CORRELATION},
+    {"mean": [1.0] * 3, "std": [0.1, 0.1, 0.2], "families": ("gamma", "gamma", "uniform")},
+], ids=["every family", "std 0", "std 1e-12", "copula", "mixing", "mirrored", "correlated, std 0", "own germs"])
+def test_standard_normals_and_germs_lead_to_the_same_inputs(arguments: Mapping[str, Any]) -> None:
+    inputs = Inputs(**arguments)
+    theta = THETA[inputs.dimension]
+    germs = inputs.germs_of(theta)
+    np.testing.assert_allclose(inputs.at_germs(germs), inputs.points(theta), rtol=1e-12)
+    np.testing.assert_allclose(germs.mean(axis=0), 0, atol=5e-3)
+    np.testing.assert_allclose(germs.std(axis=0), 1, atol=5e-3)
 
 
-def test_points_outside_are_counted_once() -> None:
-    points = np.array([[1.0, 1.0], [0.5, 2.0], [1.2, 1.0], [0.8, 1.5]])
-    assert count_outside(points, LOWER, UPPER) == 2
+def test_each_input_has_its_mean_and_std() -> None:
+    inputs = Inputs(**EVERY)
+    points = inputs.points(THETA[5])
+    np.testing.assert_allclose(points.mean(axis=0), inputs.mean, atol=1e-3)
+    np.testing.assert_allclose(points.std(axis=0), inputs.marginal_std, rtol=0.01)
 
 
-@pytest.mark.parametrize(("arguments", "cause"), [
-    (([1.0, 1.0],), "either the std or the mixing"),
-    (([1.0, 1.0], [0.1, 0.1], np.eye(2)), "either the std or the mixing"),
-    (([1.0, 1.0], [0.1]), "shape \\(1,\\)"),
-    (([1.0, 1.0], None, np.eye(3)), "shape \\(3, 3\\)"),
-    (([1.0, 1.0], None, [0.1, 0.1]), "shape \\(2,\\)"),
-    (([[1.0]], [0.1]), "mean has shape"),
-    (([1.0, np.nan], [0.1, 0.1]), "not finite"),
-    (([1.0, 1.0], [0.1, -0.1]), "negative"),
+def test_germs_follow_table_1_unless_inputs_depend_on_one_another() -> None:
+    assert [germ.name for germ in Inputs(**EVERY).germs] == ["hermite", "hermite", "laguerre", "jacobi", "legendre"]
+    assert Inputs(**COPULA).germs == (Germ("hermite"),) * 3
+    assert Inputs(**{**COPULA, "correlation": np.eye(3)}).germs[0].name == "laguerre"
+
+
+def test_scores_are_the_normals_that_made_an_input() -> None:
+    inputs, theta = Inputs(**EVERY), THETA[5][:64]
+    for number, values in enumerate(inputs.points(theta).T):
+        np.testing.assert_allclose(inputs.scores(number, values), theta[:, number], atol=1e-9)
+
+
+PAIR: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.1, 0.1]}
+
+
+@pytest.mark.parametrize(("change", "cause", "remedy"), [
+    ({"std": None}, "either the std or the mixing", "Give `std`"),
+    ({"mixing": np.eye(2)}, "either the std or the mixing", "Give `std`"),
+    ({"std": [0.1]}, r"std has shape \(1,\)", "2 means"),
+    ({"std": None, "mixing": np.eye(3)}, r"mixing has shape \(3, 3\)", "2 means"),
+    ({"correlation": np.eye(3)}, r"correlation has shape \(3, 3\)", "2 means"),
+    ({"support": [0.5, 1.5]}, r"support has shape \(2,\)", "2 means"),
+    ({"mean": [[1.0]]}, "mean has shape", "one number an input"),
+    ({"mean": [], "std": []}, "mean has shape", "one number an input"),
+    ({"mean": [1.0, np.nan]}, "mean is not finite", "finite numbers"),
+    ({"std": [0.1, np.inf]}, "std is not finite", "finite numbers"),
+    ({"std": [0.1, -0.1]}, "negative", "0 or more"),
+    ({"families": ("normal",)}, "1 families for 2", "one an input"),
+    ({"families": ("normal", "cauchy")}, "no family 'cauchy'", "normal, lognormal, gamma, beta, uniform"),
+    ({"families": ("gamma", "normal"), "mean": [0.0, 1.0]}, "mean of a gamma input is 0", "positive mean"),
+    ({"families": ("normal", "lognormal"), "mean": [1.0, -1.0]}, "mean of a lognormal input is -1", "positive mean"),
+    ({"families": ("normal", "gamma"), "std": None, "mixing": MIXING}, "not gamma ones", "and `correlation`"),
+    ({"families": ("beta", "normal")}, "cannot have the support -inf to inf", "`support`"),
+    ({"families": ("beta", "normal"), "support": [[1.1, 1.5], [0.0, 2.0]]}, "support 1.1 to 1.5", "around the mean"),
+    ({"families": ("beta", "normal"), "support": [[0.5, 1.5]] * 2, "std": [0.6, 0.1]}, "has the std 0.6", "below 0.5"),
+    ({"correlation": [[1.0, 0.5], [0.4, 1.0]]}, "not symmetric", "not a covariance"),
+    ({"correlation": [[0.5, 0.1], [0.1, 0.5]]}, "ones on its diagonal", "not a covariance"),
+    ({"correlation": [[1.0, 1.0], [1.0, 1.0]]}, "not positive definite", "possible together"),
+    ({"correlation": np.eye(2), "std": None, "mixing": MIXING}, "holds the correlation already", "`correlation`"),
 ])
-def test_inputs_that_make_no_sense_are_refused(arguments: tuple[object, ...], cause: str) -> None:
-    with pytest.raises(InvalidValue, match=cause):
-        Inputs(*arguments)  # type: ignore[arg-type]
+def test_inputs_that_make_no_sense_are_refused_with_a_remedy(change: dict[str, Any], cause: str, remedy: str) -> None:
+    with pytest.raises(InvalidValue, match=cause) as refused:
+        Inputs(**{**PAIR, **change})
+    assert remedy in refused.value.remedy

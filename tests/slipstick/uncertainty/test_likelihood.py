@@ -57,7 +57,7 @@ def test_density_against_its_readable_twin() -> None:
 
 def test_linear_model_has_a_normal_density(linear_problem: Problem, mixed: Candidate) -> None:
     candidate, surfaces = mixed, linear_problem.conditions
-    spread = np.sum((surfaces.slope @ mixed.inputs.matrix) ** 2, axis=1)
+    spread = np.sum((surfaces.slope @ mixed.inputs.mixing) ** 2, axis=1)
     mean = surfaces.base + surfaces.slope @ (candidate.inputs.mean - 1)
     expected = norm.logpdf(1e3 * linear_problem.measured_time, 1e3 * mean,
                            1e3 * np.sqrt(spread + candidate.output_std**2)) / np.log(10)
@@ -68,7 +68,7 @@ def test_linear_model_has_a_normal_density(linear_problem: Problem, mixed: Candi
     knots = replace(linear_problem, knots=(np.linspace(-9.0, 11.0, 9),) * 2)
     np.testing.assert_allclose(exact(knots, candidate), expected, atol=1e-6)
     # The transposed mixing is another model.
-    transposed = Candidate(Inputs(mixed.inputs.mean, mixing=mixed.inputs.matrix.T), mixed.output_std)
+    transposed = Candidate(Inputs(mixed.inputs.mean, mixing=mixed.inputs.mixing.T), mixed.output_std)
     assert np.abs(exact(linear_problem, transposed) - expected).max() > 0.1
 
 

@@ -5,14 +5,14 @@ import pytest
 from scipy.stats import norm
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.expansion import expand, hermite_basis
+from slipstick.uncertainty.expansion import ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.likelihood import Candidate, Problem
 from slipstick.uncertainty.output import Output
 
 
 @pytest.fixture(scope="module")
 def output(linear_problem: Problem, mixed: Candidate) -> Output:
-    basis = hermite_basis(2)
+    basis = make_basis(mixed.inputs.germs, ExpansionSettings(checks=0))
     times = linear_problem.model(mixed.inputs.points(basis.nodes), linear_problem.conditions)
     times[0, 5] = np.nan
     return Output(expand(basis, times), mixed.output_std)
@@ -22,7 +22,7 @@ def output(linear_problem: Problem, mixed: Candidate) -> Output:
 def normal(linear_problem: Problem, mixed: Candidate) -> tuple[np.ndarray, np.ndarray]:
     surfaces = linear_problem.conditions
     mean = surfaces.base + surfaces.slope @ (mixed.inputs.mean - 1)
-    std = np.sqrt(np.sum((surfaces.slope @ mixed.inputs.matrix) ** 2, axis=1) + mixed.output_std**2)
+    std = np.sqrt(np.sum((surfaces.slope @ mixed.inputs.mixing) ** 2, axis=1) + mixed.output_std**2)
     mean[5] = std[5] = np.nan
     return mean, std
 

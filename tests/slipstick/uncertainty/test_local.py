@@ -1,0 +1,78 @@
+"""Polynomials about a candidate: as the model is over the scatter of the inputs, and bounded to where they are."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.inputs import Inputs
+from slipstick.uncertainty.likelihood import Candidate, Problem, exact
+from slipstick.uncertainty.local import localised
+from slipstick.uncertainty.unknowns import unknowns
+
+
+def curved(points: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Bent in each input and their products, as shifting times are."""
+    times: np.ndarray = 0.3 + 0.4 * np.exp((points - 1.0) @ slope)
+    return times
+
+
+class Counted:
+    def __init__(self) -> None:
+        self.runs = 0
+
+    def __call__(self, points: np.ndarray, conditions: Any) -> np.ndarray:
+        self.runs += len(points)
+        return curved(points, conditions)
+
+
+def posed(dimension: int, model: Any = curved) -> Problem:
+    random = np.random.default_rng(dimension)
+    slope = random.uniform(-0.8, 0.8, (dimension, 40))
+    times = curved(random.normal(1.02, 0.08, (1, dimension)), slope)[0] + 0.004 * random.standard_normal(40)
+    return Problem(model, slope, times, np.full(dimension, 0.5), np.full(dimension, 1.5), tuple("abcdefg"[:dimension]))
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 7])
+def test_is_the_model_near_the_candidate(dimension: int) -> None:
+    counted = Counted()
+    problem = posed(dimension, counted)
+    space = unknowns(FitSettings(), problem)
+    mean, std = np.linspace(0.95, 1.1, dimension), np.linspace(0.05, 0.08, dimension)
+    vector = space.vector(Candidate(Inputs(mean, std), 0.005))
+    near, region = localised(problem, space, vector)
+    runs = counted.runs
+    scatter = np.random.default_rng(1).standard_normal((500, dimension))
+    points = mean + 2 * std * scatter / np.maximum(1, np.abs(scatter))
+    error = np.abs(near.model(points, problem.conditions) - curved(points, problem.conditions))
+    assert error.max() < 5e-4  # s, a tenth of the noise
+    assert counted.runs == runs < 3000
+    here, there = (exact(one, space.candidate(vector)).sum() for one in (near, problem))
+    assert abs(here - there) < 0.02
+    assert np.all(region.lower <= vector)
+    assert np.all(vector <= region.upper)
+    assert np.all(region.lower >= space.lower)
+    assert np.all(region.upper <= space.upper)
+
+
+def test_the_region_is_as_wide_as_its_scatter() -> None:
+    """Where the polynomials end, so do the bounds; the noise may go as far as before."""
+    problem = posed(2)
+    space = unknowns(FitSettings(), problem)
+    wide, narrow = (space.vector(Candidate(Inputs([1.0, 1.0], [std, 0.05]), 0.005)) for std in (0.2, 0.02))
+    regions = [localised(problem, space, vector)[1] for vector in (wide, narrow)]
+    spans = [region.upper - region.lower for region in regions]
+    assert spans[0][0] > 5 * spans[1][0]
+    for region in regions:
+        assert np.all(region.upper[2:4] < space.upper[2:4])
+        np.testing.assert_array_equal([region.lower[4], region.upper[4]], [space.lower[4], space.upper[4]])
+
+
+def test_a_candidate_at_the_edge_stays_inside() -> None:
+    problem = posed(2)
+    space = unknowns(FitSettings(), problem)
+    for vector in (space.lower, space.upper):
+        near, region = localised(problem, space, vector)
+        assert np.all((region.lower <= vector) & (vector <= region.upper))
+        assert np.all(np.isfinite(near.model(vector[None, :2], problem.conditions)))
