@@ -44,8 +44,8 @@ class FitSettings:
     method: Method = "genetic"
     population: int = 40
     generations: int = 80
-    patience: int = 20
-    tolerance: float = 0.01
+    patience: int = 10
+    tolerance: float = 0.1
     order: int | None = None
     norm: float = 1.0
     rule: Rule | None = None
