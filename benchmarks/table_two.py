@@ -47,12 +47,12 @@ def main() -> None:
     refined = best if best > found.max() else float(found.max())
     extrapolated = each * float(needed) ** len(space.lower)
     rows: list[list[object]] = [
-        [f"classic, {COARSE}^5 grid, {samples} samples", height(problem, space, node), spent["search"], "measured"],
-        ["the same, its best node refined", best, spent["search"] + spent["refine"], "measured"],
-        [f"classic, {needed}^5 grid, {samples} samples", refined - TOLERANCE, extrapolated,
+        [f"classic, {COARSE}^5 grid, {samples} samples", f"{height(problem, space, node):.4f}", spent["search"], "measured"],
+        ["the same, its best node refined", f"{best:.4f}", spent["search"] + spent["refine"], "measured"],
+        [f"classic, {needed}^5 grid, {samples} samples", f"{refined - TOLERANCE:.2f}", extrapolated,
          f"extrapolated from {1e6 * each:.0f} us a candidate"],
-        ["genetic fit, refined: median of 20 seeds", float(np.median(found)), float(np.median(seconds)), "measured"],
-        ["genetic fit, refined: worst of 20 seeds", float(found.min()), float(seconds.max()), "measured"],
+        ["genetic fit, refined: median of 20 seeds", f"{np.median(found):.4f}", float(np.median(seconds)), "measured"],
+        ["genetic fit, refined: worst of 20 seeds", f"{found.min():.4f}", float(seconds.max()), "measured"],
         *([name, value, taken, "their recordings, 8 cores"] for name, value, taken in PAPER),
     ]
     within = int(np.sum(found > refined - TOLERANCE))

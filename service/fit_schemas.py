@@ -155,10 +155,11 @@ class Combination(BaseModel):
     weights: dict[str, float] = Field(
         description="Weight of each unknown, of unit length together, as a share of the range between its bounds.")
     std_error: float = Field(description="Standard error along it, as a share of the ranges.")
-    identified: bool = Field(description="Whether the recordings determine it to a quarter of its range.")
+    identified: bool = Field(
+        description="Whether the recordings determine it to a quarter of its range: by its interval, where it has one.")
     interval: Profile | None = Field(
-        description="Of the sum of the unknowns over their ranges, so weighted; null unless it is identified and "
-                    "intervals were asked for.")
+        description="Of the sum of the unknowns over their ranges, so weighted; null unless the standard error "
+                    "calls for it and intervals were asked for.")
 
 
 class Remark(BaseModel):

@@ -46,7 +46,7 @@ def surface(settings: FitSettings, problem: Problem, space: Unknowns, vector: np
     if d == 1:
         return None
     near, region = nearby(problem, space, vector)
-    open_most = combinations(near, region, vector)[-1]
+    open_most = combinations(near, space, vector)[-1]
     pair = sorted(np.argsort(-np.abs(open_most.weights[:d]), kind="stable")[:2].tolist())
     grids = [np.linspace(region.lower[axis], region.upper[axis], _SURFACE) for axis in pair]
     candidates = []

@@ -87,7 +87,7 @@ def _shown(curve: Sequence[tuple[float, float | None]]) -> list[float | None]:
     for last, step in ((inside[0], -1), (inside[-1], 1)):
         beyond, value = last + step, curve[last][0]
         if 0 <= beyond < len(curve) and math.isfinite(drops[beyond]):
-            low, high = math.sqrt(drops[last]), math.sqrt(drops[beyond])
+            low, high = (math.sqrt(max(drops[place], 0.0)) for place in (last, beyond))
             value += (curve[beyond][0] - value) * (math.sqrt(_DEPTH) - low) / (high - low)
         ends.append(value)
     margin = _MARGIN * (ends[1] - ends[0])

@@ -22,7 +22,7 @@ from slipstick.uncertainty import classic
 from slipstick.uncertainty.bounds import remarks
 from slipstick.uncertainty.expansion import make_basis
 from slipstick.uncertainty.genetic import Population, Search, ask, empty, tell
-from slipstick.uncertainty.intervals import combinations, direction_of, interval
+from slipstick.uncertainty.intervals import combinations, direction_of, interval, widest
 from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, by_sampling, exact, settled
 from slipstick.uncertainty.refine import nearby, refine
 from slipstick.uncertainty.sampling import axis_mass_outside, mass_outside, normal_germs
@@ -152,8 +152,7 @@ def conclude(settings: FitSettings, problem: Problem, state: State, estimate: Es
         "before": _account(settings, problem, nominal(problem, space)),
         "searched": _account(settings, problem, space.candidate(np.array(state["points"][0]))),
         "intervals": [{"unknown": name, **one} for name, one in zip(space.names, of_unknowns, strict=False)],
-        "combinations": [{**one, "weights": dict(zip(space.names, one["weights"], strict=True)),
-                          "interval": next(others, None) if one["identified"] else None}
+        "combinations": [_combination(space, one, next(others, None) if one["identified"] else None)
                          for one in estimate["combinations"]],
         "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, theta),
         "axis_mass_outside": axis_mass_outside(candidate.inputs, problem.lower, problem.upper).tolist(),
@@ -161,6 +160,16 @@ def conclude(settings: FitSettings, problem: Problem, state: State, estimate: Es
         "generations": state["generation"],
         "history": list(state["history"]),
     }
+
+
+def _combination(space: Unknowns, one: dict[str, Any], ends: dict[str, Any] | None) -> dict[str, Any]:
+    """A combination with its interval, which has the last word on whether it is identified."""
+    identified = one["identified"]
+    if ends is not None:
+        closed = ends["lower"] is not None and ends["upper"] is not None
+        identified = closed and ends["upper"] - ends["lower"] < widest(ends["level"])
+    return {**one, "weights": dict(zip(space.names, one["weights"], strict=True)), "identified": identified,
+            "interval": ends}
 
 
 def _estimate(problem: Problem, space: Unknowns, vector: np.ndarray) -> Estimate:

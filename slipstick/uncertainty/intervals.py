@@ -5,13 +5,13 @@ else free. Its interval ends where the profile has dropped by half a chi-square 
 at a bound of the search where the drop is less: there the recordings do not say.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from slipstick.uncertainty.likelihood import Problem
+from slipstick.uncertainty.likelihood import Problem, exact
 from slipstick.uncertainty.refine import ROUNDS, climb, information, nearby, plain_scores
 from slipstick.uncertainty.unknowns import Unknowns
 
@@ -22,6 +22,8 @@ _NEXT, _FURTHEST = 1.2, 3.0  # times as far is the next value, or else straight 
 _STEEPEST = 16.0  # times the drop: what lies beyond is taken as this, lest it outweigh what is near the end
 IDENTIFIED = 0.25
 """A combination is identified where its standard error is below this share of the range it can take in the search."""
+Near = tuple[Problem, Unknowns]
+"""A problem to climb in, and the space it holds in (refine.nearby)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +63,8 @@ def interval(problem: Problem, space: Unknowns, found: np.ndarray, direction: np
         except _NotFollowed:
             ends.append(None)
             unsettled.append(name)
-    curve = np.array([[value, drop] for value, (drop, _) in sorted(profile.points.items())])
-    _, highest = min(profile.points.values(), key=lambda point: point[0])
+    curve = np.array([[value, profile.points[value][0]] for value in sorted(profile.points)])
+    _, highest, _ = min(profile.points.values(), key=lambda point: point[0])
     return Interval(profile.estimate, ends[0], ends[1], tuple(unsettled), level, curve, highest)
 
 
@@ -90,6 +92,11 @@ def drop_at(level: float) -> float:
     return float(chi2.ppf(level, 1) / 2 / np.log(10.0))
 
 
+def widest(level: float) -> float:
+    """The widest interval of an identified combination: that of the standard error `IDENTIFIED`."""
+    return float(2 * np.sqrt(chi2.ppf(level, 1)) * IDENTIFIED)
+
+
 class _NotFollowed(Exception):
     """The climbs ran out before the profile was followed to its end."""
 
@@ -97,18 +104,19 @@ class _NotFollowed(Exception):
 class _Profile:
     """The greatest likelihood at the values of direction . plain, each climbed to from what is known of the others.
 
-    `points` is what is known: value -> drop in decades, and the vector (k,) there.
+    `points` is what is known: value -> drop in decades, the vector (k,) there, and where it was climbed to.
     """
 
     def __init__(self, problem: Problem, space: Unknowns, found: np.ndarray, direction: np.ndarray) -> None:
         self.problem, self.space, self.direction = problem, space, direction
-        self.near = nearby(problem, space, found)
-        density, scores = plain_scores(*self.near, found)
-        self.top, self.found = float(density.sum()), space.plain(found)
+        near = nearby(problem, space, found)
+        self.judge = replace(problem, direction=near[0].direction)
+        self.top, self.found = self._height(found), space.plain(found)
         self.estimate = float(direction @ self.found)
-        self.points: dict[float, tuple[float, np.ndarray]] = {self.estimate: (0.0, found)}
+        self.points: dict[float, tuple[float, np.ndarray, Near]] = {self.estimate: (0.0, found, near)}
         self.low, self.high = space.plain(space.lower), space.plain(space.upper)
-        covariance = np.linalg.inv(information(scores * _span(space))) * np.outer(_span(space), _span(space))
+        scores = plain_scores(*near, found)[1] * _span(space)
+        covariance = np.linalg.inv(information(scores)) * np.outer(_span(space), _span(space))
         self.variance = float(direction @ covariance @ direction)
         self.path = covariance @ direction / self.variance  # by which the others follow a normal likelihood
 
@@ -139,16 +147,16 @@ class _Profile:
     def drop(self, value: float) -> float:
         """Decades from the estimate down to the profile at a value."""
         if value not in self.points:
-            vector, height = self._climbed(self._start(value))
-            self.points[value] = (self.top - height, vector)
+            nearest = min(self.points, key=lambda known: abs(known - value))
+            _, beside, near = self.points[nearest]
+            path = self.path if nearest == self.estimate else \
+                (self.space.plain(beside) - self.found) / (nearest - self.estimate)
+            vector, near = self._climbed(self._within(self.found + (value - self.estimate) * path, value), near)
+            self.points[value] = (self.top - self._height(vector), vector, near)
         return self.points[value][0]
 
-    def _start(self, value: float) -> np.ndarray:
-        """Where the others should be at a value, within the bounds, shape (k,)."""
-        nearest = min(self.points, key=lambda known: abs(known - value))
-        path = self.path if nearest == self.estimate else \
-            (self.space.plain(self.points[nearest][1]) - self.found) / (nearest - self.estimate)
-        plain = self.found + (value - self.estimate) * path
+    def _within(self, plain: np.ndarray, value: float) -> np.ndarray:
+        """The vector (k,) next to these plain unknowns that is within the bounds and has the value."""
         for _ in plain:  # what a bound takes away, the others share
             plain = np.clip(plain, self.low, self.high)
             missing = value - float(self.direction @ plain)
@@ -159,17 +167,21 @@ class _Profile:
             plain = plain + missing * share / (share @ self.direction)
         return self.space.of_plain(plain)
 
-    def _climbed(self, start: np.ndarray) -> tuple[np.ndarray, float]:
-        """The maximum next to `start` (k,) at its value; polynomials are laid anew where theirs ends."""
+    def _height(self, vector: np.ndarray) -> float:
+        """log10 L of the model itself: polynomials about one candidate and another do not agree to its digits."""
+        return float(exact(self.judge, self.space.candidate(vector)).sum())
+
+    def _climbed(self, start: np.ndarray, near: Near) -> tuple[np.ndarray, Near]:
+        """The maximum next to `start` (k,) at its value; polynomials are laid anew where theirs end."""
         for _ in range(ROUNDS):
-            problem, region = self.near
+            problem, region = near
             if np.all((start >= region.lower) & (start <= region.upper)):
-                start, height = climb(problem, region, start, self.direction, _TOLERANCE)
+                start, _ = climb(problem, region, start, self.direction, _TOLERANCE)
                 cut = (region.lower > self.space.lower) & (start <= region.lower) \
                     | (region.upper < self.space.upper) & (start >= region.upper)
                 if not np.any(cut):
-                    return start, height
-            self.near = nearby(self.problem, self.space, start)
+                    return start, near
+            near = nearby(self.problem, self.space, start)
         raise _NotFollowed
 
 

@@ -1,0 +1,178 @@
+"""Whether fits are calibrated: 90 % intervals that hold the truth in 90 % of the fits, and predictions that come true.
+
+Data are drawn from the table at known inputs, and each set is fitted from the default start, as a user would. An
+interval holds the truth where the profile there has dropped by less than at its ends. A prediction comes true where
+held-out times are uniform on the scale of their predicted distribution (Dawid, J. R. Stat. Soc. A 147, 278, 1984).
+"""
+
+import argparse
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from scipy.special import ndtr
+from scipy.stats import binomtest, f
+
+from benchmarks.results import write
+from slipstick.library import Library
+from slipstick.problem import table_model
+from slipstick.uncertainty import fit
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.inputs import Inputs
+from slipstick.uncertainty.intervals import combinations, direction_of, drop_at, drop_to, interval
+from slipstick.uncertainty.likelihood import Candidate, Problem
+from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty.unknowns import unknowns
+
+SETTINGS = FitSettings(order=4, population=24, generations=20, patience=8)
+TRUTH = Candidate(Inputs([0.95, 1.1], [0.06, 0.05]), 0.005)
+PARTED = Candidate(Inputs([0.95, 1.1], [0.3, 0.02], families=("beta", "beta"), support=[[0.6, 1.3], [0.9, 1.3]]), 0.005)
+"""A pressure bias that is mostly either low or high, as no normal input is."""
+FLAT = Candidate(Inputs([0.95, 1.1], [0.15, 0.02], families=("uniform", "uniform")), 0.005)
+"""Another family too, but so near to normal that it takes many sets to tell."""
+LEVEL = 0.9
+BINS = 10
+_EVERY = 2  # condition of the table: enough to tell, at half the time
+T = TypeVar("T")
+_MANY = 20  # runs of each condition for the information that the combinations are chosen by
+
+
+@dataclass(frozen=True)
+class Held:
+    """Of one data set and each direction: the `drop` in decades to the truth, and whether the ends are `open`."""
+
+    drop: list[float]
+    open: list[tuple[bool, bool]]
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--sets", type=int, default=200, help="data sets for the intervals")
+    arguments.add_argument("--predicted", type=int, default=100, help="data sets for the predictions, of each kind")
+    given = arguments.parse_args()
+    command = f"python -m benchmarks.coverage --sets {given.sets} --predicted {given.predicted}"
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        write("coverage", ("of", "weights", "true value", "held", "data sets", "coverage", "95 % from", "95 % to",
+                           "open below", "open above"), intervals(_each(pool, held, given.sets)), command)
+        kinds = (("normal inputs, fitted as such", right), ("U-shaped beta inputs, fitted as normal", wrong),
+                 ("uniform inputs, fitted as normal", slightly_wrong))
+        rows = [(kind, *predictions(np.array(_each(pool, task, given.predicted)))) for kind, task in kinds]
+        write("pit", ("data", "p of uniform", *(f"{k / BINS:g} to {(k + 1) / BINS:g}" for k in range(BINS))), rows,
+              command)
+
+
+def intervals(sets: Sequence[Held]) -> list[tuple[object, ...]]:
+    """Rows of coverage.csv: each unknown, then each identified combination."""
+    space, rows = unknowns(SETTINGS, drawn(TRUTH, 0)), []
+    plain, span = space.plain(space.vector(TRUTH)), space.plain(space.upper) - space.plain(space.lower)
+    for place, direction in enumerate(np.concatenate([np.eye(len(plain)), directions()])):
+        own = place < len(plain)
+        name = space.names[place] if own else f"combination {place - len(plain) + 1}"
+        shares = zip(direction * span, space.names, strict=True)
+        weights = "" if own else " ".join(f"{share:+.3f} {one}" for share, one in shares)
+        inside = sum(one.drop[place] < drop_at(LEVEL) for one in sets)
+        low, high = binomtest(inside, len(sets)).proportion_ci(0.95, "exact")
+        ends = [sum(one.open[place][side] for one in sets) for side in (0, 1)] if own else ["", ""]
+        rows.append((name, weights, float(direction @ plain), inside, len(sets), inside / len(sets), low, high, *ends))
+    return rows
+
+
+def predictions(levels: np.ndarray, parts: int = BINS) -> tuple[float, ...]:
+    """p of uniform levels (sets, n), and the share of each of `parts` equal parts.
+
+    Levels of one set share its fit, so it is the sets that count: Hotelling's test of their mean shares.
+    """
+    places = np.minimum((levels * parts).astype(int), parts - 1)
+    shares = np.array([np.bincount(row, minlength=parts) for row in places]) / levels.shape[1]
+    count, free = len(shares), parts - 1
+    away = shares[:, :free].mean(axis=0) - 1 / parts
+    squared = count * away @ np.linalg.solve(np.cov(shares[:, :free].T), away)
+    return float(f.sf(squared * (count - free) / (free * (count - 1)), free, count - free)), *shares.mean(axis=0)
+
+
+def held(seed: int) -> Held:
+    """Fit a data set and hold its intervals against the truth."""
+    problem = drawn(TRUTH, seed)
+    space, found = unknowns(SETTINGS, problem), fitted(problem)
+    ends = [interval(problem, space, found, direction, LEVEL) for direction in np.eye(len(found))]
+    return Held(drops(problem, found), [(one.lower is None, one.upper is None) for one in ends])
+
+
+def drops(problem: Problem, found: np.ndarray) -> list[float]:
+    """Decades from a fit down to the truth, for each unknown and each identified combination."""
+    space = unknowns(SETTINGS, problem)
+    true = space.plain(space.vector(TRUTH))
+    return [drop_to(problem, space, found, direction, float(direction @ true))
+            for direction in np.concatenate([np.eye(len(found)), directions()])]
+
+
+def right(seed: int) -> np.ndarray:
+    """Levels of held-out times (n,) for data of the family that is fitted."""
+    return predicted(drawn(TRUTH, seed))
+
+
+def wrong(seed: int) -> np.ndarray:
+    """The same for data of another family."""
+    return predicted(drawn(PARTED, seed))
+
+
+def slightly_wrong(seed: int) -> np.ndarray:
+    """The same for data of a family that is nearly the fitted one."""
+    return predicted(drawn(FLAT, seed))
+
+
+def predicted(problem: Problem) -> np.ndarray:
+    """Fit one half of the conditions, and return where the others' times lie in their predicted distributions."""
+    places = np.arange(len(problem.measured_time))
+    halves = [replace(problem, conditions=problem.conditions.take(half), measured_time=problem.measured_time[half])
+              for half in (places[::2], places[1::2])]
+    candidate = unknowns(SETTINGS, problem).candidate(fitted(halves[0]))
+    times = halves[1].model(candidate.inputs.points(normal_germs(2, 1 << 13, 1)), halves[1].conditions)
+    levels: np.ndarray = ndtr((halves[1].measured_time - times) / candidate.output_std).mean(axis=0)
+    return levels
+
+
+def fitted(problem: Problem) -> np.ndarray:
+    """The vector of unknowns that a fit finds, without knowing the truth."""
+    state = fit.start(SETTINGS, problem)
+    while not fit.finished(SETTINGS, state):
+        state = fit.advance(SETTINGS, problem, state)
+    return np.array(fit.refined(SETTINGS, problem, state)["found"])
+
+
+@cache
+def directions() -> np.ndarray:
+    """The combinations (c, k) that data such as these identify, by the information at the truth."""
+    problem = drawn(TRUTH, 0, _MANY)
+    space = unknowns(SETTINGS, problem)
+    runs = combinations(problem, space, space.vector(TRUTH))
+    return np.array([direction_of(space, one.weights) for one in runs if one.std_error * np.sqrt(_MANY) < 0.25])
+
+
+def drawn(truth: Candidate, seed: int, runs: int = 1, every: int = _EVERY) -> Problem:
+    """Some conditions of the shipped table, each measured `runs` times under the truth."""
+    table = Library(Path(__file__).parents[1] / "tables").table("nominal")
+    model, random = table_model(table, "clip"), np.random.default_rng([2026, seed])
+    conditions = table.conditions.take(np.tile(np.arange(0, len(table.conditions), every), runs))
+    count = len(conditions)
+    points = truth.inputs.points(random.standard_normal((count, truth.inputs.dimension)))
+    times = np.diagonal(model(points, conditions)) + truth.output_std * random.standard_normal(count)
+    return Problem(model, conditions, times, table.lower, table.upper, tuple(axis.name for axis in table.axes),
+                   table.knots)
+
+
+def _each(pool: ProcessPoolExecutor, task: Callable[[int], T], count: int) -> list[T]:
+    done = []
+    for seed, one in enumerate(pool.map(task, range(1, count + 1)), start=1):
+        done.append(one)
+        print(f"{task.__name__} {seed}/{count}", flush=True)
+    return done
+
+
+if __name__ == "__main__":
+    main()
