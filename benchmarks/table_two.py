@@ -47,7 +47,8 @@ def main() -> None:
     refined = best if best > found.max() else float(found.max())
     extrapolated = each * float(needed) ** len(space.lower)
     rows: list[list[object]] = [
-        [f"classic, {COARSE}^5 grid, {samples} samples", f"{height(problem, space, node):.4f}", spent["search"], "measured"],
+        [f"classic, {COARSE}^5 grid, {samples} samples", f"{height(problem, space, node):.4f}",
+         spent["search"], "measured"],
         ["the same, its best node refined", f"{best:.4f}", spent["search"] + spent["refine"], "measured"],
         [f"classic, {needed}^5 grid, {samples} samples", f"{refined - TOLERANCE:.2f}", extrapolated,
          f"extrapolated from {1e6 * each:.0f} us a candidate"],
