@@ -70,6 +70,7 @@ def main() -> None:
 def ways():
     """Name, function (problem, candidate, seed) -> log10 likelihood, and seeds of each way."""
     yield "auto", lambda p, c, seed: settled(p, c, seed)[0].sum(), SEEDS[:1]
+    yield "auto, without knots", lambda p, c, seed: settled(replace(p, knots=None), c, seed)[0].sum(), SEEDS
     yield "exact", lambda p, c, seed: exact(p, c, seed=seed).sum(), SEEDS[:1]
     yield "exact, without knots", lambda p, c, seed: exact(replace(p, knots=None), c, seed=seed).sum(), SEEDS[:1]
     yield "exact, without knots, 256 lines", (
