@@ -53,8 +53,8 @@ def made() -> Callable[..., dict[str, Any]]:
         shafts = {"pressure": 10 * time, "input_speed": 160 - 20 * time, "output_speed": 40 * time,
                   "output_torque": 300 + 0 * time}
         result = {
-            "axes": list(axes), "families": ["normal"] * d, "correlation": None, "method": "genetic", **spell,
-            "log10_likelihood": -269.0, "log10_likelihood_per_condition": [-269.0 / n] * n,
+            "axes": list(axes), "families": ["normal"] * d, "correlation": None, "method": "genetic", "refined": True,
+            **spell, "log10_likelihood": -269.0, "log10_likelihood_per_condition": [-269.0 / n] * n,
             "before": {**spell, "log10_likelihood": -300.0}, "searched": {**spell, "log10_likelihood": -269.5},
             "generations": 3, "history": [-300.0, -280.0, -269.4], "mass_outside": 0.01, "remarks": [],
             "intervals": [{"unknown": name, "estimate": 1.0, "lower": 0.99, "upper": 1.01, "unsettled": [],

@@ -50,7 +50,7 @@ def register(library: Library) -> None:
         task = _open(library, order)
         state = block["state"]
         while not fit.finished(task.settings, state) and time.perf_counter() < begun[0] + _BLOCK_SECONDS:
-            state = fit.advance(task.settings, task.problem, state)
+            state = fit.advance(task.settings, _watched(task, state, "search"), state)
             _report(task, state, "search")
         return {"state": state, **_spent(block, "search", begun)}
 

@@ -74,7 +74,8 @@ def _sole(url: str, name: str) -> Iterator[None]:
     embedded = place.get_backend_name() == "sqlite" and place.database
     folder = Path(place.database or "").parent if embedded else Path(tempfile.gettempdir())
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / f"{_APPLICATION}-{name}.lock").open("w") as lock:
+    of = Path(place.database).stem if embedded and place.database else place.database or "memory"
+    with (folder / f"{_APPLICATION}-{of}-{name}.lock").open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the kernel releases it however the process ends
         except BlockingIOError:

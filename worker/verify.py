@@ -71,7 +71,7 @@ def interpolation_error(table: Table, count: int, seed: int) -> str:
 
 
 def likelihood_error(table: Table, recordings: Recordings) -> str:
-    """Compare the exact likelihood of `recordings` by the table and by the tight simulation, same germs."""
+    """Compare the likelihood of `recordings` by the table and by the tight simulation, at the same samples."""
     dimension = len(table.axes)
     inputs = Inputs(np.ones(dimension), np.full(dimension, REFERENCE_STD))
     germs = normal_germs(dimension, GERMS, seed=1)

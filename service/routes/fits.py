@@ -13,6 +13,7 @@ from service.fit_schemas import Fit, FitList, FitRequest, FitResult, FollowedFit
 from service.job_store import JobStore, Order
 from service.problems import Conflict, responses
 from service.schemas import TheLibrary
+from slipstick.errors import InvalidValue
 from slipstick.library import Library
 from slipstick.problem import simulated_problem, table_problem
 from slipstick.uncertainty.fit import start
@@ -98,6 +99,8 @@ def _order(library: Library, asked: FitRequest) -> Order:
     chosen = asked.parameters or [axis.name for axis in table.axes]
     problem = (simulated_problem(table.model, recordings, chosen) if asked.simulate
                else table_problem(table, recordings, asked.outside, chosen))
+    if asked.simulate and asked.outside != "clip":
+        raise InvalidValue(f"The simulator has no edge for the policy '{asked.outside}'", "Leave `outside` out")
     search = asked.settings.checked()
     start(search, problem)
     order: Order = orjson.loads(orjson.dumps({
@@ -112,7 +115,8 @@ def finished(store: JobStore, id: str) -> WorkflowStatus:
     fit = store.find(id)
     if fit.status != "SUCCESS":
         status = _STATUS[fit.status]
-        remedy = "Ask again when it is done" if status in ("queued", "running") else "Submit it again"
+        open_still = status in ("queued", "running")
+        remedy = "Ask again when it is done" if open_still else "Submit it again, under another key"
         raise Conflict(f"The fit '{id}' has no result: it is {status}", remedy)
     return fit
 
@@ -133,8 +137,9 @@ def describe(fit: WorkflowStatus) -> Fit:
     """What is known of a fit without its progress and result."""
     order, status, here = ordered(fit), _STATUS[fit.status], f"/v1/fits/{fit.workflow_id}"
     waiting = "It waits for the worker; if none is running, start one with `python -m worker serve-jobs`"
+    running = f"If its worker has ended, it goes on with `python -m worker serve-jobs --name {fit.executor_id}`"
     return Fit(
-        id=fit.workflow_id, status=status, note=waiting if status == "queued" else None,
+        id=fit.workflow_id, status=status, note={"queued": waiting, "running": running}.get(status),
         problem=str(fit.error) if fit.error else None, **order, submitted=_time(fit.created_at),
         ended=_time(fit.completed_at), links={
             "self": here, **{name: f"{here}/{name}" for name in ("result", "report", "pictures", "cancel")}})

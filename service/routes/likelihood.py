@@ -1,5 +1,6 @@
 """How likely recordings are under candidate inputs."""
 
+import math
 from typing import Annotated, Literal
 
 import numpy as np
@@ -8,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
 from service.problems import responses
-from service.routes.propagate import ExpansionBody, Samples, Seed
+from service.routes.propagate import TERMS, ExpansionBody, Samples, Seed
 from service.schemas import (
     SIMULATED,
     InputsBody,
@@ -24,9 +25,11 @@ from service.schemas import (
     require_size,
 )
 from slipstick.problem import table_problem
+from slipstick.table import Table
 from slipstick.uncertainty.expansion import make_basis
 from slipstick.uncertainty.families import HERMITE
 from slipstick.uncertainty.likelihood import (
+    KNOTTED,
     MOST_LINES,
     SAMPLES,
     Candidate,
@@ -41,7 +44,8 @@ from slipstick.uncertainty.sampling import mass_outside, normal_germs
 
 router = APIRouter(prefix="/v1/likelihood", tags=["likelihood"], route_class=JsonRoute)
 
-_POINTS_A_LINE = 64  # about as many as the knots of a table
+_POINTS_A_LINE = 64  # about as many as the knots of a table, or at the usual number of lines
+_KNOTTED_POINTS = 1 << 14  # about as many as a table of one or two axes is integrated on
 
 
 Lines = Annotated[int, Field(
@@ -118,7 +122,7 @@ def likelihood(asked: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], l
     table, recordings = library.table(asked.table), library.recording(asked.recordings)
     problem = table_problem(table, recordings, asked.outside)
     candidates = [Candidate(one.inputs(table), one.output_std) for one in asked.candidates]
-    _require_work(asked, settings, len(table.axes), len(recordings))
+    _require_work(asked, settings, table, len(recordings))
     logarithms, errors = _likelihoods(asked, problem, candidates)
     theta = normal_germs(len(table.axes), SAMPLES, asked.seed)
     return numbers({
@@ -146,12 +150,17 @@ def _likelihoods(asked: LikelihoodRequest, problem: Problem,
     return by_sampling(problem, candidates, asked.expansion.checked(0), theta), unknown
 
 
-def _require_work(asked: LikelihoodRequest, settings: TheSettings, dimension: int, conditions: int) -> None:
+def _require_work(asked: LikelihoodRequest, settings: TheSettings, table: Table, conditions: int) -> None:
     """Refuse what would take minutes; raises `TooLarge`."""
-    points = {"auto": 4 * ACROSS * _POINTS_A_LINE, "exact": asked.lines * _POINTS_A_LINE,
-              "expansion": asked.lines * _POINTS_A_LINE, "sampling": asked.samples}[asked.method]
+    lines = MOST_LINES if asked.method == "auto" else asked.lines
+    points = lines * _POINTS_A_LINE * math.ceil(math.sqrt(lines / ACROSS))
+    if asked.method in ("auto", "exact") and table.knots is not None and len(table.axes) <= KNOTTED:
+        points = _KNOTTED_POINTS
+    if asked.method == "sampling":
+        points = asked.samples
     if asked.method in ("expansion", "sampling"):
-        points += len(make_basis((HERMITE,) * dimension, asked.expansion.checked(0)).nodes)
+        basis = make_basis((HERMITE,) * len(table.axes), asked.expansion.checked(0))
+        points = (points + len(basis.nodes)) * (1 + len(basis.degrees) // TERMS)
     require_size(points * conditions * len(asked.candidates), settings.work_values, "numbers on the way",
                  "Send fewer candidates at a time, or ask for fewer lines, samples and nodes")
     require_size(len(asked.candidates) * conditions, settings.answer_values, "numbers", "Send fewer at a time")

@@ -118,6 +118,8 @@ class PropagateAnswer(BaseModel):
 
 _EXAMPLE = {"table": "nominal", "inputs": {"mean": [1.0, 1.0], "std": [0.05, 0.08]}, "output_std": 0.003,
             "conditions": [0, 215], "density_points": 41, "coefficients": True}
+TERMS = 32
+"""So many terms of a polynomial cost as much as one number on the way."""
 _MOST_RUNS = 20_000  # to reach a tolerance
 _GAP = "The model gives no shifting time at one node of the expansion or more: there the engagement does not lock, " \
        "or the policy `nan` leaves a gap outside the table"
@@ -167,7 +169,7 @@ def _expand(asked: PropagateRequest, inputs: Inputs, model: Model, table: Table,
         require_size((_MOST_RUNS + samples) * len(table.conditions), settings.work_values, "numbers on the way", remedy)
         return adapt(at_germs, inputs.germs, asked.tolerance, _MOST_RUNS, wanted)
     basis = make_basis(inputs.germs, wanted)
-    work = (len(basis.nodes) + samples) * len(table.conditions)
+    work = (len(basis.nodes) + samples) * len(table.conditions) * (1 + len(basis.degrees) // TERMS)
     require_size(work, settings.work_values, "numbers on the way", remedy)
     expansion = expand(basis, at_germs(basis.nodes))
     return Adapted(expansion, float(np.nanmax(expansion.error, initial=0.0)), False, len(basis.nodes))

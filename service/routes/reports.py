@@ -27,6 +27,7 @@ Form = Literal["json", "svg", "png"]
 _MEDIA: dict[Form, str] = {"json": "application/json", "svg": "image/svg+xml", "png": "image/png"}
 _ACCEPTED: dict[str, Form] = {**{media: form for form, media in _MEDIA.items()}, "image/*": "svg", "*/*": "json"}
 _COMPARED = ("recordings_digest", "table_digest", "simulate", "parameters", "outside")
+_COMPARED_SETTINGS = ("families", "correlated", "mean_bounds", "std_bounds", "output_std_bounds", "refine")
 _HTML: dict[int | str, dict[str, Any]] = {200: {
     "description": "The report", "content": {"text/html": {"schema": {"type": "string"}}}}}
 _PICTURE: dict[int | str, dict[str, Any]] = {200: {"description": "The picture", "content": {
@@ -111,10 +112,11 @@ def _accepted(header: str) -> Form:
 
 def _comparable(fit: WorkflowStatus, other: WorkflowStatus) -> dict[str, Any]:
     """The output of the other fit; raises `InvalidValue` where Table II cannot have both."""
-    same = all(ordered(fit)[name] == ordered(other)[name] for name in _COMPARED)
+    same = all(ordered(fit)[name] == ordered(other)[name] for name in _COMPARED) and all(
+        ordered(fit)["settings"][name] == ordered(other)["settings"][name] for name in _COMPARED_SETTINGS)
     if not same or _output(fit)["result"]["method"] == _output(other)["result"]["method"]:
-        raise InvalidValue(f"The fit '{other.workflow_id}' has other recordings, another model or other inputs, or is "
-                           "by the same method",
+        raise InvalidValue(f"The fit '{other.workflow_id}' has other recordings, another model, other inputs or "
+                           "bounds, or is by the same method",
                            "Name a fit of the same inputs of the same table to the same recordings: one is classic, "
                            "the other genetic")
     return _output(other)

@@ -26,8 +26,9 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
     gained = history[-1][1] - history[0][1]
     top = max(final, searched, *(value for _, value in history))
     last = {"domain": [theme.number(top - _LAST_DECADES, 6), theme.number(top + _LAST_DECADES / 8, 6)]}
+    then = f"the refinement adds {final - searched:.2f}" if result["refined"] else "not refined"
     return theme.picture(
-        f"{len(result['history'])} {steps} gain {gained:.1f} decades, the refinement adds {final - searched:.2f}",
+        f"{len(result['history'])} {steps} gain {gained:.1f} decades, {then}",
         "A decade: a factor of ten in likelihood. Densities are per ms, as in the paper's eq. 7.",
         {"spacing": 50, "hconcat": [_panel(step, {}), _panel(f"{step} (the last decades, enlarged)", last)],
          "datasets": {

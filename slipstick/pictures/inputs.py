@@ -150,7 +150,7 @@ def _density(result: Mapping[str, Any], place: int) -> Spec:
     values = _inputs(result, [place]).points(scores)[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         density = np.exp(-scores[:, 0] ** 2 / 2) / np.sqrt(2 * np.pi) / np.gradient(values, scores[:, 0])
-    rows = [{"x": theme.number(x), "density": theme.number(y)} for x, y in zip(values, density, strict=True)]
+    rows = [{"x": float(x), "density": theme.number(y)} for x, y in zip(values, density, strict=True)]
     x = {"field": "x", "type": "quantitative", "title": f"{name} [multiple of nominal]", "scale": {"zero": False}}
     return theme.picture(
         f"The fitted {name} scatters by {result['std'][place]:.3g} about {result['mean'][place]:.3g} times nominal",
@@ -158,6 +158,7 @@ def _density(result: Mapping[str, Any], place: int) -> Spec:
         {"width": theme.WIDTH, "height": 240, "layer": [
             {"data": {"values": rows}, "mark": {"type": "area", "color": theme.AFTER, "opacity": 0.25, "line": {
                 "color": theme.AFTER}}, "encoding": {"x": x, "y": {
-                    "field": "density", "type": "quantitative", "title": "density [1 / multiple of nominal]"}}},
+                    "field": "density", "type": "quantitative", "stack": None,
+                    "title": "density [1 / multiple of nominal]"}}},
             {"data": {"values": [{"x": 1}]}, "mark": {"type": "rule", "strokeDash": [4, 3], "color": theme.BEFORE,
                                                       "strokeWidth": 1.6}, "encoding": {"x": x}}]})

@@ -51,7 +51,9 @@ def _searched(run: Mapping[str, Any] | None) -> Run | None:
 
 
 def _refined(run: Mapping[str, Any] | None) -> Run | None:
-    return None if run is None else _run(run, run["result"]["log10_likelihood"], _REFINEMENT)
+    if run is None or not run["result"]["refined"]:
+        return None
+    return _run(run, run["result"]["log10_likelihood"], _REFINEMENT)
 
 
 def _run(run: Mapping[str, Any], likelihood: float | None, stages: tuple[str, ...]) -> Run | None:

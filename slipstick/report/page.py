@@ -18,13 +18,13 @@ _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inl
 """Nothing is fetched from anywhere, whatever a name in the data may hold."""
 
 _SHARES = ("Each unknown counts as a share of its range in the search; only the three largest are named, if above a "
-           "fifth of the largest. ± is one standard error, by the information in the recordings; in brackets, where "
-           "the profile likelihood ends.")
+           "fifth of the largest. Where the profile likelihood was followed its ends are given, from the estimate; "
+           "else ± is one standard error, by the information in the recordings.")
 _LIMITS = (
     ("The shipped recordings are simulated:", "“measured” comes from an independent implementation of a test bench, "
      "with noise, scatter and a physical effect that the model lacks. The recordings of the paper are not public."),
-    ("Shifting times say little about each input alone:", "with nothing else measured, pressure bias and initial "
-     "position trade off against one another. Read the combinations above, not the means one by one."),
+    ("Shifting times say little about each input alone:", "with nothing else measured, one input can stand in for "
+     "another, as pressure bias for initial position. Read the combinations above, not the means one by one."),
     ("The scatter stands for whatever the model lacks:", "parametric uncertainty is the only kind there is here. Where "
      "a physical effect is missing, the fitted std and the output noise grow to cover it."),
     ("An interval holds for the model as it is:", "it says what the recordings allow if the model is right and the "

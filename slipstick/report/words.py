@@ -97,13 +97,15 @@ def signed(value: float, digits: int = 2) -> str:
 
 def _known(combination: Mapping[str, Any]) -> str:
     """How well, as shares of the range."""
-    if combination["std_error"] >= 1:
+    if combination["std_error"] >= 1 and combination["interval"] is None:
         return "not at all within the range"
-    text, interval = f"to ±\u00a0{100 * combination['std_error']:.2g}\u00a0% of the range", combination["interval"]
-    if interval is None or None in (interval["lower"], interval["upper"]):
-        return text
-    low, high = (signed(100 * (interval[side] - interval["estimate"]), 1) for side in ("lower", "upper"))
-    return f"{text} ({100 * interval['level']:.0f}\u00a0%: {low} to +{high})"
+    interval = combination["interval"]
+    if interval is None:
+        return f"to ±\u00a0{100 * combination['std_error']:.2g}\u00a0% of the range"
+    low, high = ("open" if interval[side] is None else
+                 f"{sign}{signed(100 * abs(interval[side] - interval['estimate']), 1)}"
+                 for side, sign in (("lower", "−"), ("upper", "+")))
+    return f"from {low} to {high}\u00a0% of the range ({100 * interval['level']:.0f}\u00a0%)"
 
 
 def _weighed(weights: Mapping[str, float]) -> str:

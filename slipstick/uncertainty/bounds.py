@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import Problem
 from slipstick.uncertainty.sampling import axis_mass_outside
 from slipstick.uncertainty.unknowns import Unknowns
@@ -40,7 +39,7 @@ class Remark:
 
 def remarks(problem: Problem, space: Unknowns, found: np.ndarray) -> list[Remark]:
     """Say which unknowns of `found` (k,) are at a bound of the search, and which inputs leave what the model covers."""
-    return [*_at_bounds(problem, space, found), *_outside(problem, space.candidate(found).inputs)]
+    return [*_at_bounds(problem, space, found), *_outside(problem, space, found)]
 
 
 def _at_bounds(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator[Remark]:
@@ -62,11 +61,14 @@ def _at_bounds(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator
             yield Remark(name, f"The {name} is at its {side} bound, {value:.4g}{unit}", _REMEDIES[kind, side])
 
 
-def _outside(problem: Problem, inputs: Inputs) -> Iterator[Remark]:
+def _outside(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator[Remark]:
+    inputs, d = space.candidate(found).inputs, len(space.axes)
+    away = NEAR * (space.upper - space.lower)[:d]
+    inner = np.abs(inputs.mean - np.clip(inputs.mean, problem.lower + away, problem.upper - away)) == 0
     masses = axis_mass_outside(inputs, problem.lower, problem.upper)
-    for name, mass, mean, std, low, high in zip(problem.axes, masses, inputs.mean, inputs.marginal_std, problem.lower,
-                                                problem.upper, strict=True):
-        if mass > NOTABLE_MASS:
+    for name, mass, mean, std, low, high, within in zip(problem.axes, masses, inputs.mean, inputs.marginal_std,
+                                                        problem.lower, problem.upper, inner, strict=True):
+        if mass > NOTABLE_MASS and within:  # a mean at the edge has its own remark
             low, high = min(low, max(_LEAST, mean - _COVER * std)), max(high, mean + _COVER * std)
             yield Remark(name, f"{100 * mass:.1f} % of the runs have {name} outside the table",
                          f"Build a table whose axis {name} goes from {low:.3g} to {high:.3g}")

@@ -14,6 +14,9 @@ from slipstick.uncertainty.sampling import normal_germs
 from slipstick.uncertainty.settings import FitSettings
 from slipstick.uncertainty.unknowns import Unknowns
 
+MOST_CANDIDATES = 2 * 10**9
+"""Of a whole grid: a week on one core, with a table."""
+
 
 def blocks(settings: FitSettings, space: Unknowns) -> int:
     """Number of blocks that the grid falls into: one for each choice of the means."""

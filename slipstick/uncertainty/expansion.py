@@ -25,6 +25,8 @@ ORDER = 8
 Rule = Literal["tensor", "regression"]
 LARGEST = 20_000_000
 """Most entries of a projection, terms times nodes."""
+_MOST_WORK = 10**10  # terms^2 times nodes: a regression of some seconds
+_ROWS = 8192  # to evaluate at a time
 _OVERSAMPLING = 2  # samples a term: a third buys no more than a higher order does (benchmarks/sparse_rules.csv)
 _INTERPOLATED = 1e-9  # a sample that the polynomial passes through whatever its value says nothing of the error
 
@@ -137,7 +139,8 @@ class Expansion:
 
     def at(self, germs: np.ndarray) -> np.ndarray:
         """The polynomial at the germs (m, d): shape (m, n), s."""
-        return product(self.basis.at(germs), self.coefficients)
+        parts = np.array_split(germs, 1 + len(germs) // _ROWS)  # at all germs at once the polynomials fill gigabytes
+        return np.concatenate([product(self.basis.at(part), self.coefficients) for part in parts])
 
 
 def expand(basis: Basis, times: np.ndarray) -> Expansion:
@@ -145,7 +148,7 @@ def expand(basis: Basis, times: np.ndarray) -> Expansion:
     return Expansion(basis, product(basis.projection, times), times)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=8)
 def make_basis(germs: tuple[Germ, ...], settings: ExpansionSettings) -> Basis:
     """The polynomials of the germs and where to run the model for them; cached. Raises `InvalidValue`."""
     polynomials = Polynomials.of(germs, degrees(len(germs), settings.order, settings.norm))
@@ -184,5 +187,5 @@ def _by_regression(polynomials: Polynomials, settings: ExpansionSettings) -> Bas
 
 
 def _require_size(terms: int, nodes: int, remedy: str) -> None:
-    if terms * nodes > LARGEST:
+    if terms * nodes > LARGEST or terms**2 * nodes > _MOST_WORK:
         raise InvalidValue(f"{terms} polynomials at {nodes} nodes are too many", remedy)

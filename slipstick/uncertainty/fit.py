@@ -46,8 +46,14 @@ unknowns, then those of the identified combinations."""
 def start(settings: FitSettings, problem: Problem) -> State:
     """The state before the first generation; refuses what cannot be searched, before a job runs."""
     space = unknowns(settings, problem)
+    for corner in (space.lower, space.upper):
+        space.candidate(corner)
     middle = space.candidate((space.lower + space.upper) / 2)
     make_basis(middle.inputs.germs, settings.expansion(len(space.axes)))
+    if settings.method == "classic" and classic.candidates(settings, space) > classic.MOST_CANDIDATES:
+        raise InvalidValue(f"A grid of {settings.grid} values of {len(space.lower)} unknowns has "
+                           f"{classic.candidates(settings, space):.2g} candidates, which take weeks",
+                           "Take a coarser grid or fewer unknowns, or the genetic method")
     count = classic.blocks(settings, space) if settings.method == "classic" else settings.generations
     return {**empty().to_dict(), "generations": count, "history": []}
 
@@ -70,7 +76,7 @@ def advance(settings: FitSettings, problem: Problem, state: State) -> State:
         fitness = likelihood.sum(axis=1)
     population = tell(search, population, vectors, fitness)
     if settings.method == "genetic" and not np.isfinite(population.fitness[0]):
-        lost = np.flatnonzero(np.all(np.isneginf(likelihood), axis=0)).tolist() or "each another"
+        lost = np.flatnonzero(np.all(np.isneginf(likelihood), axis=0)).tolist() or "others for each"
         raise InvalidValue(f"No candidate gives all conditions a likelihood (conditions at fault: {lost})",
                            "Leave out conditions that do not lock here, or narrow mean_bounds and std_bounds")
     return {**state, **population.to_dict(), "history": [*state["history"], _finite(float(population.fitness[0]))]}
@@ -79,8 +85,10 @@ def advance(settings: FitSettings, problem: Problem, state: State) -> State:
 def finished(settings: FitSettings, state: State) -> bool:
     """Whether all is searched, or the last `patience` generations gained no more than `tolerance`."""
     history: list[float] = state["history"]
-    if len(history) >= state["generations"] or settings.method == "classic" or len(history) <= settings.patience:
-        return bool(len(history) >= state["generations"])
+    if len(history) >= state["generations"]:
+        return True
+    if settings.method == "classic" or len(history) <= settings.patience:
+        return False
     return history[-1] - history[-1 - settings.patience] <= settings.tolerance
 
 
@@ -96,7 +104,7 @@ def progress(settings: FitSettings, problem: Problem, state: State) -> dict[str,
 def refined(settings: FitSettings, problem: Problem, state: State) -> Estimate:
     """What a climb on the exact likelihood reaches from the best of the search, without intervals yet."""
     best = np.array(state["points"][0])
-    if not np.isfinite(state["fitness"][0] or -np.inf):
+    if state["fitness"][0] is None:
         raise InvalidValue("No candidate of the grid gives all conditions a likelihood",
                            "Take a finer grid, or narrow mean_bounds and std_bounds")
     space = unknowns(settings, problem)
@@ -143,7 +151,7 @@ def conclude(settings: FitSettings, problem: Problem, state: State, estimate: Es
     of_unknowns, others = estimate["intervals"][:len(vector)], iter(estimate["intervals"][len(vector):])
     return {
         "axes": list(space.axes), "families": list(space.families), "support": space.support.tolist(),
-        "method": settings.method,
+        "method": settings.method, "refined": settings.refine,
         **_spell(candidate),
         "log10_likelihood": _finite(whole),
         "log10_likelihood_per_condition": [_finite(value) for value in likelihood.tolist()],
@@ -173,6 +181,7 @@ def _combination(space: Unknowns, one: dict[str, Any], ends: dict[str, Any] | No
 
 
 def _estimate(problem: Problem, space: Unknowns, vector: np.ndarray) -> Estimate:
+    vector = space.vector(space.candidate(vector)) if "beta" in space.families else vector  # whose std has its limit
     near, _ = nearby(problem, space, vector)
     found = [{**asdict(one), "weights": one.weights.tolist()} for one in combinations(near, space, vector)]
     return {"found": vector.tolist(), "combinations": found, "intervals": []}

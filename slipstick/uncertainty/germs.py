@@ -19,7 +19,7 @@ from scipy.special import betainccinv, betaincinv, gammainccinv, gammaincinv, nd
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.uncertainty import cornish_fisher
 
-Polynomials = Literal["hermite", "laguerre", "jacobi", "legendre"]
+Orthogonal = Literal["hermite", "laguerre", "jacobi", "legendre"]
 
 _SHAPES = {"hermite": (), "legendre": (), "laguerre": ("k",), "jacobi": ("a", "b")}
 _LARGEST = 1e15  # the std is then lost in the rounding of the mean
@@ -35,13 +35,13 @@ class Germ:
     of density x^(a-1) (1-x)^(b-1) before it is standardised. Raises `InvalidValue`, `UnknownName`.
     """
 
-    name: Polynomials
+    name: Orthogonal
     shape: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the shape once."""
         if self.name not in _SHAPES:
-            raise UnknownName.of("family of polynomials", self.name, get_args(Polynomials))
+            raise UnknownName.of("family of polynomials", self.name, get_args(Orthogonal))
         wanted = _SHAPES[self.name]
         if len(self.shape) != len(wanted) or not all(0 < value <= _LARGEST for value in self.shape):
             raise InvalidValue(f"The shape of {self.name} is {self.shape}",

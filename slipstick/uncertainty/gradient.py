@@ -5,19 +5,20 @@ derivative is that of the integral as it is computed, however few its lines.
 
 A table's slopes jump. For normal inputs its gradient follows by Fisher's identity: the derivative of log p_i is that of
 the log density of inputs and noise, taken in the mean over all inputs that explain the measured time, whose moments the
-integration along lines yields on the way. For other families by central differences of the same smooth integral.
+integration along lines yields on the way. For other families, and for more inputs than lines are exact in, by central
+differences of the same smooth integral.
 """
 
 import numpy as np
 
 from slipstick.uncertainty import lines
-from slipstick.uncertainty.likelihood import Candidate, Problem, exact, lay, outputs
+from slipstick.uncertainty.likelihood import KNOTTED, Candidate, Problem, exact, lay, outputs
 from slipstick.uncertainty.local import Polynomial
 from slipstick.uncertainty.product import product
 from slipstick.uncertainty.unknowns import Unknowns, correlation_of, partial_of
 
 _DIFFERENCE = 1e-4
-_SMALL = 1e-6  # for derivatives of the inputs, smooth to the last digit
+_SMALL = 1e-6  # for derivatives of inputs and correlations, smooth to the last digit
 _LN10 = np.log(10.0)
 
 
@@ -26,7 +27,7 @@ def with_gradient(problem: Problem, space: Unknowns, vector: np.ndarray) -> tupl
     candidate = space.candidate(vector)
     if isinstance(problem.model, Polynomial):
         return _along_paths(problem, problem.model, space, vector)
-    if set(space.families) != {"normal"}:
+    if set(space.families) != {"normal"} or len(space.axes) > KNOTTED:
         return exact(problem, candidate), _differences(problem, space, vector)
     laid = lay(problem, candidate)
     density, moments = lines.with_moments(laid, outputs(problem, candidate.inputs, laid), problem.measured_time,
@@ -69,8 +70,8 @@ def _by_moments(space: Unknowns, candidate: Candidate, laid: lines.Lines, moment
         partial = partial_of(candidate.inputs.factor)
         for number in range(len(partial)):
             step = np.zeros(len(partial))
-            step[number] = 1e-6
-            change = (correlation_of(partial + step, d) - correlation_of(partial - step, d)) / 2e-6
+            step[number] = _SMALL
+            change = (correlation_of(partial + step, d) - correlation_of(partial - step, d)) / (2 * _SMALL)
             columns.append(0.5 * np.einsum("nij,ij->n", by_entry, change)[:, None])
     return np.concatenate(columns, axis=1)
 

@@ -18,6 +18,7 @@ from slipstick.uncertainty.unknowns import Unknowns
 _SOLVES = 12  # values tried between one inside and one outside
 _CLOSE = 0.03  # of the drop: near enough to an end
 _TOLERANCE = 1e-3  # decades to which each value of a profile is climbed
+_JUMP = 0.3  # of the drop: a profile does not jump, so one that does was lost by a climb
 _NEXT, _FURTHEST = 1.2, 3.0  # times as far is the next value, or else straight at the bound
 _STEEPEST = 16.0  # times the drop: what lies beyond is taken as this, lest it outweigh what is near the end
 IDENTIFIED = 0.25
@@ -137,10 +138,10 @@ class _Profile:
             further = np.sqrt(allowed) / max(np.sqrt(allowed) + found, 1e-9)
             inside, step = value, step * max(further, _NEXT) if further < _FURTHEST else side * np.inf
         if found == 0:
-            return value
+            return value if self.drop(value) > allowed or value not in (low, high) else None
         root, outcome = brentq(excess, inside, value, xtol=1e-3 * abs(value - inside), maxiter=_SOLVES,
                                full_output=True, disp=False)
-        if not outcome.converged:
+        if not outcome.converged or abs(self.drop(float(root)) - allowed) > _JUMP * allowed:
             raise _NotFollowed
         return float(root)
 

@@ -19,16 +19,19 @@ from slipstick.uncertainty import lines
 from slipstick.uncertainty.expansion import Expansion, ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.line_rules import ACROSS, WINDOW, Knots, along, knotted
+from slipstick.uncertainty.product import product
 
 SAMPLES = 4096
 """Samples of theta for `by_sampling`, a power of two."""
 _VANISHING = -700.0  # a sample this far below the nearest adds nothing, and subnormal numbers are slow
-_BLOCK = 64  # candidates whose nodes go to the model in one call
+_BLOCK = 1 << 13  # points that go to the model in one call
+_LEAST_NOISE, _MOST_NOISE = 1e-15, 1e6  # s: the square of any other may vanish or overflow
 TOLERANCE = 0.05
 """Error in decades that `settled` stays below."""
 MOST_LINES = 1024
+KNOTTED = 2
+"""Inputs up to which lines are broken at knots: in three a rule broken at them is too much for any model."""
 _DEPENDENT = 1e-6  # of the scores' correlation matrix: one input then fixes the other
-_KNOTTED = 2  # inputs; in three a rule broken at the knots is too much for any model
 _FURTHEST = 60.0  # stds from the centre to look for what explains a measured time
 
 
@@ -72,15 +75,16 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Inputs and the std of the additive output noise in s; raises `InvalidValue` unless that is positive."""
+    """Inputs and the std of the additive output noise in s, from 1e-15 to 1e6; raises `InvalidValue` on others."""
 
     inputs: Inputs
     output_std: float
 
     def __post_init__(self) -> None:
         """Without noise the samples have no density at a given time."""
-        if not (np.isfinite(self.output_std) and self.output_std > 0):
-            raise InvalidValue(f"The output std is {self.output_std} s", "Give a positive number of seconds")
+        if not _LEAST_NOISE <= self.output_std <= _MOST_NOISE:
+            raise InvalidValue(f"The output std is {self.output_std} s",
+                               f"Give a number of seconds from {_LEAST_NOISE:g} to {_MOST_NOISE:g}")
 
 
 def exact(problem: Problem, candidate: Candidate, count: int = ACROSS, seed: int = 1) -> np.ndarray:
@@ -181,8 +185,9 @@ def log10_density(outputs: np.ndarray, times: np.ndarray, output_std: float) -> 
 
 def _expansions(problem: Problem, candidates: Sequence[Candidate],
                 settings: ExpansionSettings) -> Iterator[tuple[Candidate, Expansion]]:
-    for first in range(0, len(candidates), _BLOCK):
-        block = candidates[first:first + _BLOCK]
+    size = max(1, _BLOCK // len(make_basis(candidates[0].inputs.germs, settings).nodes)) if candidates else 1
+    for first in range(0, len(candidates), size):
+        block = candidates[first:first + size]
         bases = [make_basis(candidate.inputs.germs, settings) for candidate in block]
         nodes = [candidate.inputs.at_germs(one.nodes) for candidate, one in zip(block, bases, strict=True)]
         times = problem.model(np.concatenate(nodes), problem.conditions)
@@ -192,7 +197,7 @@ def _expansions(problem: Problem, candidates: Sequence[Candidate],
 
 
 def _is_knotted(problem: Problem, inputs: Inputs) -> bool:
-    return problem.knots is not None and inputs.dimension <= _KNOTTED and abs(np.linalg.det(inputs.factor)) > _DEPENDENT
+    return problem.knots is not None and inputs.dimension <= KNOTTED and abs(np.linalg.det(inputs.factor)) > _DEPENDENT
 
 
 def slopes(problem: Problem, inputs: Inputs) -> tuple[np.ndarray, np.ndarray]:
@@ -218,6 +223,6 @@ def _linear(expansion: Expansion) -> np.ndarray:
 
 def _leading(slopes: np.ndarray) -> np.ndarray:
     """The direction (d,) along which slopes (d, n) are steepest over all conditions."""
-    direction = np.linalg.eigh(slopes @ slopes.T)[1][:, -1]
+    direction = np.linalg.eigh(product(slopes, slopes.T))[1][:, -1]
     steepest: np.ndarray = direction * np.where(direction[np.argmax(np.abs(direction))] < 0, -1.0, 1.0)
     return steepest

@@ -44,7 +44,7 @@ class Lines:
         """Normal scores of the inputs at all points, line after line: shape (m g, d)."""
         m, g = self.breakpoints.shape
         scores: np.ndarray = (self.breakpoints[:, :, None] * self.factor[:, 0]
-                              + (self.across @ self.factor[:, 1:].T)[:, None, :])
+                              + (np.einsum("mj,ij->mi", self.across, self.factor[:, 1:]))[:, None, :])
         return scores.reshape(m * g, len(self.factor))
 
 

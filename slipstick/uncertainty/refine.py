@@ -5,14 +5,16 @@ sharing it out. The climb therefore also starts from the candidates that give on
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import LinearConstraint, minimize
 
 from slipstick.uncertainty.gradient import with_gradient
-from slipstick.uncertainty.likelihood import Problem, slopes
+from slipstick.uncertainty.likelihood import KNOTTED, Problem, exact, slopes, steepest
 from slipstick.uncertainty.local import localised
+from slipstick.uncertainty.product import product
 from slipstick.uncertainty.unknowns import Unknowns
 
 _TOLERANCE = 1e-6  # decades: far below what the integral across the lines is good for
@@ -26,15 +28,26 @@ _LN10 = np.log(10.0)
 
 
 def refine(problem: Problem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
-    """The best vector of unknowns (k,) that climbs reach from `begin` and what it leads to."""
+    """The best vector of unknowns (k,) that climbs reach from `begin` and what it leads to; `begin` if none is better.
+
+    The model itself is the judge: polynomials about one candidate and another cannot be compared.
+    """
     reached = [_ascend(problem, space, start) for start in (begin, *_alone(problem, space, begin))]
-    best, _ = max(reached, key=lambda end: end[1])
-    return best
+    return max((begin, *reached), key=lambda vector: float(exact(problem, space.candidate(vector)).sum()))
 
 
 def nearby(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Problem, Unknowns]:
-    """The problem to climb in and the space it holds in: itself where it has knots, else polynomials about `vector`."""
-    return (problem, space) if problem.knots is not None else localised(problem, space, vector)
+    """The problem to climb in and the space it holds in: itself where it has knots, else polynomials about `vector`.
+
+    These also stand for a table whose inputs are not all normal: it has no gradient but by differences.
+    In more inputs than lines are exact in, their direction is held: turned lines sample other inputs.
+    """
+    if problem.knots is None or set(space.families) != {"normal"}:
+        return localised(problem, space, vector)
+    if len(space.axes) > KNOTTED and problem.direction is None:
+        inputs = space.candidate(vector).inputs
+        return replace(problem, direction=steepest(inputs, slopes(problem, inputs)[1])), space
+    return problem, space
 
 
 def climb(problem: Problem, space: Unknowns, begin: np.ndarray, held: np.ndarray | None = None,
@@ -86,19 +99,19 @@ def information(scores: np.ndarray) -> np.ndarray:
     Added is that each lies within its range, give or take. A condition without a density says nothing.
     """
     known = scores[np.all(np.isfinite(scores), axis=1)]
-    matrix: np.ndarray = known.T @ known + np.eye(scores.shape[1])
+    matrix: np.ndarray = product(known.T, known) + np.eye(scores.shape[1])
     return matrix
 
 
-def _ascend(problem: Problem, space: Unknowns, start: np.ndarray) -> tuple[np.ndarray, float]:
+def _ascend(problem: Problem, space: Unknowns, start: np.ndarray) -> np.ndarray:
     vector = start
     for _ in range(ROUNDS):
         near, region = nearby(problem, space, vector)
         before = float(with_gradient(near, region, vector)[0].sum())
         vector, reached = climb(near, region, vector)
-        if problem.knots is not None or reached - before < _GAIN:
+        if near.knots is not None or reached - before < _GAIN:
             break
-    return vector, reached
+    return vector
 
 
 def _alone(problem: Problem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:

@@ -10,6 +10,8 @@ import numpy as np
 
 from slipstick.uncertainty.expansion import Expansion
 
+_ROUNDING = 1e-24  # of the squared mean: a variance below is that of rounding
+
 
 def first_order(expansion: Expansion) -> np.ndarray:
     """The share of the variance that each germ causes by itself, shape (n, d); NaN where there is no variance."""
@@ -26,5 +28,6 @@ def total(expansion: Expansion) -> np.ndarray:
 def _shares(expansion: Expansion, terms: np.ndarray) -> np.ndarray:
     squares = expansion.coefficients**2
     variance = squares[1:].sum(axis=0)
+    variance = np.where(variance > _ROUNDING * squares[0], variance, 0.0)
     shares: np.ndarray = (squares.T @ terms) / np.where(variance > 0, variance, np.nan)[:, None]
     return shares

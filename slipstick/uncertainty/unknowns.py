@@ -98,6 +98,10 @@ def unknowns(settings: FitSettings, problem: Problem) -> Unknowns:
             margin = _WITHIN * (support[axis, 1] - support[axis, 0])
             lower[axis] = max(lower[axis], support[axis, 0] + margin)
             upper[axis] = min(upper[axis], support[axis, 1] - margin)
+            widest = _FULL * (support[axis, 1] - support[axis, 0]) / 2
+            if std[axis, 0] >= widest:
+                raise InvalidValue(f"No beta input of {problem.axes[axis]} has a std of {std[axis, 0]:.4g}",
+                                   f"Choose std_bounds below {widest:.4g}, or another family")
     if np.any(lower >= upper):
         raise InvalidValue("The bounds of a mean lie outside what the model covers",
                            f"Choose mean_bounds within {problem.lower} to {problem.upper}")

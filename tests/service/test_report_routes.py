@@ -1,5 +1,6 @@
 """Report and pictures over HTTP, of fits that are put into the store as if a worker had done them."""
 
+import json
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from types import SimpleNamespace
@@ -13,16 +14,17 @@ from service.settings import Settings
 from slipstick.errors import UnknownName
 from slipstick.pictures import CAPTIONS
 from slipstick.report import page
+from slipstick.uncertainty.settings import FitSettings
 
 Serving = Callable[[Settings], AbstractContextManager[str]]
 ORDER = {"table": "nominal", "table_digest": "a1b2", "recordings": "measured", "recordings_digest": "c3d4",
          "simulate": False, "parameters": ["pressure_bias", "initial_position"], "outside": "clip",
-         "settings": {"seed": 7}}
+         "settings": json.loads(json.dumps(FitSettings(seed=7).to_dict()))}
 
 
 def fit(name: str, status: str, output: dict[str, Any] | None, **order: Any) -> SimpleNamespace:
     return SimpleNamespace(workflow_id=name, status=status, input={"args": [ORDER | order]}, output=output, error=None,
-                           created_at=1_790_000_000_000, completed_at=None)
+                           created_at=1_790_000_000_000, completed_at=None, executor_id="worker-1")
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +35,7 @@ def client(made: Callable[..., dict[str, Any]], serving: Serving,
     kept = {one.workflow_id: one for one in (
         fit("done", "SUCCESS", made()), fit("classic", "SUCCESS", classic), fit("running", "PENDING", None),
         fit("foreign", "SUCCESS", classic, recordings_digest="e5f6"),
+        fit("bounded", "SUCCESS", classic, settings=ORDER["settings"] | {"std_bounds": [[0.01, 0.1]]}),
         fit("narrower", "SUCCESS", classic, parameters=["pressure_bias"]))}
 
     def find(_: JobStore, name: str) -> SimpleNamespace:
@@ -61,7 +64,7 @@ def test_the_report_is_the_page_of_the_fit(client: httpx.Client, made: Callable[
 def test_a_fit_by_the_other_method_fills_table_ii(client: httpx.Client) -> None:
     assert "Only one method was run here" in client.get("/v1/fits/done/report").text
     assert "Only one method was run here" not in client.get("/v1/fits/done/report?beside=classic").text
-    for other in ("done", "foreign", "narrower"):
+    for other in ("done", "foreign", "narrower", "bounded"):
         answer = client.get(f"/v1/fits/done/report?beside={other}")
         assert (answer.status_code, answer.json()["type"]) == (422, "urn:slipstick:problem:invalid-value")
 

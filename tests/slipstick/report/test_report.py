@@ -127,7 +127,7 @@ def test_a_combination_is_told_with_its_interval(made: Made) -> None:
     output = made()
     output["result"]["combinations"][0]["interval"] = {
         "estimate": 0.4, "lower": 0.381, "upper": 0.422, "unsettled": [], "level": 0.9}
-    assert words.combinations(output["result"])[0][1].endswith("of the range (90\u00a0%: −1.9 to +2.2).")
+    assert words.combinations(output["result"])[0][1].endswith("from −1.9 to +2.2\u00a0% of the range (90\u00a0%).")
 
 
 def test_an_end_that_was_not_found_is_not_called_open(made: Made) -> None:

@@ -31,7 +31,8 @@ def posed(dimension: int, model: Any = curved) -> Problem:
     random = np.random.default_rng(dimension)
     slope = random.uniform(-0.8, 0.8, (dimension, 40))
     times = curved(random.normal(1.02, 0.08, (1, dimension)), slope)[0] + 0.004 * random.standard_normal(40)
-    return Problem(model, slope, times, np.full(dimension, 0.5), np.full(dimension, 1.5), tuple("abcdefg"[:dimension]))
+    names = tuple("abcdefghijklmnopqrst"[:dimension])
+    return Problem(model, slope, times, np.full(dimension, 0.5), np.full(dimension, 1.5), names)
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 7])
@@ -76,3 +77,26 @@ def test_a_candidate_at_the_edge_stays_inside() -> None:
         near, region = localised(problem, space, vector)
         assert np.all((region.lower <= vector) & (vector <= region.upper))
         assert np.all(np.isfinite(near.model(vector[None, :2], problem.conditions)))
+
+
+@pytest.mark.parametrize("dimension", [3, 7])
+def test_runs_that_do_not_lock_leave_the_polynomials_of_the_others(dimension: int) -> None:
+    weights = np.linspace(0.3, 0.5, dimension)
+
+    def halting(points: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        times = 0.4 + (points - 1.0) ** 2 @ weights[:, None] * np.ones(slope.shape[1])
+        return np.where(points[:, :1] > 1.35, np.nan, times)
+
+    problem = posed(dimension, halting)
+    space = unknowns(FitSettings(), problem)
+    vector = space.vector(Candidate(Inputs(np.ones(dimension), np.full(dimension, 0.1)), 0.005))
+    near, _ = localised(problem, space, vector)
+    points = np.random.default_rng(1).normal(1.0, 0.06, (200, dimension))
+    np.testing.assert_allclose(near.model(points, problem.conditions), halting(points, problem.conditions), atol=1e-9)
+
+
+def test_any_number_of_inputs_has_polynomials() -> None:
+    problem = posed(20)
+    space = unknowns(FitSettings(), problem)
+    near, _ = localised(problem, space, (space.lower + space.upper) / 2)
+    assert np.all(np.isfinite(near.model(np.ones((1, 20)), problem.conditions)))
