@@ -188,6 +188,9 @@ class Fitted(BaseModel):
     expansion_error: float | None = Field(description="What the likelihood of the search adds to it, in decades.")
     sampling_error: float | None = Field(
         description="What other lines change in it, in decades: 0 for one or two axes of a table.")
+    polynomial_error: float | None = Field(
+        description="Error in s of the polynomials on which the refinement and the intervals rest; null for normal "
+                    "inputs of a table, where they rest on the table itself.")
     before: Candidate = Field(description="The nominal model with the noise that explains the residuals best.")
     searched: Candidate = Field(description="The best of the search, before the refinement.")
     intervals: list[Interval] = Field(description="Profile-likelihood intervals of all unknowns, if asked for.")

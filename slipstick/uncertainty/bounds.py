@@ -13,6 +13,7 @@ NEAR = 1e-3
 """An unknown this share of its range from a bound is at it."""
 NOTABLE_MASS = 0.01
 """Probability of an input outside the table from which it is worth a rebuild."""
+_FINE = 0.5  # output stds by which polynomials may be off
 _LEAST = 0.01  # multiplier to build a table from: most parameters mean nothing at 0 or below
 _COVER = 4  # stds on either side of the mean that a rebuilt table should hold
 
@@ -40,6 +41,15 @@ class Remark:
 def remarks(problem: Problem, space: Unknowns, found: np.ndarray) -> list[Remark]:
     """Say which unknowns of `found` (k,) are at a bound of the search, and which inputs leave what the model covers."""
     return [*_at_bounds(problem, space, found), *_outside(problem, space, found)]
+
+
+def rough(error: float | None, output_std: float) -> Iterator[Remark]:
+    """Say that polynomials stood for the model less closely than its output noise calls for; both in s."""
+    if error is not None and error > _FINE * output_std:
+        yield Remark("refinement and intervals",
+                     f"They rest on polynomials {1e3 * error:.2g} ms off the model, at an output std of "
+                     f"{1e3 * output_std:.2g} ms: the maximum and the ends of intervals are rough",
+                     "Narrow std_bounds, or vary fewer inputs: the model bends too much over scatter this wide")
 
 
 def _at_bounds(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator[Remark]:

@@ -19,11 +19,12 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 from slipstick.uncertainty import classic
-from slipstick.uncertainty.bounds import remarks
+from slipstick.uncertainty.bounds import remarks, rough
 from slipstick.uncertainty.expansion import make_basis
 from slipstick.uncertainty.genetic import Population, Search, ask, empty, tell
 from slipstick.uncertainty.intervals import combinations, direction_of, interval, widest
 from slipstick.uncertainty.likelihood import Candidate, Problem, by_expansion, by_sampling, exact, settled
+from slipstick.uncertainty.local import Polynomial
 from slipstick.uncertainty.refine import nearby, refine
 from slipstick.uncertainty.sampling import axis_mass_outside, mass_outside, normal_germs
 from slipstick.uncertainty.settings import FitSettings
@@ -39,8 +40,9 @@ State = dict[str, Any]
 `generations` there are at most, and `history`, the best log10 likelihood after each. A block of the classic grid counts
 as a generation."""
 Estimate = dict[str, Any]
-"""JSON: the vector of unknowns `found` (k,), the `combinations` of them, and the `intervals` so far, first those of the
-unknowns, then those of the identified combinations."""
+"""JSON: the vector of unknowns `found` (k,), the `polynomial_error` in s where polynomials stood for the model, the
+`combinations` of the unknowns, and the `intervals` so far, first those of the unknowns, then those of the identified
+combinations."""
 
 
 def start(settings: FitSettings, problem: Problem) -> State:
@@ -164,7 +166,9 @@ def conclude(settings: FitSettings, problem: Problem, state: State, estimate: Es
                          for one in estimate["combinations"]],
         "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, theta),
         "axis_mass_outside": axis_mass_outside(candidate.inputs, problem.lower, problem.upper).tolist(),
-        "remarks": [asdict(remark) for remark in remarks(problem, space, vector)],
+        "polynomial_error": estimate["polynomial_error"],
+        "remarks": [asdict(one) for one in (*remarks(problem, space, vector),
+                                            *rough(estimate["polynomial_error"], candidate.output_std))],
         "generations": state["generation"],
         "history": list(state["history"]),
     }
@@ -183,8 +187,9 @@ def _combination(space: Unknowns, one: dict[str, Any], ends: dict[str, Any] | No
 def _estimate(problem: Problem, space: Unknowns, vector: np.ndarray) -> Estimate:
     vector = space.vector(space.candidate(vector)) if "beta" in space.families else vector  # whose std has its limit
     near, _ = nearby(problem, space, vector)
+    error = near.model.error if isinstance(near.model, Polynomial) else None
     found = [{**asdict(one), "weights": one.weights.tolist()} for one in combinations(near, space, vector)]
-    return {"found": vector.tolist(), "combinations": found, "intervals": []}
+    return {"found": vector.tolist(), "polynomial_error": error, "combinations": found, "intervals": []}
 
 
 def _searched(settings: FitSettings, problem: Problem, candidates: list[Candidate]) -> np.ndarray:

@@ -36,6 +36,12 @@ class Polynomial:
         """Times (m, n) in s at the points (m, d)."""
         return self.expansion.at((points - self.mean) / self.std)
 
+    @property
+    def error(self) -> float | None:
+        """Root mean square error in s over inputs and conditions, by leaving one run out; None without polynomials."""
+        known = self.expansion.error[~self.expansion.missing]
+        return float(np.sqrt(np.mean(known**2))) if known.size else None
+
     def slopes(self, points: np.ndarray) -> np.ndarray:
         """Derivatives of the times in the inputs at the points (m, d): shape (d, m, n), s."""
         values = self.expansion.basis.at((points - self.mean) / self.std)
