@@ -102,8 +102,8 @@ def main() -> None:
         half = np.full(count, HALF_WIDTHS[count])
         for row in compared(model, recordings, Box(NESTED[:count], 1 - half, 1 + half)):
             rows.append(row)
-            print(*row, sep="\t", flush=True)
-    write("surrogate", HEADER, rows, " ".join(["python -m benchmarks.surrogate", *sys.argv[1:]]))
+        made_by = " ".join(["python -m benchmarks.surrogate", *sys.argv[1:]])
+        write("surrogate", HEADER, sorted(rows, key=lambda row: row[0]), made_by)  # as far as it has come
 
 
 def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[object]]:
