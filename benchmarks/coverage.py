@@ -6,6 +6,7 @@ held-out times are uniform on the scale of their predicted distribution (Dawid, 
 """
 
 import argparse
+import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -162,8 +163,8 @@ def directions() -> np.ndarray:
 
 
 def drawn(truth: Candidate, seed: int, runs: int = 1, every: int = _EVERY) -> Problem:
-    """Some conditions of the shipped table, each measured `runs` times under the truth."""
-    table = Library(Path(__file__).parents[1] / "tables").table("nominal")
+    """Some conditions of the default table, each measured `runs` times under the truth."""
+    table = Library(Path(os.environ.get("SLIPSTICK_TABLES", "tables"))).table("nominal")
     model, random = table_model(table, "clip"), np.random.default_rng([2026, seed])
     conditions = table.conditions.take(np.tile(np.arange(0, len(table.conditions), every), runs))
     count = len(conditions)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,8 +23,9 @@ def dropped(seed: int) -> list[float]:
 
 
 @pytest.fixture(scope="module")
-def pool() -> Iterator[ProcessPoolExecutor]:
-    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+def pool(shelf: Path) -> Iterator[ProcessPoolExecutor]:
+    with pytest.MonkeyPatch.context() as patch, ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        patch.setenv("SLIPSTICK_TABLES", str(shelf))
         yield pool
 
 
