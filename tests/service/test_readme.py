@@ -33,7 +33,8 @@ def test_example_works_as_written(block: str, address: str, tmp_path: Path) -> N
     block = block.replace("python -c", f"{sys.executable} -c")
     for line in block.strip().splitlines():
         done = subprocess.run(["bash", "-c", line], env={"PATH": "/usr/bin:/bin", "SLIPSTICK": address}, cwd=tmp_path,
-                              capture_output=True, text=True, check=True)
+                              capture_output=True, text=True, check="--fail" not in line)
+        assert done.returncode in (0, 22)  # refused: there is no report yet of a fit that has only just begun
         if not line.startswith("curl") or "--output" in line:
             continue
         answer = json.loads(done.stdout)
