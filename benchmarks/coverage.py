@@ -147,10 +147,7 @@ def predicted(problem: Problem) -> np.ndarray:
 
 def fitted(problem: Problem) -> np.ndarray:
     """The vector of unknowns that a fit finds, without knowing the truth."""
-    state = fit.start(SETTINGS, problem)
-    while not fit.finished(SETTINGS, state):
-        state = fit.advance(SETTINGS, problem, state)
-    return np.array(fit.refined(SETTINGS, problem, state)["found"])
+    return np.array(fit.refined(SETTINGS, problem, fit.searched(SETTINGS, problem))["found"])
 
 
 @cache

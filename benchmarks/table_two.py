@@ -70,9 +70,7 @@ def whole_grid(problem: Problem) -> tuple[FitSettings, np.ndarray, np.ndarray, d
     draft = FitSettings(method="classic", grid=COARSE, samples=1024, intervals=False)
     for _ in range(2):  # the optimum that sets the number of samples, then the run that counts
         begun = time.process_time()
-        state = fit.start(draft, problem)
-        while not fit.finished(draft, state):
-            state = fit.advance(draft, problem, state)
+        state = fit.searched(draft, problem)
         spent["search"] = time.process_time() - begun
         begun = time.process_time()
         optimum = np.array(fit.refined(draft, problem, state)["found"])
@@ -120,10 +118,7 @@ def grid_needed(problem: Problem, space: Unknowns, optimum: np.ndarray, best: fl
 def genetic(problem: Problem, space: Unknowns, seed: int) -> tuple[float, float]:
     """log10 likelihood and processor time of one fit."""
     settings, begun = FitSettings(seed=seed, intervals=False), time.process_time()
-    state = fit.start(settings, problem)
-    while not fit.finished(settings, state):
-        state = fit.advance(settings, problem, state)
-    found = np.array(fit.refined(settings, problem, state)["found"])
+    found = np.array(fit.refined(settings, problem, fit.searched(settings, problem))["found"])
     spent = time.process_time() - begun
     print(f"seed {seed}: {height(problem, space, found):.4f} in {spent:.1f} s", flush=True)
     return height(problem, space, found), spent

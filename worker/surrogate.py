@@ -15,6 +15,7 @@ from slipstick.clutch.ensemble import LOCKED, TIGHT, Accuracy, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.table import Axis, HeldOut, Surrogate
+from slipstick.table.axis import box
 from slipstick.table.surrogate import germs
 from worker.build import ACCURACIES, add_model_arguments, read_model_arguments, require_distinct
 from worker.progress import Progress
@@ -64,7 +65,7 @@ def build(model: Model, conditions: Conditions, axes: tuple[Axis, ...], runs: in
         raise InvalidValue(f"{runs} runs, {steps} steps and seed {seed} train no surrogate",
                            f"Give {FEWEST_RUNS} runs or more, a step or more, and a seed from 0 to 2^32 - 1")
     places, fresh, training = np.random.default_rng(seed).spawn(3)
-    lower, upper = np.array([[axis.lower, axis.upper] for axis in axes]).T
+    lower, upper = box(axes)
     points = lower + (upper - lower) * qmc.LatinHypercube(len(axes), rng=places).random(runs)
     held_out = fresh.uniform(lower, upper, (HELD_OUT, len(axes)))
     times = _simulate(model, conditions, axes, points, accuracy, threads)

@@ -1,5 +1,6 @@
 """One axis of a table: multipliers of the nominal value of one parameter."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,3 +38,8 @@ class Axis:
     def upper(self) -> float:
         """Largest multiplier."""
         return float(self.values[-1])
+
+
+def box(axes: Sequence[Axis]) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest and largest multipliers of the axes, each of shape (d,)."""
+    return np.array([axis.lower for axis in axes]), np.array([axis.upper for axis in axes])

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from slipstick.errors import InvalidValue, OutsideTable
-from slipstick.table.axis import Axis
+from slipstick.table.axis import Axis, box
 
 Outside = Literal["error", "clip", "nan"]
 """What a point beyond the axes gives: `OutsideTable`, the value at the nearest edge, or NaN."""
@@ -20,7 +20,7 @@ def placed(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> tuple[
     if points.ndim != 2 or points.shape[1] != len(axes):
         raise InvalidValue(f"Points have shape {points.shape}, not (m, {len(axes)})",
                            f"Give one multiplier each of {', '.join(axis.name for axis in axes)}")
-    lower, upper = np.array([[axis.lower, axis.upper] for axis in axes]).T
+    lower, upper = box(axes)
     inside = (points >= lower) & (points <= upper)
     if not np.isfinite(points).all():
         row, column = np.argwhere(~np.isfinite(points))[0]
@@ -31,4 +31,4 @@ def placed(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> tuple[
         raise OutsideTable(f"Point {row} has {axis.name} = {points[row, column]:.6g}, outside the table's "
                            f"{axis.lower:.6g} to {axis.upper:.6g}",
                            "Choose clip or nan for such points, or build a wider table")
-    return np.clip(points, lower, upper), inside.all(axis=1)
+    return np.clip(points, lower, upper), np.asarray(inside.all(axis=1))

@@ -11,7 +11,7 @@ from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue
 from slipstick.hdf5 import Source
 from slipstick.table import store
-from slipstick.table.axis import Axis
+from slipstick.table.axis import Axis, box
 from slipstick.table.network import Network
 from slipstick.table.points import Outside, placed
 from slipstick.table.table import Table
@@ -141,6 +141,6 @@ def _count(source: Source, path: str, name: str) -> int:
 
 def germs(axes: tuple[Axis, ...], points: np.ndarray) -> np.ndarray:
     """The points (m, d) scaled so that, uniform over the box, they have mean 0 and variance 1."""
-    lower, upper = np.array([[axis.lower, axis.upper] for axis in axes]).T
+    lower, upper = box(axes)
     scaled: np.ndarray = np.sqrt(12) * (points - (lower + upper) / 2) / (upper - lower)
     return scaled

@@ -19,7 +19,7 @@ from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayou
 from slipstick.files import replacing
 from slipstick.hdf5 import Source
 from slipstick.table import store
-from slipstick.table.axis import Axis
+from slipstick.table.axis import Axis, box
 from slipstick.table.points import Outside
 
 
@@ -79,12 +79,12 @@ class Table(ABC):
     @property
     def lower(self) -> np.ndarray:
         """Smallest multiplier of each axis, (d,)."""
-        return np.array([axis.lower for axis in self.axes])
+        return box(self.axes)[0]
 
     @property
     def upper(self) -> np.ndarray:
         """Largest multiplier of each axis, (d,)."""
-        return np.array([axis.upper for axis in self.axes])
+        return box(self.axes)[1]
 
     @property
     @abstractmethod

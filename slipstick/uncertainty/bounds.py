@@ -55,12 +55,11 @@ def rough(error: float | None, output_std: float) -> Iterator[Remark]:
 def _at_bounds(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator[Remark]:
     d = len(space.axes)
     kinds = ["mean"] * d + ["std"] * d + ["output std"] + ["correlation"] * (len(found) - 2 * d - 1)
-    shares = (found - space.lower) / (space.upper - space.lower)
+    shares, plain = (found - space.lower) / (space.upper - space.lower), space.plain(found)
     for place, (kind, name, share) in enumerate(zip(kinds, space.names, shares, strict=True)):
         if NEAR < share < 1 - NEAR:
             continue
         side = "lower" if share <= NEAR else "upper"
-        value = np.exp(found[place]) if d <= place <= 2 * d else found[place]
         edges = problem.lower if side == "lower" else problem.upper
         if kind == "mean" and getattr(space, side)[place] == edges[place]:
             beyond = f"{'below' if side == 'lower' else 'above'} {edges[place]:.4g}"
@@ -68,13 +67,13 @@ def _at_bounds(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator
                          f"Build a table whose axis {problem.axes[place]} reaches {beyond}, and widen mean_bounds")
         else:
             unit = " s" if kind == "output std" else ""
-            yield Remark(name, f"The {name} is at its {side} bound, {value:.4g}{unit}", _REMEDIES[kind, side])
+            yield Remark(name, f"The {name} is at its {side} bound, {plain[place]:.4g}{unit}", _REMEDIES[kind, side])
 
 
 def _outside(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator[Remark]:
     inputs, d = space.candidate(found).inputs, len(space.axes)
     away = NEAR * (space.upper - space.lower)[:d]
-    inner = np.abs(inputs.mean - np.clip(inputs.mean, problem.lower + away, problem.upper - away)) == 0
+    inner = (inputs.mean >= problem.lower + away) & (inputs.mean <= problem.upper - away)
     masses = axis_mass_outside(inputs, problem.lower, problem.upper)
     for name, mass, mean, std, low, high, within in zip(problem.axes, masses, inputs.mean, inputs.marginal_std,
                                                         problem.lower, problem.upper, inner, strict=True):

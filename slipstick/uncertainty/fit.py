@@ -3,9 +3,7 @@
 A search is a state that `advance` moves on by one generation, or one block of the classic grid: JSON, complete, and the
 same after a restart.
 
-    state = start(settings, problem)
-    while not finished(settings, state):
-        state = advance(settings, problem, state)
+    state = searched(settings, problem)  # start, and advance until finished
     estimate = refined(settings, problem, state)
     while not profiled(settings, estimate):
         estimate = profile(settings, problem, estimate)
@@ -31,7 +29,7 @@ from slipstick.uncertainty.settings import FitSettings
 from slipstick.uncertainty.unknowns import Unknowns, nominal, unknowns
 
 __all__ = ["Estimate", "FitSettings", "State", "advance", "conclude", "finished", "profile", "profiled", "progress",
-           "refined", "start"]
+           "refined", "searched", "start"]
 
 _BETTER = 0.01  # decades by which a profile must beat the estimate to take its place
 
@@ -94,6 +92,14 @@ def finished(settings: FitSettings, state: State) -> bool:
     return history[-1] - history[-1 - settings.patience] <= settings.tolerance
 
 
+def searched(settings: FitSettings, problem: Problem) -> State:
+    """The state at the end of a search that nothing interrupts."""
+    state = start(settings, problem)
+    while not finished(settings, state):
+        state = advance(settings, problem, state)
+    return state
+
+
 def progress(settings: FitSettings, problem: Problem, state: State) -> dict[str, Any]:
     """How far the search is and the best so far; None before there is any."""
     best: dict[str, Any] = {"mean": None, "std": None, "output_std": None, "correlation": None}
@@ -115,8 +121,7 @@ def refined(settings: FitSettings, problem: Problem, state: State) -> Estimate:
 
 def profiled(settings: FitSettings, estimate: Estimate) -> bool:
     """Whether the estimate has all its intervals."""
-    identified = [one for one in estimate["combinations"] if one["identified"]]
-    return not settings.intervals or len(estimate["intervals"]) == len(estimate["found"]) + len(identified)
+    return not settings.intervals or len(estimate["intervals"]) == len(estimate["found"]) + len(_identified(estimate))
 
 
 def profile(settings: FitSettings, problem: Problem, estimate: Estimate) -> Estimate:
@@ -125,8 +130,8 @@ def profile(settings: FitSettings, problem: Problem, estimate: Estimate) -> Esti
     Where its profile rises above the estimate, that was no maximum: then it is a better one, without intervals.
     """
     space, found, done = unknowns(settings, problem), np.array(estimate["found"]), estimate["intervals"]
-    identified = [np.array(one["weights"]) for one in estimate["combinations"] if one["identified"]]
-    direction = [*np.eye(len(found)), *(direction_of(space, weights) for weights in identified)][len(done)]
+    others = [direction_of(space, np.array(one["weights"])) for one in _identified(estimate)]
+    direction = [*np.eye(len(found)), *others][len(done)]
     one = interval(problem, space, found, direction, settings.level)
     if settings.refine and one.curve[:, 1].min() < -_BETTER:
         better = refine(problem, space, one.highest)
@@ -172,6 +177,10 @@ def conclude(settings: FitSettings, problem: Problem, state: State, estimate: Es
         "generations": state["generation"],
         "history": list(state["history"]),
     }
+
+
+def _identified(estimate: Estimate) -> list[dict[str, Any]]:
+    return [one for one in estimate["combinations"] if one["identified"]]
 
 
 def _combination(space: Unknowns, one: dict[str, Any], ends: dict[str, Any] | None) -> dict[str, Any]:

@@ -33,7 +33,7 @@ def refine(problem: Problem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
     The model itself is the judge: polynomials about one candidate and another cannot be compared.
     """
     reached = [_ascend(problem, space, start) for start in (begin, *_alone(problem, space, begin))]
-    return max((begin, *reached), key=lambda vector: float(exact(problem, space.candidate(vector)).sum()))
+    return max((begin, *reached), key=lambda vector: _height(problem, space, vector))
 
 
 def nearby(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Problem, Unknowns]:
@@ -107,11 +107,15 @@ def _ascend(problem: Problem, space: Unknowns, start: np.ndarray) -> np.ndarray:
     vector = start
     for _ in range(ROUNDS):
         near, region = nearby(problem, space, vector)
-        before = float(with_gradient(near, region, vector)[0].sum())
-        vector, reached = climb(near, region, vector)
-        if near.knots is not None or reached - before < _GAIN:
+        before = vector
+        vector, reached = climb(near, region, before)
+        if near.knots is not None or reached - _height(near, region, before) < _GAIN:
             break
     return vector
+
+
+def _height(problem: Problem, space: Unknowns, vector: np.ndarray) -> float:
+    return float(exact(problem, space.candidate(vector)).sum())
 
 
 def _alone(problem: Problem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:

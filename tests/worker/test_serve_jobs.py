@@ -95,9 +95,7 @@ def uninterrupted(shelf: Path) -> dict[str, Any]:
     """The result of the same fit in this process, without worker, service, database or JSON."""
     library, settings = Library(shelf), fit.FitSettings(**SETTINGS)
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
-    state = fit.start(settings, problem)
-    while not fit.finished(settings, state):
-        state = fit.advance(settings, problem, state)
+    state = fit.searched(settings, problem)
     estimate = fit.refined(settings, problem, state)
     while not fit.profiled(settings, estimate):
         estimate = fit.profile(settings, problem, estimate)
