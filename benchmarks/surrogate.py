@@ -12,7 +12,7 @@ them by default; fits with default settings but for the intervals.
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product as every
 from pathlib import Path
 from typing import TypeVar
@@ -42,9 +42,11 @@ NESTED = ("pressure_bias", "initial_position", "friction_coefficient", "current_
 HALF_WIDTHS = {2: 0.5, 3: 0.5, 5: 0.5, 7: 0.3}
 """Of the box about 1, by the number of parameters: with seven, a corner of a box of 0.35 does not lock."""
 GRID = 50
-REACH, NARROWEST = 4.0, 0.02  # stds by which the second box surrounds the fit, and its least half width
+REACH, NARROWEST = 6.0, 0.02  # stds by which the second box surrounds the fit, and its least half width
+WIDEST, FARTHEST = 1 / 4, 1 / 3  # half widths of it that a refined std, and a step of the mean, may take
 GOOD = 0.1  # error of a surrogate that needs no second one, in output stds
 SETTINGS = FitSettings(intervals=False)
+LEAST = SETTINGS.std_bounds[0][0]
 HEADER = ("parameters", "unknowns", "model", "engagements simulated [1e6]", "build: wall [s]",
           "build: processor time [s]", "error [ms RMS]", "worst error [ms]", "fit: wall [s]", "fit: processor time [s]",
           "output std found [ms]", "log10 likelihood found", "the same by direct simulation")
@@ -141,16 +143,17 @@ def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[ob
                    np.minimum(box.upper, candidate.inputs.mean + half))
         second = built.on(lambda: build(model, recordings.conditions, near.axes(model)))
         by_second = table_problem(second, recordings, "clip")
-        found = spent.on(lambda: refine(by_second, unknowns(SETTINGS, by_second), found))
+        # Runs beyond the box are clipped, which flatters: neither mean nor std may send many there.
+        means, steps = candidate.inputs.mean, FARTHEST * half
+        settings = replace(SETTINGS, std_bounds=tuple((LEAST, WIDEST * width) for width in half),
+                           mean_bounds=tuple(zip(means - steps, means + steps, strict=True)))
+        found = spent.on(lambda: refine(by_second, unknowns(settings, by_second), found))
         yield row("surrogate, then one about its fit", by_second, found, 2 * engagements, built, second.error, spent)
 
 
 def fitted(problem: Problem) -> np.ndarray:
     """The unknowns that a fit finds."""
-    state = fit.start(SETTINGS, problem)
-    while not fit.finished(SETTINGS, state):
-        state = fit.advance(SETTINGS, problem, state)
-    return np.array(fit.refined(SETTINGS, problem, state)["found"])
+    return np.array(fit.refined(SETTINGS, problem, fit.searched(SETTINGS, problem))["found"])
 
 
 def gridded(model: Model, conditions: Conditions, box: Box) -> Grid:
