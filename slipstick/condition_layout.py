@@ -15,11 +15,14 @@ CONDITION_UNITS = {
 }
 """The columns of the group `conditions` and the unit of each."""
 
+RUN_ORDER = "conditions/run_order"
+"""Dataset, of the unit 1, that may be absent."""
+
 _PROFILE_UNITS = {"time": "s", "current": "A"}
 
 
 def read_conditions(source: Source) -> Conditions:
-    """Read the groups `conditions` and `current_profiles`; raises the error of `source`."""
+    """Read the groups `conditions`, with the run order if it is there, and `current_profiles`; raises its error."""
     columns: list[np.ndarray] = []
     length: int | None = None
     for name, unit in CONDITION_UNITS.items():
@@ -30,18 +33,22 @@ def read_conditions(source: Source) -> Conditions:
                                "Give a finite number that is not negative; conditions count from 0")
         columns.append(column.astype(np.int64 if unit == "1" else np.float64))
         length = len(column)
-    profiles = [source.array(f"current_profiles/{name}", "fiu", (None, None), unit).astype(np.float64)
+    order = source.array(RUN_ORDER, "iu", (length,), "1").astype(np.int64) if source.has(RUN_ORDER) else None
+    time, current = [source.array(f"current_profiles/{name}", "fiu", (None, None), unit).astype(np.float64)
                 for name, unit in _PROFILE_UNITS.items()]
     try:
-        return Conditions(*columns, *profiles)
+        profile, speed, inertia, brake = columns
+        return Conditions(profile, speed, inertia, brake, time, current, order)
     except InvalidValue as error:
         raise source.error(error.cause, error.remedy) from error
 
 
 def write_conditions(file: h5py.File, conditions: Conditions) -> None:
-    """Write the groups `conditions` and `current_profiles`."""
+    """Write the groups `conditions`, with the run order if there is one, and `current_profiles`."""
     for name, unit in CONDITION_UNITS.items():
         _write(file, f"conditions/{name}", getattr(conditions, name), unit)
+    if conditions.run_order is not None:
+        _write(file, RUN_ORDER, conditions.run_order.astype(np.int64), "1")
     for name, unit in _PROFILE_UNITS.items():
         _write(file, f"current_profiles/{name}", getattr(conditions, f"profile_{name}"), unit)
 

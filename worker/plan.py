@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -47,7 +47,7 @@ class Plan:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all that the numbers depend on, the program included: chunks are shared only by equals."""
-        columns = [getattr(self.conditions, column.name).tolist() for column in fields(self.conditions)]
+        columns = [column.tolist() for column in self.conditions.columns(self.model.uses_run_order)]
         axes = [(axis.name, axis.values.tolist()) for axis in self.axes]
         described = json.dumps([self.model.digest, columns, axes, vars(self.accuracy), CHUNK])
         hashed = hashlib.sha256(described.encode())

@@ -8,7 +8,7 @@ import hashlib
 from pathlib import Path
 
 from slipstick.clutch import driver, effects, loading
-from slipstick.clutch.fastmath import kernel
+from slipstick.clutch.fastmath import allocating
 
 _SOURCES = sorted(Path(__file__).parent.rglob("*.py"))
 _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
@@ -28,7 +28,7 @@ def _compile(key):
         key  # noqa: B018
         loading.initial_speeds(*arguments)
 
-    return kernel(drive, cache=True), kernel(observe, cache=True), kernel(initial_speeds, cache=True)
+    return allocating(drive, cache=True), allocating(observe, cache=True), allocating(initial_speeds, cache=True)
 
 
 drive, observe, initial_speeds = _compile(_KEY)

@@ -3,7 +3,7 @@
 import hashlib
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -33,7 +33,9 @@ class Conditions:
     """n engagements and the p current profiles they use, each of k breakpoints joined by straight lines.
 
     Shapes: `current_profile` (n,) index into the profiles, `motor_speed` (n,) rad/s, `load_inertia` (n,) kg m^2,
-    `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. Raises `InvalidValue`.
+    `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. `run_order` (n,) is the place of each
+    engagement in the sequence in which they were run, from 0, where known: only effects that drift look at it, and
+    it is no part of what a condition is. Raises `InvalidValue`.
     """
 
     current_profile: np.ndarray
@@ -42,6 +44,7 @@ class Conditions:
     brake_torque: np.ndarray
     profile_time: np.ndarray
     profile_current: np.ndarray
+    run_order: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Check shapes, order, finiteness and signs once, so that nothing downstream has to."""
@@ -52,6 +55,10 @@ class Conditions:
             floor = column >= 0 if name == "brake_torque" else column > 0
             _require(bool(np.all(np.isfinite(column) & floor)), f"{name} has values that are not finite and positive",
                      "Check the column and its unit")
+        order = np.zeros(n) if self.run_order is None else self.run_order
+        _require(order.shape == (n,) and bool(np.all(np.equal(np.mod(order, 1), 0))),
+                 "run_order is not one whole number a condition",
+                 "Give the place of each engagement in the sequence, or leave run_order out")
         time, current = self.profile_time, self.profile_current
         _require(time.ndim == 2 and time.shape == current.shape and time.shape[1] >= 2,
                  f"profile times {time.shape} and currents {current.shape} do not pair up",
@@ -67,18 +74,24 @@ class Conditions:
     def __len__(self) -> int:
         return len(self.current_profile)
 
+    def columns(self, in_order: bool = False) -> list[np.ndarray]:
+        """All fields that say what the conditions are; `in_order`: and the run order, if it is known."""
+        columns = [getattr(self, field.name) for field in fields(self) if field.name != "run_order"]
+        return [*columns, self.run_order.astype(np.int64)] if in_order and self.run_order is not None else columns
+
     @property
     def digest(self) -> str:
         """SHA-256 over all columns to nine digits, so that the rounding of a file format does not matter."""
-        columns = (np.asarray(getattr(self, field.name), dtype=float) for field in fields(self))
+        columns = (np.asarray(column, dtype=float) for column in self.columns())
         text = "\n".join(f"{column.shape} " + " ".join(f"{value:.9g}" for value in column.flat) for column in columns)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def take(self, indices: Sequence[int] | np.ndarray) -> "Conditions":
         """Return the conditions at `indices`, in that order."""
         chosen = np.asarray(indices, dtype=np.int64)
-        return Conditions(self.current_profile[chosen], self.motor_speed[chosen], self.load_inertia[chosen],
-                          self.brake_torque[chosen], self.profile_time, self.profile_current)
+        return replace(self, current_profile=self.current_profile[chosen], motor_speed=self.motor_speed[chosen],
+                       load_inertia=self.load_inertia[chosen], brake_torque=self.brake_torque[chosen],
+                       run_order=None if self.run_order is None else self.run_order[chosen])
 
 
 def paper_conditions() -> Conditions:
@@ -88,6 +101,23 @@ def paper_conditions() -> Conditions:
     time = np.array([[0, 0.002, end, end + 0.01, end + 0.15, end + 1.5, HORIZON] for _, _, end, _ in _PROFILES])
     current = np.array([[0.1, peak, peak, hold, hold, final, final] for peak, hold, _, final in _PROFILES])
     return Conditions(profile.astype(np.int64), speed, inertia, brake, time, current)
+
+
+def turns(current: np.ndarray) -> np.ndarray:
+    """How a current (k,) in A came to each of its breakpoints, as hysteresis needs it: (k, 3).
+
+    Columns: direction of the line that begins there (+1 rising, -1 falling, on a flat one the last), current at the
+    last turn (before the first, the first current), and how far the current had gone when it turned there (0 before).
+    """
+    directions = np.sign(np.diff(current, append=current[-1]))
+    rises = directions[directions != 0]
+    direction, turn, swing = rises[0] if len(rises) else 1.0, current[0], 0.0
+    history = []
+    for value, heads in zip(current, directions, strict=True):
+        if heads == -direction:
+            direction, turn, swing = heads, value, abs(value - turn)
+        history.append((direction, turn, swing))
+    return np.array(history)
 
 
 def _require(holds: bool, cause: str, remedy: str) -> None:

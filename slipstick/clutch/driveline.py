@@ -4,7 +4,7 @@ import numpy as np
 
 from slipstick.clutch import converter
 from slipstick.clutch.fastmath import compiled, kernel
-from slipstick.clutch.hooks import hook
+from slipstick.clutch.hooks import hook, memories
 from slipstick.clutch.lanes import (
     BRAKE,
     BREAKAWAY,
@@ -38,6 +38,7 @@ from slipstick.clutch.lanes import (
     RATE,
     RELEASE,
     SLIPPING,
+    STICK,
 )
 
 # The curves on an even grid that contains all their points, so that the place of a speed ratio is one product.
@@ -48,7 +49,8 @@ _CAPACITY = np.interp(_GRID, converter.SPEED_RATIO, converter.CAPACITY_FACTOR)
 _TORQUE_RATIO_RISE, _CAPACITY_RISE = np.diff(_TORQUE_RATIO), np.diff(_CAPACITY)
 
 _on_friction, _on_film = hook("friction coefficient"), hook("film torque")
-_on_converter, _on_load = hook("converter torque"), hook("load torque")
+_on_converter, _on_load, _on_stick = hook("converter torque"), hook("load torque"), hook("stick torque")
+_move_memories = memories()
 
 
 @compiled
@@ -83,12 +85,19 @@ def driveline(b, active):
     _on_converter(b, active)
     _on_load(b, active)
     for i in range(LANES):
+        drive = b[CONVERTER + i] - b[INPUT_VISCOUS + i] * b[INPUT_SPEED + i] - b[INPUT_COULOMB + i]
+        stick_rate = (drive - b[LOAD + i] * b[INVERSE_GEAR + i]) * b[INVERSE_TOTAL_INERTIA + i]
+        b[STICK + i] = drive - b[INPUT_INERTIA + i] * stick_rate
+    _on_stick(b, active)
+    for i in range(LANES):
         capacity = b[RAMP + i] * b[FRICTION + i] * b[CONTACT + i]
         slip_torque = capacity * b[DIRECTION + i] + b[FILM + i]
         drive = b[CONVERTER + i] - b[INPUT_VISCOUS + i] * b[INPUT_SPEED + i] - b[INPUT_COULOMB + i]
         stick_rate = (drive - b[LOAD + i] * b[INVERSE_GEAR + i]) * b[INVERSE_TOTAL_INERTIA + i]
-        stick_torque = drive - b[INPUT_INERTIA + i] * stick_rate
+        stick_torque = b[STICK + i]
         slipping = b[SLIPPING + i] > 0.0
+        # Plates that stick join the shafts rigidly unless an effect says otherwise.
+        apart = slipping | (stick_torque != drive - b[INPUT_INERTIA + i] * stick_rate)
         torque = slip_torque if slipping else stick_torque
         b[CLUTCH_TORQUE + i] = torque
         net = b[GEAR + i] * torque - b[LOAD + i]
@@ -96,5 +105,6 @@ def driveline(b, active):
         b[RELEASE + i] = abs(stick_torque) - capacity
         slip_rate = (drive - torque) * b[INVERSE_INPUT_INERTIA + i]
         load_rate = net * b[INVERSE_LOAD_INERTIA + i] * b[MOVING + i]
-        b[RATE + 3 * LANES + i] = slip_rate if slipping else stick_rate
-        b[RATE + 4 * LANES + i] = load_rate if slipping else stick_rate * b[INVERSE_GEAR + i]
+        b[RATE + 3 * LANES + i] = slip_rate if apart else stick_rate
+        b[RATE + 4 * LANES + i] = load_rate if apart else stick_rate * b[INVERSE_GEAR + i]
+    _move_memories(b, active)

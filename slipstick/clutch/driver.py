@@ -3,7 +3,7 @@
 import numpy as np
 
 from slipstick.clutch.driveline import driveline
-from slipstick.clutch.fastmath import kernel
+from slipstick.clutch.fastmath import allocating, kernel
 from slipstick.clutch.hydraulics import hydraulics
 from slipstick.clutch.integrator import (
     LOCKS,
@@ -30,45 +30,44 @@ from slipstick.clutch.lanes import (
     SLIPPING,
     STAGE_TIME,
     STATE,
-    STATES,
     STEP,
     TIME,
 )
 from slipstick.clutch.loading import load, park, set_line
 
 LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
-SAMPLE = STATES + 2
-"""Numbers kept a sample: the five states, slipping or stuck, direction of the slip."""
 
+@allocating
+def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, initial_speed, profile_lines, fine,
+          coarse, sample_times, samples, times, status):
+    """Simulate engagements first..stop-1 and fill `times` in s, `status`, and `samples` of this range if wanted.
 
-@kernel
-def drive(first, stop, vectors, coefficients, active, conditions, profiles, initial_speed, profile_lines, fine, coarse,
-          sample_times, samples, times, status):
-    """Simulate engagements first..stop-1 (point-major) and fill `times` in s, `status`, and `samples` if wanted.
-
-    `conditions` is (n, 3): motor speed, load inertia, brake torque; `profiles` (n, 2): current profile, column of
-    `initial_speed`. An engagement that has not locked when its current profile ends never does.
+    Engagement e is that of point e // each under condition e modulo n: each = n takes every point under all n
+    conditions, each = 1 pairs them. `acts` says which effects act. `conditions` is (n, 4): motor speed, load inertia,
+    brake torque, place in the run order; `profiles` (n, 2): current profile, column of `initial_speed`. A sample is the
+    states, slipping or stuck, direction of the slip. An engagement that has not locked when its current profile ends
+    never does.
     """
+    active, states = acts.active, acts.states
     n, count, last_line = len(conditions), len(sample_times), profile_lines.shape[1] - 1
     b = np.zeros(SIZE)
     who, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
     line, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
-    for i in range(LANES):
-        park(b, i)
     waiting, busy = first, 0
     while True:
         for i in range(LANES):
             if who[i] < 0 and waiting < stop:
-                point = waiting // n
-                condition = waiting - point * n
+                point, condition = waiting // each, waiting % n
                 profile[i] = profiles[condition, 0]
-                load(b, i, vectors, coefficients, point, conditions, condition,
+                load(b, i, vectors, coefficients, acts, point, conditions, condition,
                      initial_speed[point, profiles[condition, 1]])
                 set_line(b, i, profile_lines, profile[i], 0)
                 times[waiting], status[waiting] = np.nan, NEVER_LOCKED
                 who[i], line[i], sampled[i] = waiting, 0, 0
                 waiting += 1
                 busy += 1
+            elif who[i] < 0:
+                park(b, i)
         if busy == 0:
             return
         freed = False
@@ -79,8 +78,8 @@ def drive(first, stop, vectors, coefficients, active, conditions, profiles, init
             if count > 0:
                 for i in range(LANES):
                     if who[i] >= 0:
-                        sampled[i] = sample(b, i, sample_times, sampled[i], samples, who[i])
-            accept(b)
+                        sampled[i] = sample(b, i, states, sample_times, sampled[i], samples[who[i] - first])
+            accept(b, active)
             if marks == 0 and count == 0:
                 continue
             for i in range(LANES):
@@ -90,7 +89,7 @@ def drive(first, stop, vectors, coefficients, active, conditions, profiles, init
                 what = NOTHING
                 if b[EVENT + i] > 1.0:
                     what, share = locate(b, i)
-                    settle(b, i, what, share)
+                    settle(b, i, what, share, states)
                     if what == LOCKS and status[engagement] == NEVER_LOCKED and line[i] < last_line:
                         times[engagement], status[engagement] = b[TIME + i], LOCKED
                     elif what == LOSES:
@@ -100,14 +99,13 @@ def drive(first, stop, vectors, coefficients, active, conditions, profiles, init
                     set_line(b, i, profile_lines, profile[i], line[i])
                 decided = status[engagement] == LOCKED or line[i] == last_line
                 if what == LOSES or (decided and sampled[i] == count):
-                    park(b, i)
                     who[i] = -1
                     busy -= 1
                     freed = True
 
 
 @kernel
-def sample(b, i, sample_times, position, samples, engagement):
+def sample(b, i, states, sample_times, position, samples):
     """Keep lane i's states at all sample times from `position` on that its step reaches; returns the next position."""
     what, share = NOTHING, 1.0
     if b[EVENT + i] > 1.0:
@@ -115,34 +113,37 @@ def sample(b, i, sample_times, position, samples, engagement):
     reach = b[TIME + i] + share * b[STEP + i]
     while what != LOSES and position < len(sample_times) and sample_times[position] <= reach:
         at = (sample_times[position] - b[TIME + i]) / b[STEP + i]
-        for s in range(STATES):
-            samples[engagement, position, s] = dense(b, s * LANES + i, at)
-        samples[engagement, position, STATES] = b[SLIPPING + i]
-        samples[engagement, position, STATES + 1] = b[DIRECTION + i]
+        for s in range(states):
+            samples[position, s] = dense(b, s * LANES + i, at)
+        samples[position, states] = b[SLIPPING + i]
+        samples[position, states + 1] = b[DIRECTION + i]
         position += 1
     return position
 
 
-@kernel
-def observe(first, stop, vectors, coefficients, active, conditions, profiles, profile_lines, sample_times, samples,
+@allocating
+def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles, profile_lines, sample_times, samples,
             signals):
-    """Turn samples into signals[engagement, time]: pressure, input speed, output speed, output torque, position."""
+    """Turn samples into signals[engagement, time]: pressure, input speed, output speed, output torque, position.
+
+    The arguments are those of `drive`.
+    """
+    active, states = acts.active, acts.states
     n, count = len(conditions), len(sample_times)
     b = np.zeros(SIZE)
     for engagement in range(first, stop):
-        point = engagement // n
-        condition = engagement - point * n
+        point, condition = engagement // each, engagement % n
         profile = profiles[condition, 0]
         line = 0
         for i in range(LANES):
-            load(b, i, vectors, coefficients, point, conditions, condition, 0.0)
+            load(b, i, vectors, coefficients, acts, point, conditions, condition, 0.0)
         for start in range(0, count, LANES):
             for i in range(LANES):
                 position = min(start + i, count - 1)
-                for s in range(STATES):
-                    b[STATE + s * LANES + i] = samples[engagement, position, s]
-                b[SLIPPING + i] = samples[engagement, position, STATES]
-                b[DIRECTION + i] = samples[engagement, position, STATES + 1]
+                for s in range(states):
+                    b[STATE + s * LANES + i] = samples[engagement - first, position, s]
+                b[SLIPPING + i] = samples[engagement - first, position, states]
+                b[DIRECTION + i] = samples[engagement - first, position, states + 1]
                 b[STAGE_TIME + i] = sample_times[position]
                 while sample_times[position] >= profile_lines[profile, line, 3]:
                     line += 1

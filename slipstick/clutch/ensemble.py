@@ -4,6 +4,7 @@ The compiled integrator behind it is `driver` (the loop), `integrator` (the step
 equations), with all effects of the catalogue in; `reference` is its slow readable twin.
 """
 
+import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -12,9 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.clutch import effects, parameters
+from slipstick.clutch.acting import acting, shown
 from slipstick.clutch.compilation import drive, initial_speeds, observe
 from slipstick.clutch.conditions import Conditions
-from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED, SAMPLE
+from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED
+from slipstick.clutch.lanes import LANES
 from slipstick.clutch.loading import lines
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
@@ -22,9 +25,10 @@ from slipstick.errors import InvalidValue
 __all__ = ["DEFAULT", "FAILED", "LOCKED", "NEVER_LOCKED", "STATUS", "TIGHT", "Accuracy", "Response", "Simulator",
            "initial_input_speed", "shifting_times", "signals", "simulate"]
 
+_SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque", "piston_position")
 STATUS = {LOCKED: "locked", NEVER_LOCKED: "never locked", FAILED: "failed"}
 _BLOCK = 4096
-"""Engagements a thread takes at a time."""
+"""Most engagements a thread takes at a time."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,7 @@ TIGHT = Accuracy(2e-4, 1e-3)
 class Response:
     """What m points under n conditions gave: shifting times and status (m, n), and k samples of each signal (m, n, k).
 
+    Of paired points and conditions the shapes are (n,) and (n, k).
     Shifting times are in s and NaN unless locked. Signals of a failed engagement are NaN from where it failed.
     """
 
@@ -64,38 +69,47 @@ class Response:
 
 def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditions,
              sample_times: np.ndarray | None = None, accuracy: Accuracy = DEFAULT,
-             threads: int | None = None) -> Response:
+             threads: int | None = None, paired: bool = False) -> Response:
     """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions.
 
-    `sample_times` (k,) in s, rising, asks for signals. The result does not depend on `threads`, nor on what is
+    Every point meets every condition; if `paired`, m = n and point i meets only condition i. `sample_times` (k,) in s,
+    rising, asks for signals: what the sensors show of them. The result does not depend on `threads`, nor on what is
     simulated beside it. Raises `InvalidValue`; an engagement that never locks or blows up is a status, not an error.
     """
     vectors, coefficients = np.ascontiguousarray(vectors, float), np.ascontiguousarray(coefficients, float)
     wanted = np.empty(0) if sample_times is None else np.ascontiguousarray(sample_times, float)
     _check(vectors, coefficients, wanted, accuracy)
-    active = np.array([np.any(coefficients[:, effects.span(effect)] != effects.neutral()[effects.span(effect)])
-                       for effect in effects.CATALOGUE], dtype=np.bool_)
+    if paired and len(vectors) != len(conditions):
+        raise InvalidValue(f"{len(vectors)} points do not pair up with {len(conditions)} conditions",
+                           "Give one point a condition")
+    acts = acting(coefficients)
     initial, column = initial_input_speed(vectors, conditions)
-    columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque])
+    order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
+    columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order])
     profiles = np.column_stack([conditions.current_profile, column]).astype(np.int64)
     profile_lines = lines(conditions.profile_time, conditions.profile_current)
 
-    m, n, k = len(vectors), len(conditions), len(wanted)
-    times, status = np.empty(m * n), np.empty(m * n, np.uint8)
-    samples, recorded = np.full((m * n, k, SAMPLE), np.nan), np.full((m * n, k, 5), np.nan)
+    n, k, workers = len(conditions), len(wanted), threads or os.cpu_count() or 1
+    shape, each = ((n,), 1) if paired else ((len(vectors), n), n)
+    total = math.prod(shape)
+    size = min(_BLOCK, LANES * max(1, math.ceil(total / (workers * LANES))))
+    times, status, recorded = np.empty(total), np.empty(total, np.uint8), np.full((total, k, 5), np.nan)
 
     def block(first: int) -> None:
-        stop = min(first + _BLOCK, m * n)
-        drive(first, stop, vectors, coefficients, active, columns, profiles, initial, profile_lines, accuracy.fine,
-              accuracy.coarse, wanted, samples, times, status)
+        stop = min(first + size, total)
+        samples = np.full((stop - first, k, acts.states + 2), np.nan)
+        drive(first, stop, each, vectors, coefficients, acts, columns, profiles, initial, profile_lines,
+              accuracy.fine, accuracy.coarse, wanted, samples, times, status)
         if k:
-            observe(first, stop, vectors, coefficients, active, columns, profiles, profile_lines, wanted, samples,
+            observe(first, stop, each, vectors, coefficients, acts, columns, profiles, profile_lines, wanted, samples,
                     recorded)
 
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        list(pool.map(block, range(0, m * n, _BLOCK)))
-    columns_of = recorded.reshape(m, n, k, 5)
-    return Response(times.reshape(m, n), status.reshape(m, n), *(columns_of[..., s] for s in range(5)))
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(block, range(0, total, size)))
+    truth = {name: recorded[..., s].reshape(*shape, k) for s, name in enumerate(_SIGNALS)}
+    return Response(times.reshape(shape), status.reshape(shape), **{
+        name: shown(signal, f"{name.replace('_', ' ')} sensor", wanted, coefficients) if k else signal
+        for name, signal in truth.items()})
 
 
 def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (), points: np.ndarray | None = None,

@@ -9,9 +9,22 @@ from numba.extending import register_jitable
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def kernel(function: Function, cache: bool = False) -> Function:
-    """Compile on first use. Division by zero gives inf or NaN: the check for it would stop vectorization."""
-    return njit(error_model="numpy", nogil=True, cache=cache)(function)  # type: ignore[return-value]
+def kernel(function: Function) -> Function:
+    """Compile on first use, for functions that make no arrays: none are counted, and so threads share no counter.
+
+    Division by zero gives inf or NaN: the check for it would stop vectorization.
+    """
+    return _compile(function, _nrt=False)
+
+
+def allocating(function: Function, cache: bool = False) -> Function:
+    """As `kernel`, for a function that makes arrays."""
+    return _compile(function, cache=cache)
+
+
+def _compile(function: Function, **options: Any) -> Function:
+    options |= {"error_model": "numpy", "nogil": True}
+    return njit(**options)(function)  # type: ignore[no-any-return]
 
 
 def compiled(function: Function) -> Function:
@@ -19,7 +32,7 @@ def compiled(function: Function) -> Function:
     return register_jitable(inline="always")(function)
 
 
-@compiled
+@kernel
 def exp(x: float) -> float:
     """e to the power x to a relative 5e-13, held beyond 700: a Taylor polynomial of x/1024, squared ten times."""
     r = min(700.0, max(-700.0, x)) * 0.0009765625

@@ -1,26 +1,46 @@
 """Where the catalogue meets the equations: one compiled function a quantity, holding all effects on it.
 
-An effect whose coefficients are neutral throughout a call is passed over by one branch outside the loop over lanes.
+A quantity that no effect changes in a call costs one branch outside the loop over lanes, and so does an effect whose
+coefficients are neutral throughout.
 """
 
 from collections.abc import Callable
 from typing import Any
 
 from slipstick.clutch import effects
-from slipstick.clutch.effects.effect import Effect, Signals
+from slipstick.clutch.effects.effect import Effect, Memory, Signals
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
+    ACTING,
+    CLUTCH_TORQUE,
     COEFFICIENTS,
+    CONTACT,
+    FRICTION,
     GEAR,
     INPUT_SPEED,
     LANES,
+    LINE_CURRENT,
+    LINE_DIRECTION,
+    LINE_SLOPE,
+    LINE_SWING,
+    LINE_TIME,
+    LINE_TURN,
+    MEMORIES,
     MOTOR_SPEED,
     OUTPUT_SPEED,
     PISTON_STATE,
     PRESSURE,
     PRESSURE_RATE,
     QUANTITY,
+    RAMP,
+    RATE,
+    REMEMBERING,
+    RUN,
+    SLIPPING,
     STAGE_TIME,
+    STATE,
+    STATES,
+    VALUE,
 )
 
 Hook = Callable[[Any, Any], None]
@@ -31,8 +51,18 @@ def hook(quantity: str) -> Hook:
     chain: Hook = _nothing
     for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
         if effect.quantity == quantity:
-            chain = _link(effect, position, chain)
-    return chain
+            link = _link(effect, position, chain) if effect.memory is None else _remember(effect, position, chain)
+            chain = link
+    return _only_if(ACTING[quantity], chain)
+
+
+def memories() -> Hook:
+    """Compile f(b, active), which fills the rates of the states that effects keep, once all torques are known."""
+    chain: Hook = _nothing
+    for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
+        if effect.memory is not None:
+            chain = _move(effect, effect.memory, position, chain)
+    return _only_if(REMEMBERING, chain)
 
 
 @kernel
@@ -40,19 +70,78 @@ def _nothing(b, active):
     pass
 
 
+def _only_if(flag: int, chain: Hook) -> Hook:
+    # Small enough to be copied into the equations, which a chain is not.
+    @kernel
+    def guarded(b, active):
+        if active[flag]:
+            chain(b, active)
+
+    return guarded if chain is not _nothing else _nothing
+
+
+@kernel
+def _signals(b, i, clutch_torque, friction_power, memory):
+    slip = b[INPUT_SPEED + i] - b[GEAR + i] * b[OUTPUT_SPEED + i]
+    current = b[LINE_CURRENT + i] + b[LINE_SLOPE + i] * (b[STAGE_TIME + i] - b[LINE_TIME + i])
+    return Signals(b[STAGE_TIME + i], b[PRESSURE + i], b[PRESSURE_RATE + i], b[PISTON_STATE + i], b[INPUT_SPEED + i],
+                   b[OUTPUT_SPEED + i], slip, b[MOTOR_SPEED + i], current, b[LINE_DIRECTION + i], b[LINE_TURN + i],
+                   b[LINE_SWING + i], b[RUN + i], 1.0 - b[SLIPPING + i], clutch_torque, friction_power, memory)
+
+
+@kernel
+def _four(b, k):
+    return b[k], b[k + LANES], b[k + 2 * LANES], b[k + 3 * LANES]
+
+
+def _coefficients(effect: Effect) -> int:
+    return COEFFICIENTS + int(effects.span(effect).start) * LANES
+
+
 def _link(effect: Effect, position: int, rest: Hook) -> Hook:
-    formula, row = effect.formula, QUANTITY[effect.quantity]
-    first = COEFFICIENTS + effects.span(effect).start * LANES
+    formula, row, first = effect.formula, QUANTITY[effect.quantity], _coefficients(effect)
 
     @kernel
     def link(b, active):
         if active[position]:
             for i in range(LANES):
-                slip = b[INPUT_SPEED + i] - b[GEAR + i] * b[OUTPUT_SPEED + i]
-                signals = Signals(b[STAGE_TIME + i], b[PRESSURE + i], b[PRESSURE_RATE + i], b[PISTON_STATE + i],
-                                  b[INPUT_SPEED + i], b[OUTPUT_SPEED + i], slip, b[MOTOR_SPEED + i])
-                c = (b[first + i], b[first + LANES + i], b[first + 2 * LANES + i], b[first + 3 * LANES + i])
-                b[row + i] = formula(b[row + i], signals, c)
+                b[row + i] = formula(b[row + i], _signals(b, i, 0.0, 0.0, 0.0), _four(b, first + i))
         rest(b, active)
 
     return link
+
+
+def _remember(effect: Effect, position: int, rest: Hook) -> Hook:
+    formula, row, first = effect.formula, QUANTITY[effect.quantity], _coefficients(effect)
+    place = MEMORIES.index(effect.name)
+    state, value = STATE + (STATES + place) * LANES, VALUE + place * LANES
+    before = 0.0 if effect.memory is not None and effect.memory.relaxed else -1.0
+
+    @kernel
+    def link(b, active):
+        if active[position]:
+            for i in range(LANES):
+                given, kept = b[row + i], b[state + i]
+                memory = given if b[STAGE_TIME + i] <= before else kept
+                b[value + i], b[state + i] = given, memory
+                b[row + i] = formula(given, _signals(b, i, 0.0, 0.0, memory), _four(b, first + i))
+        rest(b, active)
+
+    return link
+
+
+def _move(effect: Effect, memory: Memory, position: int, rest: Hook) -> Hook:
+    rate, first, place = memory.rate, _coefficients(effect), MEMORIES.index(effect.name)
+    state, moves, value = STATE + (STATES + place) * LANES, RATE + (STATES + place) * LANES, VALUE + place * LANES
+
+    @kernel
+    def move(b, active):
+        if active[position]:
+            for i in range(LANES):
+                slip = b[INPUT_SPEED + i] - b[GEAR + i] * b[OUTPUT_SPEED + i]
+                power = b[SLIPPING + i] * b[RAMP + i] * b[FRICTION + i] * b[CONTACT + i] * abs(slip)
+                signals = _signals(b, i, b[CLUTCH_TORQUE + i], power, b[state + i])
+                b[moves + i] = rate(b[value + i], signals, _four(b, first + i))
+        rest(b, active)
+
+    return move

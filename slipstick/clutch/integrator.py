@@ -6,12 +6,14 @@ slip and the mode are frozen during a step; a mode that ends is located on the s
 goes on from there. Lanes share nothing: a result does not depend on what is computed beside it.
 """
 
+from slipstick.clutch import memories
 from slipstick.clutch.driveline import driveline
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hydraulics import hydraulics
 from slipstick.clutch.lanes import (
     BREAKAWAY,
     BREAKAWAY_FIRST,
+    CLEARANCE_CHANGE,
     CLUTCH_TORQUE,
     CONTACT_POSITION,
     DIRECTION,
@@ -25,9 +27,11 @@ from slipstick.clutch.lanes import (
     LINE_END,
     MIDDLE,
     MOVING,
+    PISTON_GAIN,
     RATE,
     RELEASE,
     RELEASE_FIRST,
+    REMEMBERING,
     RESPONSE_TIME,
     SLIPPING,
     STAGE_TIME,
@@ -35,11 +39,8 @@ from slipstick.clutch.lanes import (
     STATE,
     STATES,
     STEP,
-    TEMPERATURE_GAIN,
     TIME,
 )
-
-_ALL = STATES * LANES
 
 LOST = 1e9
 """States that add up to more than this, or to no number at all, have blown up."""
@@ -56,22 +57,26 @@ NOTHING, LOCKS, STOPS, STARTS, RELEASES, LOSES = range(6)
 @kernel
 def first_stage(b, active, fine, coarse):
     """Evaluate the rates at the start and choose every lane's step in s."""
-    for i in range(_ALL):
+    for i in range(STATES * LANES):
         b[STATE + i] = b[START + i]
+    if active[REMEMBERING]:
+        memories.begin(b)
     for i in range(LANES):
         b[STAGE_TIME + i] = b[TIME + i]
     hydraulics(b, active)
     driveline(b, active)
-    for i in range(_ALL):
+    for i in range(STATES * LANES):
         b[FIRST + i] = b[RATE + i]
+    if active[REMEMBERING]:
+        memories.keep_first(b)
     for i in range(LANES):
         b[BREAKAWAY_FIRST + i] = b[BREAKAWAY + i]
         b[RELEASE_FIRST + i] = b[RELEASE + i]
-        here = b[TEMPERATURE_GAIN + i] * b[START + 2 * LANES + i]
+        here = b[PISTON_GAIN + i] * b[START + 2 * LANES + i] - b[CLEARANCE_CHANGE + i]
         calm = abs(b[FIRST + LANES + i]) * coarse * coarse < CALM
         longest = 2.0 * coarse if calm else coarse
         # A quarter more than the step: the piston may speed up.
-        there = here + 1.25 * longest * b[TEMPERATURE_GAIN + i] * b[FIRST + 2 * LANES + i]
+        there = here + 1.25 * longest * b[PISTON_GAIN + i] * b[FIRST + 2 * LANES + i]
         onset = b[CONTACT_POSITION + i] - 1.0 / b[INVERSE_RAMP_WIDTH + i]
         in_ramp = (max(here, there) > onset) & (min(here, there) < b[CONTACT_POSITION + i])
         slip = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[START + 4 * LANES + i]
@@ -93,20 +98,26 @@ def other_stages(b, active):
         for s in range(STATES):
             for i in range(LANES):
                 b[STATE + s * LANES + i] = b[START + s * LANES + i] + share * b[STEP + i] * b[RATE + s * LANES + i]
+        if active[REMEMBERING]:
+            memories.advance(b, share)
         for i in range(LANES):
             b[STAGE_TIME + i] = b[TIME + i] + share * b[STEP + i]
         hydraulics(b, active)
         driveline(b, active)
         if stage == 0:
-            for i in range(_ALL):
+            for i in range(STATES * LANES):
                 b[MIDDLE + i] = b[RATE + i]
         elif stage == 1:
-            for i in range(_ALL):
+            for i in range(STATES * LANES):
                 b[MIDDLE + i] += b[RATE + i]
+        if active[REMEMBERING]:
+            memories.keep(b, stage)
     for s in range(STATES):
         for i in range(LANES):
             k = s * LANES + i
             b[END + k] = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
+    if active[REMEMBERING]:
+        memories.finish(b)
 
 
 @kernel
@@ -134,13 +145,15 @@ def events(b):
 
 
 @kernel
-def accept(b):
+def accept(b, active):
     """Move every lane to the end of its step, but for those in which a mode ends."""
     for s in range(STATES):
         for i in range(LANES):
             k = s * LANES + i
             start, end = b[START + k], b[END + k]
             b[START + k] = start if b[EVENT + i] > 1.0 else end
+    if active[REMEMBERING]:
+        memories.accept(b)
     for i in range(LANES):
         start, end = b[TIME + i], b[END_TIME + i]
         b[TIME + i] = start if b[EVENT + i] > 1.0 else end
@@ -212,9 +225,9 @@ def locate(b, i):
 
 
 @kernel
-def settle(b, i, what, share):
+def settle(b, i, what, share, states):
     """Move lane i to `share` of its step and into the mode that begins there."""
-    for s in range(STATES):
+    for s in range(states):
         k = s * LANES + i
         b[START + k] = dense(b, k, share) if share < 1.0 else b[END + k]
     b[TIME + i] = b[TIME + i] + share * b[STEP + i] if share < 1.0 else b[END_TIME + i]

@@ -25,10 +25,20 @@ def _row(length: int = 1) -> int:
 STATES = 5
 """pressure, pressure_rate, piston_state, input_speed, output_speed: x1, x2, x3, Omega, omega."""
 
+MEMORIES = tuple(effect.name for effect in effects.CATALOGUE if effect.memory)
+"""The effects with a state of their own. These states come after the five, if one of them is active."""
+
+ALL_STATES = STATES + len(MEMORIES)
+
+# Places in the flags of a call: of each effect whether it is active, of each quantity whether an effect on it is, and
+# whether one with a memory is.
+ACTING = {quantity: len(effects.CATALOGUE) + place for place, quantity in enumerate(QUANTITIES)}
+REMEMBERING = len(effects.CATALOGUE) + len(QUANTITIES)
+
 # The states at the start of the step, at the stage being evaluated, and at the end of the step.
-START, STATE, END = _row(STATES), _row(STATES), _row(STATES)
+START, STATE, END = _row(ALL_STATES), _row(ALL_STATES), _row(ALL_STATES)
 # Time derivatives: at the stage, and those kept of the stages of Runge-Kutta (the first, the middle two summed).
-RATE, FIRST, MIDDLE = _row(STATES), _row(STATES), _row(STATES)
+RATE, FIRST, MIDDLE = _row(ALL_STATES), _row(ALL_STATES), _row(ALL_STATES)
 
 PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STATE + i * LANES for i in range(STATES))
 
@@ -41,13 +51,20 @@ SLIPPING, MOVING, DIRECTION = _row(), _row(), _row()
 BREAKAWAY, RELEASE = _row(), _row()
 BREAKAWAY_FIRST, RELEASE_FIRST = _row(), _row()
 
-# The current's straight line in force and when it ends.
+# The current's straight line in force, when it ends, and how the current came to it (`conditions.turns`).
 LINE_TIME, LINE_CURRENT, LINE_SLOPE, LINE_END = _row(), _row(), _row(), _row()
+LINE_DIRECTION, LINE_TURN, LINE_SWING = _row(), _row(), _row()
 
 # What the effects change, and what is made of it.
 QUANTITY = {name: _row() for name in QUANTITIES}
-CURRENT, CHAMBER, PISTON_RATE, CLEARANCE, CONTACT, FRICTION, FILM, CONVERTER, LOAD = QUANTITY.values()
-RAMP, CLUTCH_TORQUE = _row(), _row()
+(CURRENT, LINE_PRESSURE, CHAMBER, PISTON_GAIN, PISTON_RATE, CLEARANCE, CONTACT, FRICTION, FILM, CONVERTER, LOAD,
+ STICK) = QUANTITY.values()
+CLEARANCE_CHANGE, RAMP, CLUTCH_TORQUE = _row(), _row(), _row()
+
+PRESSURE_CHANGE = _row()
+"""What effects add to the line pressure, bar."""
+VALUE = _row(len(MEMORIES))
+"""The quantity of each effect with a memory as its formula is given it."""
 
 # Parameters of the lane's engagement, in the form the equations use them.
 PRESSURE_STIFFNESS, PRESSURE_DAMPING, CURRENT_BIAS, PRESSURE_GAIN, SLOPE_GAIN = (_row() for _ in range(5))
@@ -56,7 +73,7 @@ TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR, RESPONSE_TIME = (_row() for 
 INVERSE_RAMP_WIDTH, FILM_COEFFICIENT, FRICTION_COEFFICIENT = _row(), _row(), _row()
 GEAR, INVERSE_GEAR, INPUT_COULOMB, INPUT_VISCOUS, OUTPUT_VISCOUS = (_row() for _ in range(5))
 INPUT_INERTIA, INVERSE_INPUT_INERTIA, INVERSE_LOAD_INERTIA, INVERSE_TOTAL_INERTIA = (_row() for _ in range(4))
-BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED = _row(), _row(), _row()
+BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, RUN = _row(), _row(), _row(), _row()
 
 COEFFICIENTS = _row(len(effects.neutral()) + 4)
 """Effect coefficients, and room to read four from the last one on."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from slipstick.clutch import parameters
+from slipstick.clutch.conditions import turns
 from slipstick.clutch.driveline import converter_torque
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
@@ -26,9 +27,13 @@ from slipstick.clutch.lanes import (
     INVERSE_TOTAL_INERTIA,
     LANES,
     LINE_CURRENT,
+    LINE_DIRECTION,
     LINE_END,
     LINE_SLOPE,
+    LINE_SWING,
     LINE_TIME,
+    LINE_TURN,
+    MEMORIES,
     MOTOR_SPEED,
     MOVING,
     OUTPUT_VISCOUS,
@@ -40,10 +45,12 @@ from slipstick.clutch.lanes import (
     PRESSURE_GAIN,
     PRESSURE_STIFFNESS,
     RESPONSE_TIME,
+    RUN,
     SIZE,
     SLIPPING,
     SLOPE_GAIN,
     START,
+    STATES,
     TEMPERATURE_GAIN,
     TIME,
 )
@@ -73,7 +80,7 @@ def initial_speeds(vectors, motor_speeds, out):
 
 
 @kernel
-def load(b, i, vectors, coefficients, point, conditions, condition, initial_speed):
+def load(b, i, vectors, coefficients, acts, point, conditions, condition, initial_speed):
     """Put the engagement of a point (parameter vector) under a condition into lane i, at rest at t = 0."""
     tau, gear = vectors[point, _DELAY], vectors[point, _GEAR]
     motor_speed, inertia = conditions[condition, 0], conditions[condition, 1]
@@ -82,7 +89,8 @@ def load(b, i, vectors, coefficients, point, conditions, condition, initial_spee
     b[PRESSURE_GAIN + i] = 6.0 * vectors[point, _GAIN] / (tau * tau)
     b[SLOPE_GAIN + i] = 2.0 * vectors[point, _GAIN] / tau
     b[CURRENT_BIAS + i] = vectors[point, _BIAS]
-    b[RESPONSE_TIME + i] = min(tau, 3.0 * vectors[point, _C2] / abs(vectors[point, _D2]))
+    piston = 3.0 * vectors[point, _C2] / abs(vectors[point, _D2])
+    b[RESPONSE_TIME + i] = min(tau, piston, acts.shortest[point])
     b[PISTON_PRESSURE + i] = vectors[point, _B2] / vectors[point, _C2]
     b[PISTON_PRESSURE_RATE + i] = vectors[point, _A2] / vectors[point, _C2]
     b[PISTON_RETURN + i] = vectors[point, _D2] / vectors[point, _C2]
@@ -105,7 +113,8 @@ def load(b, i, vectors, coefficients, point, conditions, condition, initial_spee
     b[BRAKE + i] = conditions[condition, 2]
     b[MOTOR_SPEED + i] = motor_speed
     b[INVERSE_MOTOR_SPEED + i] = 1.0 / motor_speed
-    for c in range(coefficients.shape[1]):
+    b[RUN + i] = 0.01 * conditions[condition, 3]
+    for c in acts.used:
         b[COEFFICIENTS + c * LANES + i] = coefficients[point, c]
     b[TIME + i] = 0.0
     b[START + i] = 0.0
@@ -113,6 +122,8 @@ def load(b, i, vectors, coefficients, point, conditions, condition, initial_spee
     b[START + 2 * LANES + i] = vectors[point, _X30]
     b[START + 3 * LANES + i] = initial_speed
     b[START + 4 * LANES + i] = 0.0
+    for s in range(STATES, STATES + len(MEMORIES)):
+        b[START + s * LANES + i] = 0.0
     b[SLIPPING + i] = 1.0
     b[MOVING + i] = 0.0
     b[DIRECTION + i] = 1.0
@@ -133,14 +144,14 @@ def park(b, i):
 
 
 def lines(time: np.ndarray, current: np.ndarray) -> np.ndarray:
-    """The straight lines of current profiles (p, k): (p, k, 4) start in s, current in A, slope in A/s, end in s.
+    """The straight lines of current profiles (p, k): (p, k, 7) start, current, slope, end (s, A, A/s, s), `turns`.
 
     The last line of each holds the current for ever.
     """
     slope = np.zeros_like(time)
     slope[:, :-1] = np.diff(current, axis=1) / np.diff(time, axis=1)
     end = np.concatenate([time[:, 1:], np.full((len(time), 1), np.inf)], axis=1)
-    return np.ascontiguousarray(np.stack([time, current, slope, end], axis=2))
+    return np.concatenate([np.stack([time, current, slope, end], axis=2), [turns(row) for row in current]], axis=2)
 
 
 @kernel
@@ -150,3 +161,6 @@ def set_line(b, i, table, profile, line):
     b[LINE_CURRENT + i] = table[profile, line, 1]
     b[LINE_SLOPE + i] = table[profile, line, 2]
     b[LINE_END + i] = table[profile, line, 3]
+    b[LINE_DIRECTION + i] = table[profile, line, 4]
+    b[LINE_TURN + i] = table[profile, line, 5]
+    b[LINE_SWING + i] = table[profile, line, 6]

@@ -57,6 +57,12 @@ class Model:
         """The coefficients of one effect, in its order."""
         return tuple(self.coefficients()[effects.span(effect)].tolist())
 
+    @property
+    def uses_run_order(self) -> bool:
+        """Does an effect that is not neutral look at the place of an engagement in the run order?"""
+        return any(effect.uses_run_order and self.coefficients_of(effect) != effect.neutral
+                   for effect in effects.CATALOGUE)
+
     def spec(self) -> dict[str, Any]:
         """The model as JSON: parameters with units, effects, and the converter curves it was computed with."""
         units = {parameter.name: parameter.unit for parameter in parameters.PARAMETERS}

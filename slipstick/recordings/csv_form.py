@@ -27,10 +27,9 @@ def read(content: bytes, signals: bytes | None) -> Fields:
     """Read the conditions and shifting times in `content` and the `signals`; raises `BadRecording`."""
     sheet = _sheet(content, {**CONDITION_UNITS, "shifting_time": "s"}, {"run_order": "1"}, "recordings")
     conditions = _conditions(sheet)
-    order = _whole(sheet, "run_order") if "run_order" in sheet.columns else None
     measured = _shifting_time(sheet)
     found = None if signals is None else _signals(signals, len(measured))
-    return conditions, measured, found, order, sheet.remarks
+    return conditions, measured, found, conditions.run_order, sheet.remarks
 
 
 def read_conditions(content: bytes) -> Conditions:
@@ -132,10 +131,11 @@ def _conditions(sheet: _Sheet) -> Conditions:
     if len(beyond):
         raise sheet.refusal("current_profile", int(beyond[0]), "is none of the paper's profiles",
                             f"Number them 0 to {len(paper.profile_time) - 1}; give others in an HDF5 file")
+    order = _whole(sheet, "run_order") if "run_order" in sheet.columns else None
     try:
         return Conditions(profile, _positive(sheet, "motor_speed"), _positive(sheet, "load_inertia"),
                           _positive(sheet, "brake_torque", zero=True),
-                          paper.profile_time, paper.profile_current)
+                          paper.profile_time, paper.profile_current, order)
     except InvalidValue as error:
         raise BadRecording(error.cause, error.remedy) from error
 

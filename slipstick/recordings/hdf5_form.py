@@ -20,13 +20,11 @@ def read(content: bytes) -> Fields:
         conditions = read_conditions(source)
         n = len(conditions)
         measured = source.array("shifting_time", "f", (n,), "s").astype(np.float64)
-        order = signals = None
-        if source.has("conditions/run_order"):
-            order = source.array("conditions/run_order", "iu", (n,), "1").astype(np.int64)
+        signals = None
         if source.has("signals"):
             time = source.array("signals/time", "f", (None,), "s").astype(np.float64)
             columns = [source.array(f"signals/{name}", "f", (n, len(time)), unit).astype(np.float64)
                        for name, unit in SIGNAL_UNITS.items()]
             signals = Signals(time, *columns)
         description = source.attribute("", "description") if "description" in source.file.attrs else ""
-    return conditions, measured, signals, order, description
+    return conditions, measured, signals, conditions.run_order, description

@@ -20,8 +20,8 @@ Form = Literal["h5", "csv"]
 class Recordings:
     """`measured_time` (n,) s, the shifting time of each of the n `conditions`, and signals if there are any.
 
-    `run_order` (n,) is the place of each engagement in the sequence they were run in, from 0. Raises
-    `BadRecording`, which counts the conditions from 0.
+    `run_order` (n,) is the place of each engagement in the sequence they were run in, from 0; what is read from a
+    file has it in its conditions too. Raises `BadRecording`, which counts the conditions from 0.
     """
 
     conditions: Conditions

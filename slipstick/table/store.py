@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
 
@@ -34,12 +34,14 @@ class Header(TypedDict):
 
 def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarray], conditions: Conditions,
                    model: Model) -> str:
-    """SHA-256 over all that matters and nothing else: not the file's bytes, its name or who wrote it."""
+    """SHA-256 over all that matters and nothing else: not the file's bytes, its name or who wrote it.
+
+    The run order matters where an effect of the model looks at it.
+    """
     hashed = hashlib.sha256(f"{layout} {LAYOUT_VERSION} {model.digest} {conditions.digest}\n".encode())
     for axis in axes:
         hashed.update(f"{axis.name} {float(axis.nominal)!r} {axis.unit}\n".encode())
-    columns = (getattr(conditions, column.name) for column in fields(conditions))
-    for array in (*(axis.values for axis in axes), *arrays, *columns):
+    for array in (*(axis.values for axis in axes), *arrays, *conditions.columns(model.uses_run_order)):
         plain = np.ascontiguousarray(array, dtype=np.dtype(array.dtype).newbyteorder("<"))
         hashed.update(f"{plain.dtype.str} {plain.shape}\n".encode())
         hashed.update(plain.data)
@@ -53,7 +55,7 @@ def write_header(file: h5py.File, layout: str, digest: str, origin: str, axes: S
     describe(file, layout=layout, content_digest=digest, origin=origin)
     spec = json.dumps(model.spec(), sort_keys=True)
     describe(file.create_dataset("model", data=text(spec)), digest=model.digest)
-    write_conditions(file, conditions)
+    write_conditions(file, conditions if model.uses_run_order else replace(conditions, run_order=None))
     describe(file["conditions"], digest=conditions.digest)
     describe(file.create_group("axes"), order=json.dumps([axis.name for axis in axes]))
     for axis in axes:

@@ -144,22 +144,27 @@ class Table(ABC):
                                "Give one condition and one axis or more, each parameter once")
 
     def _rows(self, conditions: Conditions) -> np.ndarray:
-        known = {key: row for row, key in enumerate(_keys(self.conditions))}
-        rows = [known.get(key, -1) for key in _keys(conditions)]
+        known = {key: row for row, key in enumerate(_keys(self.conditions, self.model.uses_run_order))}
+        rows = [known.get(key, -1) for key in _keys(conditions, self.model.uses_run_order)]
         if -1 in rows:
             lost = rows.index(-1)
             raise InvalidValue(f"Condition {lost} (counted from 0: {conditions.motor_speed[lost]:g} rad/s, "
                                f"{conditions.load_inertia[lost]:g} kg m^2, {conditions.brake_torque[lost]:g} N m) "
-                               "is not in the table",
+                               "is not in the table" + " at its place in the run order" * self.model.uses_run_order,
                                "Build a table for them with `--conditions FILE`, or leave it out")
         return np.array(rows, dtype=np.int64)
 
 
-def _keys(conditions: Conditions) -> list[str]:
-    """What a condition is, to five digits: as many as a recordings file written by hand may keep."""
+def _keys(conditions: Conditions, in_order: bool) -> list[str]:
+    """What a condition is, to five digits: as many as a recordings file written by hand may keep.
+
+    `in_order`: its place in the run order is part of it.
+    """
     profiles = [" ".join(f"{value:.5g}" for value in (*time, *current))
                 for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
+    order = conditions.run_order if in_order else None
+    places = [""] * len(conditions) if order is None else [f"{place:.0f}" for place in order]
     rows = zip(conditions.current_profile, conditions.motor_speed, conditions.load_inertia,
-               conditions.brake_torque, strict=True)
-    return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]}"
-            for profile, speed, inertia, brake in rows]
+               conditions.brake_torque, places, strict=True)
+    return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]} {place}"
+            for profile, speed, inertia, brake, place in rows]

@@ -14,12 +14,15 @@ from slipstick.errors import UnknownName
 __all__ = ["CATALOGUE", "Coefficient", "Effect", "find", "index", "neutral", "span"]
 
 _FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name != "effect")
-CATALOGUE: tuple[Effect, ...] = tuple(importlib.import_module(f"{__name__}.{name}").EFFECT for name in _FILES)
+_MODULES = [importlib.import_module(f"{__name__}.{name}") for name in _FILES]
+CATALOGUE: tuple[Effect, ...] = tuple(
+    effect for module in _MODULES for effect in getattr(module, "EFFECTS", None) or (module.EFFECT,))
+"""The effects in the order of their files."""
 
 
 def neutral() -> np.ndarray:
     """Neutral value of every coefficient, in the order of the catalogue: shape (c,)."""
-    return np.array([coefficient.neutral for effect in CATALOGUE for coefficient in effect.coefficients])
+    return np.array([value for effect in CATALOGUE for value in effect.neutral])
 
 
 def find(name: str) -> Effect:

@@ -12,10 +12,11 @@ def _formula(pressure: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 EFFECT = Effect(
     name="centrifugal_pressure",
+    title="Centrifugal pressure head",
     quantity="chamber pressure",
     law="pressure + head Omega^2",
     coefficients=(
-        Coefficient("head", "bar s^2", 0.0, -5e-5, 5e-5, "density times half the difference of squared radii"),
+        Coefficient("head", "bar s^2", 0.0, -5e-5, 5e-5, "density times half the difference of squared radii", 1e-5),
     ),
     source="White, Fluid Mechanics, section on pressure distribution in rigid-body motion",
     signature="earlier contact and more torque at high motor speed, with no change in the line pressure measured",

@@ -12,10 +12,11 @@ def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 EFFECT = Effect(
     name="quadratic_load_drag",
+    title="Quadratic load drag",
     quantity="load torque",
     law="load torque + drag omega |omega|",
     coefficients=(
-        Coefficient("drag", "N m s^2", 0.0, -0.1, 0.1, "torque at one rad/s of the load shaft"),
+        Coefficient("drag", "N m s^2", 0.0, -0.05, 0.1, "torque at one rad/s of the load shaft", 0.03),
     ),
     source="White, Fluid Mechanics, chapter on flow past immersed bodies",
     signature="the load shaft accelerates less the faster it turns; longer shifting times at high motor speed",

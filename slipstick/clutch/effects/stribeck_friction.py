@@ -12,11 +12,12 @@ def _formula(friction: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 EFFECT = Effect(
     name="stribeck_friction",
+    title="Slip-speed-dependent friction",
     quantity="friction coefficient",
     law="alpha (1 + strength exp(-|plate slip| / decay_speed))",
     coefficients=(
-        Coefficient("strength", "1", 0.0, -0.3, 1.0, "rise of the friction at zero slip, as a share of alpha"),
-        Coefficient("decay_speed", "rad/s", 25.0, 5.0, 100.0, "plate slip over which the rise fades by 1/e"),
+        Coefficient("strength", "1", 0.0, -0.3, 1.0, "rise of the friction at zero slip, as a share of alpha", 0.15),
+        Coefficient("decay_speed", "rad/s", 25.0, 5.0, 100.0, "plate slip over which it fades by 1/e", 25.0, True),
     ),
     source="Bo and Pavelescu, Wear 82(3), 1982: exponential law of friction against speed, here with exponent 1",
     signature="torque per pressure grows towards lock-up: a hook at the end of the slip phase",

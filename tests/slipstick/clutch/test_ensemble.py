@@ -2,6 +2,7 @@
 
 import platform
 import re
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -16,21 +17,10 @@ CONDITIONS = paper_conditions()
 SAMPLE_TIMES = np.arange(0.0, 2.0, 0.02)
 
 
-def every_effect() -> Model:
-    """Every effect of the catalogue at once, each part of the way from neutral to its bound."""
-    model = Model()
-    for effect in effects.CATALOGUE:
-        model = model.with_effect(
-            effect.name, {c.name: c.neutral + 0.2 * (c.upper - c.neutral) for c in effect.coefficients}
-        )
-    return model
-
-
-@pytest.mark.parametrize("model", [Model(), every_effect()], ids=["paper", "every effect"])
 @pytest.mark.parametrize("condition", [0, 77, 215])
-def test_agrees_with_the_readable_twin(model: Model, condition: int) -> None:
-    time, signals = reference.simulate(model, CONDITIONS, condition, SAMPLE_TIMES)
-    fast = ensemble.signals(model, CONDITIONS.take([condition]), SAMPLE_TIMES, accuracy=ensemble.TIGHT)
+def test_agrees_with_the_readable_twin(condition: int) -> None:
+    time, signals = reference.simulate(Model(), CONDITIONS, condition, SAMPLE_TIMES)
+    fast = ensemble.signals(Model(), CONDITIONS.take([condition]), SAMPLE_TIMES, accuracy=ensemble.TIGHT)
     assert abs(fast.shifting_time[0, 0] - time) < 1e-5
     columns = (fast.pressure, fast.input_speed, fast.output_speed, fast.output_torque, fast.piston_position)
     for k, column in enumerate(columns):
@@ -55,18 +45,6 @@ def test_plates_that_let_go_and_loads_that_stop_agree_with_the_twin() -> None:
     assert abs(fast.shifting_time[0, 0] - shifting_time) < 1e-5
     for k, column in enumerate((fast.pressure, fast.input_speed, fast.output_speed)):
         assert np.max(np.abs(column[0, 0] - signals[:, k])) < 1e-4 * np.ptp(signals[:, k])
-
-
-@pytest.mark.parametrize("effect", effects.CATALOGUE, ids=lambda effect: effect.name)
-def test_neutral_coefficients_are_bit_identical_to_the_papers_model(effect: effects.Effect) -> None:
-    plain, _ = ensemble.shifting_times(Model(), CONDITIONS)
-    # The second point makes the effect active for both: the first runs through its formula with neutral values.
-    vectors = np.tile(Model().parameters, (2, 1))
-    coefficients = np.tile(effects.neutral(), (2, 1))
-    coefficients[1, effects.span(effect)] = [0.5 * (c.neutral + c.upper) for c in effect.coefficients]
-    times = ensemble.simulate(vectors, coefficients, CONDITIONS).shifting_time
-    np.testing.assert_array_equal(times[0], plain[0])
-    assert np.max(np.abs(times[1] - plain[0])) > 1e-4
 
 
 def test_results_do_not_depend_on_threads_or_neighbours() -> None:
@@ -110,7 +88,7 @@ def test_status_does_not_depend_on_how_long_signals_are_sampled() -> None:
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
 def test_loops_over_lanes_are_vector_instructions() -> None:
     # Losing them is silent and costs a factor of four: count arithmetic on packed and on single doubles.
-    buffer, active = np.zeros(lanes.SIZE), np.zeros(len(effects.CATALOGUE), np.bool_)
+    buffer, active = np.zeros(lanes.SIZE), np.zeros(lanes.REMEMBERING + 1, np.bool_)
     for function, arguments in (
         (hydraulics.hydraulics, (buffer, active)),
         (driveline.driveline, (buffer, active)),
@@ -137,3 +115,18 @@ def test_wrong_input_says_what_to_do() -> None:
         ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], np.ones((1, 2)))
     with pytest.raises(InvalidValue, match="finite"):
         ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], np.array([[np.nan]]))
+
+
+def test_paired_points_and_conditions_are_the_diagonal_of_all_pairs() -> None:
+    points = np.linspace(0.7, 1.3, 216)[:, None]
+    vectors = np.tile(Model().parameters, (216, 1)) * np.where(np.arange(20) == 11, points, 1.0)
+    everything = [c.typical for effect in effects.CATALOGUE for c in effect.coefficients]
+    coefficients, samples = np.tile(everything, (216, 1)), np.linspace(0, 1.5, 7)
+    everyone = ensemble.simulate(vectors, coefficients, CONDITIONS, samples)
+    for threads in (1, 3):
+        pairs = ensemble.simulate(vectors, coefficients, CONDITIONS, samples, threads=threads, paired=True)
+        for column in fields(everyone):
+            diagonal = np.einsum("ii...->i...", getattr(everyone, column.name))
+            np.testing.assert_array_equal(getattr(pairs, column.name), diagonal)
+    with pytest.raises(InvalidValue, match="216 points do not pair up with 3 conditions"):
+        ensemble.simulate(vectors, coefficients, CONDITIONS.take([1, 2, 3]), paired=True)

@@ -1,0 +1,31 @@
+"""Torque converter lag: the flow in the converter takes time to follow the speeds."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Memory, Signals
+from slipstick.clutch.fastmath import compiled
+from slipstick.clutch.lag import approach, lagged, time_constant
+
+
+@compiled
+def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
+    return lagged(torque, signals.memory, c[0])
+
+
+@compiled
+def _rate(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
+    return approach(torque, signals.memory, c[0])
+
+
+EFFECT = Effect(
+    name="converter_lag",
+    title="Torque converter lag",
+    quantity="converter torque",
+    law="T, T' = (converter torque - T) / lag, T(0) = converter torque at t = 0",
+    coefficients=(
+        Coefficient("lag", "s", 0.0, 0.0, 0.3, "time in which the torque follows the speed ratio", 0.05),
+    ),
+    source="Hrovat and Tobler, Journal of the Franklin Institute 319, 1985: dynamics of torque converters",
+    signature="the input speed sags more as the torque comes on, and overshoots after lock-up",
+    formula=_formula,
+    memory=Memory(_rate, relaxed=True),
+    time_constant=time_constant,
+)

@@ -1,0 +1,24 @@
+"""Entrained air: as the pressure rises from low values, oil goes into squeezing bubbles, and the piston lags behind."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.fastmath import compiled
+
+
+@compiled
+def _formula(clearance: float, signals: Signals, c: tuple[float, ...]) -> float:
+    stroke, pressure = c[0], max(0.0, signals.pressure)
+    return clearance + stroke * pressure / (1.0 + pressure)
+
+
+EFFECT = Effect(
+    name="entrained_air",
+    title="Entrained air",
+    quantity="clearance",
+    law="clearance + stroke p / (1 bar + p), p = max(0, pressure)",
+    coefficients=(
+        Coefficient("stroke", "m", 0.0, -4e-4, 4e-4, "piston stroke that the air fills at no pressure", 1e-4),
+    ),
+    source="Merritt, Hydraulic Control Systems, chapter on fluid properties: isothermal compression of entrained air",
+    signature="contact comes later, most where the pressure is high as the plates meet",
+    formula=_formula,
+)

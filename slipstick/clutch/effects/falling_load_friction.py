@@ -1,0 +1,25 @@
+"""Load friction that falls with speed: brake and bearings stick before they slide."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.fastmath import compiled, exp
+
+
+@compiled
+def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
+    excess, decay_speed = c[0], c[1]
+    return torque + excess * exp(-abs(signals.output_speed) / decay_speed)
+
+
+EFFECT = Effect(
+    name="falling_load_friction",
+    title="Load friction that falls with speed",
+    quantity="load torque",
+    law="load torque + excess exp(-|omega| / decay_speed)",
+    coefficients=(
+        Coefficient("excess", "N m", 0.0, -40.0, 80.0, "friction torque at rest beyond that at speed", 15.0),
+        Coefficient("decay_speed", "rad/s", 8.0, 2.0, 30.0, "load speed over which it fades by 1/e", 8.0, True),
+    ),
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Stribeck friction",
+    signature="the load starts later, and then accelerates more than its start suggests",
+    formula=_formula,
+)

@@ -1,0 +1,30 @@
+"""Thermal fade: the lining rubs less as the heat of the engagement goes into it."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Memory, Signals
+from slipstick.clutch.fastmath import compiled
+
+
+@compiled
+def _formula(friction: float, signals: Signals, c: tuple[float, ...]) -> float:
+    fade = c[0]
+    return friction / (1.0 + fade * signals.memory)
+
+
+@compiled
+def _heat(friction: float, signals: Signals, c: tuple[float, ...]) -> float:
+    return 1e-3 * signals.friction_power
+
+
+EFFECT = Effect(
+    name="thermal_fade",
+    title="Thermal fade",
+    quantity="friction coefficient",
+    law="alpha / (1 + fade E), E' = friction power, E(0) = 0",
+    coefficients=(
+        Coefficient("fade", "1/kJ", 0.0, -0.02, 0.1, "share of the friction lost by the first kJ of heat", 0.01),
+    ),
+    source="Ingram, Reddyhoff and Spikes, Tribology Letters 41, 2011: thermal behaviour of a slipping wet clutch",
+    signature="torque per pressure falls in the course of an engagement, most with high speed and large inertia",
+    formula=_formula,
+    memory=Memory(_heat),
+)

@@ -1,0 +1,25 @@
+"""Oil temperature drift of the film: warming oil thins from engagement to engagement."""
+
+from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.fastmath import compiled, exp
+
+
+@compiled
+def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
+    drift = c[0]
+    return torque * exp(drift * signals.run)
+
+
+EFFECT = Effect(
+    name="viscosity_drift",
+    title="Oil temperature drift of the film",
+    quantity="film torque",
+    law="film torque exp(drift run / 100)",
+    coefficients=(
+        Coefficient("drift", "1", 0.0, -1.5, 1.5, "exponent gained over 100 engagements", -0.4),
+    ),
+    source="Stachowiak and Batchelor, Engineering Tribology, chapter on properties of lubricants: Reynolds law",
+    signature="less drag before the plates touch with the place in the run order; the slip phase does not change",
+    formula=_formula,
+    uses_run_order=True,
+)

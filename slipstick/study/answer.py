@@ -1,0 +1,53 @@
+"""What a finished study answers, in JSON and in a sentence."""
+
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from slipstick.clutch import effects
+from slipstick.clutch.effects.open_terms import SIGNALS
+from slipstick.study.mixed import Limits, MixedFit
+from slipstick.study.ranking import Ranked
+
+
+def covariance(found: MixedFit) -> np.ndarray:
+    """Of theta, (p, p): sandwich estimator over experiments, each of which is one observation."""
+    integrated, limits = found.marginal, Limits.of(found.design)
+    bread = np.linalg.pinv(integrated.information.sum(axis=0) + np.diag(limits.precision), hermitian=True)
+    score = integrated.score
+    return np.asarray(bread @ (score.T @ score) @ bread)
+
+
+def coefficients(found: MixedFit, level: float) -> list[dict[str, Any]]:
+    """The coefficients of the added effects in their units, with intervals of `level`."""
+    deviation = np.sqrt(np.diag(covariance(found)))
+    first, wide, listed = len(found.design.parameters), float(ndtri((1 + level) / 2)), []
+    for place, (effect, one) in enumerate(found.design.coefficients, first):
+        value, error = found.state.theta[place] * one.typical, wide * deviation[place] * abs(one.typical)
+        listed.append({"effect": effect, "coefficient": one.name, "unit": one.unit, "value": float(value),
+                       "lower": float(value - error), "upper": float(value + error),
+                       "at_bound": bool(min(value - one.lower, one.upper - value) < 1e-3 * (one.upper - one.lower))})
+    return listed
+
+
+def placed(one: Ranked, level: float) -> dict[str, Any]:
+    """A candidate's place in the ranking as JSON."""
+    return {"effect": one.effect, "title": effects.find(one.effect).title, "block": effects.find(one.effect).block,
+            "held_out_gain": float(one.gain.mean()), "sure": one.sure, "behind": one.behind, "tied": one.tied,
+            "bootstrap_share": one.share, "bic": one.bic, "rise": one.rise, "converged": one.found.converged,
+            "noise": np.sqrt(one.found.state.noise).tolist(), "coefficients": coefficients(one.found, level)}
+
+
+def names(added: list[str]) -> str:
+    """The titles of effects as a phrase."""
+    return " and ".join(effects.find(name).title for name in added)
+
+
+def term(found: list[dict[str, Any]]) -> str:
+    """An open term in words of mathematics, from its coefficients."""
+    size, signal, power = found
+    name, reference = SIGNALS[round(signal["value"])]
+    grows = f"({name} / {reference})" + (f"^{power['value']:.0f}" if power["value"] > 1.5 else "")
+    unit = "" if size["unit"] == "1" else f" {size['unit']}"
+    return f"{size['value']:.2g}{unit} {grows}"

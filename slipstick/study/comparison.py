@@ -1,0 +1,122 @@
+"""What a study compares of each experiment: averages of the signals' samples, and the shifting time.
+
+An experiment is one row of N numbers, each divided by the standard deviation of its noise, so that a residual of 1 is
+what the sensors explain.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipstick.calibration import averaged, blended
+from slipstick.clutch import ensemble
+from slipstick.errors import InvalidValue
+from slipstick.recordings import Recordings
+from slipstick.recordings.signals import SIGNAL_UNITS, Signals
+
+CHANNELS = (*SIGNAL_UNITS, "shifting_time")
+"""The signals, and the shifting time last."""
+
+WIDTH = 8
+"""Samples averaged to one compared value: 16 ms at 500 Hz."""
+_KEPT = 2  # samples of which the simulation gives one, midway: half the work, the same average of a straight line
+_BLIND = 1.5  # compared values of the torque around the measured lock-up that count nothing
+_THIRD = (1.0, -3.0, 3.0, -1.0)
+_LEAST_TIME_NOISE = 5e-4  # s
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """n recordings as `measured` (n, N) in the units of each channel, and the `noise` of each channel by name.
+
+    `weights` (n, N) are 0 for what is left out, else 1: at lock-up the torque jumps, and how far a simulated jump is
+    from a measured one says the shifting time, once, and not with the weight of a thousand noise levels.
+    """
+
+    recordings: Recordings
+    channels: dict[str, slice]
+    measured: np.ndarray
+    weights: np.ndarray
+    noise: dict[str, float]
+
+    @property
+    def times(self) -> np.ndarray | None:
+        """When the simulation is sampled, in s; None without signals."""
+        signals = self.recordings.signals
+        if signals is None:
+            return None
+        whole = len(signals.time) // WIDTH * WIDTH
+        return np.asarray(signals.time[:whole].reshape(-1, _KEPT).mean(axis=1))
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Noise of each of the N values, in the units of its channel: (N,)."""
+        scale = np.empty(self.measured.shape[1])
+        for name, columns in self.channels.items():
+            scale[columns] = self.noise[name]
+        return scale
+
+    def take(self, places: np.ndarray) -> "Comparison":
+        """Only the experiments at `places`."""
+        recordings = self.recordings
+        signals = recordings.signals
+        part = None if signals is None else Signals(
+            signals.time, *(getattr(signals, name)[places] for name in SIGNAL_UNITS))
+        order = recordings.run_order
+        some = Recordings(recordings.conditions.take(places), recordings.measured_time[places], part,
+                          None if order is None else np.argsort(np.argsort(order[places])))
+        return replace(self, recordings=some, measured=self.measured[places], weights=self.weights[places])
+
+    def predicted(self, response: ensemble.Response) -> np.ndarray:
+        """The same N values of simulated engagements, (..., N) in the units of each channel; NaN where one failed."""
+        time, values = self.times, []
+        if time is not None:
+            signals = {name: getattr(response, name) for name in SIGNAL_UNITS}
+            torque = signals["output_torque"]
+            flat = blended(torque.reshape(1, -1, torque.shape[-1]), response.shifting_time.reshape(1, -1), time)
+            signals["output_torque"] = flat.reshape(torque.shape)
+            values = [averaged(signals[name], WIDTH // _KEPT) for name in SIGNAL_UNITS]
+        conditions = self.recordings.conditions
+        latest = conditions.profile_time[conditions.current_profile, -1]
+        locked = response.status == ensemble.LOCKED
+        late = np.where(response.status == ensemble.FAILED, np.nan, np.resize(latest, locked.shape))
+        return np.concatenate([*values, np.where(locked, response.shifting_time, late)[..., None]], axis=-1)
+
+    def with_noise(self, residuals: np.ndarray) -> "Comparison":
+        """The same with the noise that `residuals` (n, N), in the units of each channel, show.
+
+        Of a signal it is the median third difference of successive values, which neither scatter between runs nor a
+        missing effect reaches.
+        """
+        noise = dict(self.noise)
+        for name, columns in self.channels.items():
+            if name != "shifting_time":
+                rough = np.apply_along_axis(np.convolve, 1, residuals[:, columns], _THIRD, "valid")
+                noise[name] = float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(np.sum(np.square(_THIRD))))
+                if not noise[name] > 0:
+                    raise InvalidValue(f"The signal {name} shows no noise, so nothing says how much it counts",
+                                       "Record it with a finer resolution, or add the noise of its sensor")
+        return replace(self, noise=noise)
+
+    def with_time_noise(self, deviation: float) -> "Comparison":
+        """The same with that standard deviation of the shifting time's noise in s, within reason."""
+        return replace(self, noise={**self.noise, "shifting_time": max(_LEAST_TIME_NOISE, deviation)})
+
+
+def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:
+    """The recordings as a comparison, with the noise of the signals as their own third differences show it."""
+    signals, time = recordings.signals, recordings.measured_time
+    if signals is None:
+        return Comparison(recordings, {"shifting_time": slice(0, 1)}, time[:, None], np.ones((len(time), 1)),
+                          {"shifting_time": shifting_time_noise})
+    k = len(signals.time) // WIDTH
+    channels = {name: slice(i * k, (i + 1) * k) for i, name in enumerate(SIGNAL_UNITS)}
+    channels["shifting_time"] = slice(len(SIGNAL_UNITS) * k, len(SIGNAL_UNITS) * k + 1)
+    values = [averaged(getattr(signals, name).astype(float), WIDTH) for name in SIGNAL_UNITS]
+    measured = np.concatenate([*values, time[:, None]], axis=1)
+    weights = np.ones_like(measured)
+    centre = averaged(signals.time, WIDTH)
+    near = np.abs(centre - time[:, None]) < _BLIND * (centre[1] - centre[0])
+    weights[:, channels["output_torque"]] = ~near
+    blank = Comparison(recordings, channels, measured, weights, {"shifting_time": shifting_time_noise})
+    return blank.with_noise(measured)

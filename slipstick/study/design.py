@@ -1,0 +1,90 @@
+"""What a study moves: parameters of the model and coefficients of effects, as one vector near 1 or near 0.
+
+A parameter is a multiple of its nominal value, a coefficient a multiple of its `typical` one.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slipstick.clutch import effects, parameters
+from slipstick.clutch.model import Model
+
+_PRIOR = 0.1
+"""Standard deviation of a parameter's multiplier about nominal before any recording: nothing where the data speak."""
+_PARAMETER, _AMPLITUDE, _SHAPE = (1e-3, 0.1), (0.05, 1.0), (0.02, 0.3)
+"""Step of the differences, and farthest move at once."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One entry of the vector: where it starts and may go, the `step` of differences, and the `reach` of a move.
+
+    `precision` is that of its prior about the start, 0 for none.
+    """
+
+    name: str
+    start: float
+    lower: float
+    upper: float
+    step: float
+    reach: float
+    precision: float = 0.0
+
+
+@dataclass(frozen=True)
+class Design:
+    """The moving `parameters` first, then the coefficients of the `added` effects in their order.
+
+    The effects of `base` stay as they are, unless they are among the added ones.
+    """
+
+    parameters: tuple[str, ...] = parameters.UNCERTAIN
+    added: tuple[str, ...] = ()
+    base: Model = field(default_factory=Model)
+
+    @property
+    def coefficients(self) -> list[tuple[str, effects.Coefficient]]:
+        """(effect, coefficient) of each entry after the parameters."""
+        return [(name, one) for name in self.added for one in effects.find(name).coefficients]
+
+    @property
+    def unknowns(self) -> list[Unknown]:
+        """One for each entry of the vector."""
+        known = [parameters.PARAMETERS[parameters.index(name)] for name in self.parameters]
+        moving = [Unknown(one.name, 1.0, one.lower, one.upper, *_PARAMETER, _PRIOR**-2) for one in known]
+        return moving + [_unknown(effect, one) for effect, one in self.coefficients]
+
+    def vectors(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameter vectors (m, 20) and effect coefficients (m, c) at `points` (m, p)."""
+        m, d = len(points), len(self.parameters)
+        vectors = np.tile(self.base.parameters, (m, 1))
+        nominal = parameters.nominal()
+        for column, name in enumerate(self.parameters):
+            place = parameters.index(name)
+            vectors[:, place] = nominal[place] * points[:, column]
+        coefficients = np.tile(self.base.coefficients(), (m, 1))
+        for column, (effect, one) in enumerate(self.coefficients):
+            coefficients[:, effects.index(effect, one.name)] = points[:, d + column] * one.typical
+        return vectors, coefficients
+
+    def model(self, point: np.ndarray) -> Model:
+        """The model at a point (p,)."""
+        vectors, coefficients = self.vectors(point[None])
+        named: dict[str, Mapping[str, float]] = {}
+        for effect in effects.CATALOGUE:
+            values = coefficients[0, effects.span(effect)]
+            if effect.name in self.added or effect.name in self.base.effects:
+                named[effect.name] = {one.name: float(value)
+                                      for one, value in zip(effect.coefficients, values, strict=True)}
+        return Model(tuple(vectors[0].tolist()), named)
+
+
+def _unknown(effect: str, one: effects.Coefficient) -> Unknown:
+    lower, upper = sorted((one.lower / one.typical, one.upper / one.typical))
+    neutral = one.neutral / one.typical
+    step, reach = _SHAPE if one.shape else _AMPLITUDE
+    if one.shape and effects.find(effect).forms:
+        reach = 0.0  # one form or another: nothing between them
+    return Unknown(f"{effect}.{one.name}", neutral, lower, upper, step, reach)

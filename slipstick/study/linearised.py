@@ -1,0 +1,108 @@
+"""The experiments linearised about a point: all that a fit, a score or a held-out test needs, in small matrices.
+
+Of each experiment the N values enter only through the products of its residual and its Jacobian's columns, summed
+over a channel: matrices of (p + 1) x (p + 1), whatever N is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.clutch import effects, ensemble
+from slipstick.study.comparison import Comparison
+from slipstick.study.design import Design
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """`gram` (channels, n, p + 1, p + 1): products of the p columns of the Jacobian and, last, of the residual.
+
+    Both in units of the noise; the residual is measured - simulated. `residuals` (n, N) are in the channels' units.
+    """
+
+    gram: np.ndarray
+    residuals: np.ndarray
+
+    @property
+    def total(self) -> np.ndarray:
+        """Summed over the channels, (n, p + 1, p + 1)."""
+        return np.asarray(self.gram.sum(axis=0))
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A first move of one coefficient of an effect away from neutral, by `step` of its typical value.
+
+    `shape` gives the effect's shape coefficients the values at which it is tried.
+    """
+
+    effect: str
+    coefficient: str
+    step: float
+    shape: tuple[tuple[str, float], ...] = ()
+
+    def moved(self, coefficients: np.ndarray) -> np.ndarray:
+        """Effect coefficients (n, c) after the move."""
+        moved = coefficients.copy()
+        for name, value in self.shape:
+            moved[:, effects.index(self.effect, name)] = value
+        place = effects.index(self.effect, self.coefficient)
+        typical = next(one.typical for one in effects.find(self.effect).coefficients if one.name == self.coefficient)
+        moved[:, place] += self.step * typical
+        return moved
+
+
+def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Simulate s x n engagements, experiment after experiment in each of the s rows: (s, n, N) in the channels' units.
+
+    `vectors` (s, n, 20), `coefficients` (s, n, c).
+    """
+    s, n = vectors.shape[:2]
+    conditions = comparison.recordings.conditions.take(np.tile(np.arange(n), s))
+    response = ensemble.simulate(vectors.reshape(s * n, -1), coefficients.reshape(s * n, -1), conditions,
+                                 comparison.times, paired=True)
+    return comparison.predicted(response).reshape(s, n, -1)
+
+
+def predict_at(comparison: Comparison, design: Design, points: np.ndarray) -> np.ndarray:
+    """As `predict`, at points (s, n, p) of the design."""
+    s, n, p = points.shape
+    vectors, coefficients = design.vectors(points.reshape(s * n, p))
+    return predict(comparison, vectors.reshape(s, n, -1), coefficients.reshape(s, n, -1))
+
+
+def linearise(comparison: Comparison, design: Design, point: np.ndarray, probes: Sequence[Probe] = (),
+              columns: Sequence[int] | None = None) -> Linearised:
+    """Linearise about `point` (n, p), one row an experiment: one-sided differences, inwards at an upper bound.
+
+    The columns of `probes` come after those of the design, of which `columns` may name some; all by default.
+    """
+    n, p = point.shape
+    chosen = list(range(p)) if columns is None else list(columns)
+    steps = np.array([one.step for one in design.unknowns])
+    upper = np.array([one.upper for one in design.unknowns])
+    shifts = np.where(point + steps > upper, -steps, steps)[:, chosen].T
+    points = np.tile(point, (len(chosen) + 1, 1, 1))
+    for row, column in enumerate(chosen):
+        points[row, :, column] += shifts[row]
+    vectors, coefficients = design.vectors(points.reshape(-1, p))
+    vectors, coefficients = (one.reshape(len(points), n, -1) for one in (vectors, coefficients))
+    if probes:
+        probed = np.array([one.moved(coefficients[-1]) for one in probes])
+        coefficients = np.concatenate([probed, coefficients])
+        vectors = np.concatenate([np.tile(vectors[-1], (len(probes), 1, 1)), vectors])
+    predicted = predict(comparison, vectors, coefficients)
+    base, moved = predicted[-1], predicted[len(probes):-1]
+    slopes = [*(moved - base) / shifts[:, :, None],
+              *((its - base) / one.step for one, its in zip(probes, predicted, strict=False))]
+    # A move that blows an engagement up says nothing of it.
+    return assemble(comparison, np.nan_to_num(slopes), comparison.measured - base)
+
+
+def assemble(comparison: Comparison, slopes: np.ndarray, residuals: np.ndarray) -> Linearised:
+    """From the Jacobian's columns (p, n, N) and the residuals (n, N), in the channels' units."""
+    weights = (comparison.weights / comparison.scale)[:, None]
+    rows = np.concatenate([slopes, residuals[None]]).transpose(1, 0, 2) * weights
+    gram = [rows[:, :, columns] @ rows[:, :, columns].transpose(0, 2, 1) for columns in comparison.channels.values()]
+    return Linearised(np.array(gram), residuals)

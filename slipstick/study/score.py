@@ -1,0 +1,172 @@
+"""Which effects the residuals ask for: efficient scores of all candidates at a fitted model, one number an experiment.
+
+An experiment is one observation. The statistic of a candidate is the square of its summed scores over the variance
+that they show from experiment to experiment (cluster-robust score test: Boos, American Statistician 46, 327, 1992),
+and the largest over all candidates is held against its distribution in replicates simulated from the fitted model,
+in which the scatter remembers from run to run what it does in the recordings.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from slipstick.clutch import effects
+from slipstick.study.comparison import Comparison
+from slipstick.study.linearised import Probe, linearise
+from slipstick.study.mixed import Marginal, MixedFit, marginal
+
+_STEP = 0.1
+"""Of a probe, in typical values."""
+_SHAPES = 3
+"""Values of a shape coefficient that are tried, evenly in logarithms, its typical one between them."""
+_WANDERING = 0.9
+"""Memory from run to run that scatter is granted before a drift is named: a wandering of some runs looks like one."""
+REPLICATES = 999
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """For each of the c `probes`: efficient scores of n experiments `each` (n, c) and their `information` (c,).
+
+    `gain` (c,) is what the log-likelihood would rise by, `estimate` (c,) the coefficient where it would be greatest,
+    in typical values, both in linear approximation; `kept` (c,) the share of the probe's signature that a refit of
+    everything else leaves. `p_values` (c,) are the shares of replicates in which the largest of all statistics is as
+    large, among drifts and among all others: that of the largest holds for the search as a whole.
+    """
+
+    probes: tuple[Probe, ...]
+    each: np.ndarray
+    information: np.ndarray
+    kept: np.ndarray
+    p_values: np.ndarray
+
+    @property
+    def statistic(self) -> np.ndarray:
+        """Cluster-robust score statistics, (c,)."""
+        return statistic(self.each)
+
+    @property
+    def gain(self) -> np.ndarray:
+        """Rise of the natural log-likelihood in linear approximation, (c,)."""
+        return np.asarray(0.5 * self.each.sum(axis=0) ** 2 / self.information)
+
+    @property
+    def estimate(self) -> np.ndarray:
+        """Coefficients in typical values, (c,), in linear approximation."""
+        return np.asarray(self.each.sum(axis=0) / self.information)
+
+
+def statistic(each: np.ndarray) -> np.ndarray:
+    """Squared sum over the spread about the mean, of scores (..., n, c): (..., c)."""
+    centred = each - each.mean(axis=-2, keepdims=True)
+    spread = (centred**2).sum(axis=-2)
+    return np.asarray(each.sum(axis=-2) ** 2 / np.where(spread > 0, spread, np.inf))
+
+
+def probes(catalogue: Sequence[str]) -> tuple[Probe, ...]:
+    """First moves of every amplitude of the effects named, at several values of a shape coefficient."""
+    found = []
+    for name in catalogue:
+        effect = effects.find(name)
+        amplitudes = [one for one in effect.coefficients if not one.shape]
+        shapes: list[tuple[tuple[str, float], ...]] = [()]
+        names = [one.name for one in effect.coefficients if one.shape]
+        if effect.forms:
+            shapes = [tuple(zip(names, form, strict=True)) for form in effect.forms]
+        for one in effect.coefficients:
+            if one.shape and not effect.forms:
+                values = np.geomspace(one.typical / _spread(one), one.typical * _spread(one), _SHAPES)
+                shapes = [(*before, (one.name, float(value))) for before in shapes for value in values]
+        found += [Probe(name, one.name, _inwards(one), shape) for one in amplitudes for shape in shapes]
+    return tuple(found)
+
+
+def score(comparison: Comparison, found: MixedFit, catalogue: Sequence[str], seed: int) -> Scores:
+    """Score the effects `catalogue` at a fit."""
+    tried = probes(catalogue)
+    about = linearise(comparison, found.design, found.points, tried)
+    integrated = marginal(about, found.state, found.scattering)
+    p = len(found.state.theta)
+    onto, information, kept = _efficient(integrated, found, p)
+    each = integrated.score @ onto
+    runs = comparison.recordings.run_order
+    order = np.arange(len(each)) if runs is None else np.argsort(runs)
+    memory, p_values = remembered(found, runs), np.ones(len(tried))
+    drifts = np.array([effects.find(one.effect).uses_run_order for one in tried])
+    for some, kept_in_mind in ((~drifts, memory), (drifts, max(memory, _WANDERING))):
+        if some.any():
+            largest = _replicates(integrated, found, onto[:, some], order, kept_in_mind, seed)
+            larger = (largest[:, None] >= statistic(each)[some]).sum(axis=0)
+            p_values[some] = (1 + larger) / (1 + REPLICATES)
+    return Scores(tried, each, information, kept, p_values)
+
+
+def _efficient(integrated: Marginal, found: MixedFit, p: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Combinations (p + c, c) of scores that a refit of theta leaves, their information, and the share that is left."""
+    total = integrated.information.sum(axis=0)
+    nuisance = total[:p, :p] + 1e-9 * np.diag(np.diag(total[:p, :p]) + 1e-9)
+    onto = np.vstack([-np.linalg.solve(nuisance, total[:p, p:]), np.eye(len(total) - p)])
+    whole = np.diag(total)[p:]
+    left = np.einsum("pc,pr,rc->c", onto, total, onto, optimize=True)
+    floor = np.maximum(left, 1e-9 * whole + 1e-12)
+    return onto, floor, np.sqrt(floor / np.maximum(whole, 1e-12))
+
+
+def _replicates(integrated: Marginal, found: MixedFit, onto: np.ndarray, order: np.ndarray, memory: float,
+                seed: int) -> np.ndarray:
+    """The largest statistic of each of `REPLICATES` sets of experiments drawn from the fitted model.
+
+    In `order` (n,) of the runs the scatter follows a first-order autoregression of coefficient `memory`.
+    """
+    rng = np.random.default_rng(seed)
+    places, covariance = list(found.scattering), found.state.covariance
+    along = onto.T @ integrated.information[:, :, places]  # scores per unit of each mode, (n, c, q)
+    noise = onto.T @ integrated.information @ onto - along @ covariance @ along.transpose(0, 2, 1)
+    values, vectors = np.linalg.eigh(noise)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    n, c = root.shape[:2]
+    largest = np.empty(REPLICATES)
+    for replicate in range(REPLICATES):
+        modes = np.empty((n, len(places)))
+        modes[order] = autoregression(rng, n, len(places), memory) @ np.linalg.cholesky(covariance).T
+        drawn = (root @ rng.standard_normal((n, c, 1)) + along @ modes[..., None])[..., 0]
+        largest[replicate] = statistic(drawn).max()
+    return largest
+
+
+def autoregression(rng: np.random.Generator, n: int, q: int, memory: float) -> np.ndarray:
+    """n draws (n, q) of unit variance, each of which remembers `memory` of the one before."""
+    fresh = rng.standard_normal((n, q))
+    fresh[1:] *= np.sqrt(1 - memory**2)
+    return np.asarray(lfilter([1.0], [1.0, -memory], fresh, axis=0))
+
+
+def remembered(found: MixedFit, order: np.ndarray | None) -> float:
+    """How much of the scatter a run has in common with the run before, a trend apart: 0 to 0.97.
+
+    Of the combination of modes that the recordings determine best, with the bias of the estimate beside a trend
+    (Marriott and Pope, Biometrika 41, 390, 1954) added back.
+    """
+    if order is None:
+        return 0.0
+    n, places = len(order), list(found.scattering)
+    root = np.linalg.cholesky(found.state.covariance)
+    gram = np.einsum("cnpr,c->pr", found.about.gram, 1 / found.state.noise)[places][:, places]
+    best = np.linalg.eigh(root.T @ gram @ root)[1][:, -1]
+    series = (found.state.modes @ np.linalg.inv(root).T @ best)[np.argsort(order)]
+    place = np.linspace(-1, 1, n)
+    left = series - np.polynomial.Polynomial.fit(place, series, 1)(place)
+    shared = float((left[1:] * left[:-1]).sum() / (left**2).sum())
+    return float(np.clip(shared + (2 + 4 * shared) / n, 0.0, 0.97))
+
+
+def _spread(one: effects.Coefficient) -> float:
+    """How far on either side of its typical value a shape coefficient is tried, as a factor."""
+    return min(3.0, one.upper / one.typical, one.typical / max(one.lower, 1e-12))
+
+
+def _inwards(one: effects.Coefficient) -> float:
+    """The step of a probe: away from a bound at which the neutral value lies."""
+    return _STEP if one.neutral + _STEP * one.typical <= one.upper else -_STEP

@@ -1,0 +1,89 @@
+"""The sealed file of a case, in the layout of the bench's recordings, and its truth, told only when asked."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from . import nominal
+from .bench import SLIP, STICK
+from .case import Case, generate, simulate
+from .effect import Effect
+from .run import TIME, Run
+
+_UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
+_PARAMETERS = {"friction_coefficient": "alpha", "pressure_gain": "k", "film_coefficient": "gamma",
+               "clearance": "z_contact", "oil_temperature_gain": "kT", "spring_rate": "d2", "piston_feed": "a2"}
+
+
+def write(path: Path, case: Case) -> None:
+    """Write the recordings of `case`; nothing in the file depends on the names of its effects."""
+    run, shifting_time, signals = generate(case)
+    chosen = run.conditions
+    with h5py.File(path, "w") as file:
+        file.attrs["description"] = f"Simulated test-bench recordings of {len(chosen)} clutch engagements; " \
+                                    "t = 0 is the shift command"
+
+        def put(name: str, values: np.ndarray, unit: str, **storage: Any) -> None:
+            file.create_dataset(name, data=values, **storage).attrs["units"] = unit
+
+        put("conditions/current_profile", nominal.PROFILE[chosen], "1")
+        put("conditions/motor_speed", nominal.MOTOR_SPEED[chosen], "rad/s")
+        put("conditions/load_inertia", nominal.LOAD_INERTIA[chosen], "kg m^2")
+        put("conditions/brake_torque", nominal.BRAKE_TORQUE[chosen], "N m")
+        put("conditions/run_order", run.order, "1")
+        put("current_profiles/time", nominal.PROFILE_TIME, "s")
+        put("current_profiles/current", nominal.PROFILE_CURRENT, "A")
+        put("shifting_time", shifting_time, "s")
+        if case.signals:
+            put("signals/time", TIME, "s")
+            for name, unit in _UNITS.items():
+                chunks = (min(27, len(chosen)), len(TIME))
+                put(f"signals/{name}", signals[name], unit, compression="gzip", chunks=chunks)
+
+
+def truth(case: Case) -> dict[str, Any]:
+    """Return what `write` hides, ready for JSON: the effects, the parameters of the runs, the `changed` quantities.
+
+    Each of these is a table over the part of the abscissa that the runs visit (from its 1 to its 99 % quantile):
+    `grid`, the `change` there (of `kind` ratio or difference), the share of `visits`, and where the quantity is a
+    parameter its `base` (mean over the runs), which a ratio multiplies.
+    """
+    run = simulate(case)
+    means = {name: float(np.mean(values)) for name, values in run.bench.values.items()}
+    changed = [_changed(effect, strength, run, means) for effect, strength in run.bench.effects]
+    return {"effects": dict(case.effects), "seed": case.seed, "noise": case.noise, "shift": case.shift,
+            "scatter": case.scatter, "drifting": case.drifting, "parameters": means,
+            "scattered": {name: run.bench.values[name].tolist() for name in ("aa", "x30")},
+            "lock_time": run.lock_time.tolist(), "changed": changed}
+
+
+def write_truth(path: Path, case: Case) -> None:
+    """Write `truth` as JSON."""
+    path.write_text(json.dumps(truth(case), indent=1))
+
+
+def _changed(effect: Effect, strength: float, run: Run, means: dict[str, float]) -> dict[str, Any]:
+    visited = _visited(effect, run)
+    grid = np.linspace(*np.quantile(visited, (0.01, 0.99)), 41)
+    edges = np.concatenate([[-np.inf], (grid[1:] + grid[:-1]) / 2, [np.inf]])
+    visits = np.histogram(visited, edges)[0] / visited.size
+    table = {"grid": grid, "change": effect.law(strength, grid), "visits": visits}
+    return {"effect": effect.name, "block": effect.block, "strength": strength, "unit": effect.unit,
+            "quantity": effect.quantity, "abscissa": effect.abscissa, "kind": effect.kind,
+            "base": means.get(_PARAMETERS.get(effect.quantity, "")),
+            **{name: np.broadcast_to(column, grid.shape).tolist() for name, column in table.items()}}
+
+
+def _visited(effect: Effect, run: Run) -> np.ndarray:
+    """Return the abscissa where the effect can act: friction while slipping under pressure, a piston until lock-up."""
+    if effect.quantity == "valve_play":
+        return np.repeat([-1.0, 1.0], 50)  # falling, rising
+    abscissa, mode = run.quantities[effect.abscissa], run.phase[1]
+    if effect.quantity in ("friction_coefficient", "friction_lag"):
+        return abscissa[(mode == SLIP) & (run.quantities["contact_pressure"] > 0.1)]
+    if effect.block == "torque" and not effect.quantity.startswith(("output_torque_sensor", "shaft")):
+        return abscissa[mode != STICK]
+    return abscissa

@@ -1,0 +1,69 @@
+"""What the four sensors make of the signals: the effects that act on readings, noise and quantisation."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .effect import Effect
+
+Signals = dict[str, np.ndarray]
+PERIOD = 0.002
+BITS = 12
+NOISE_MEMORY = 0.3  # correlation of the noise from sample to sample
+
+_SENSORS = {  # block, unit, full scale, and typical lag in s, offset and gain
+    "pressure": ("pressure", "bar", 14.0, 0.008, 0.2, 0.04),
+    "input_speed": ("input speed", "rad/s", 200.0, 0.012, 1.5, 0.02),
+    "output_speed": ("output speed", "rad/s", 60.0, 0.012, 0.4, 0.02),
+    "output_torque": ("torque", "N m", 1000.0, 0.006, 12.0, 0.04),
+}
+
+
+def _effects() -> Iterable[Effect]:
+    for name, (block, unit, full, lag, offset, gain) in _SENSORS.items():
+        yield Effect(f"{name}_sensor_lag", block, f"{name}_sensor_lag", "sequence", "difference", "s", lag,
+                     lambda s, r: s + 0 * r)
+        yield Effect(f"{name}_sensor_offset", block, f"{name}_sensor", "sequence", "difference", unit, offset,
+                     lambda s, r: s * (0.95 + 0.1 * r))
+        yield Effect(f"{name}_sensor_gain", block, f"{name}_sensor", name, "difference", "1", gain,
+                     lambda s, x, full=full: s * x * (0.95 + 0.1 * np.abs(x) / full))
+
+
+SENSORS = tuple(_effects())
+
+
+def read(true: Signals, quantities: Signals, effects: tuple[tuple[Effect, float], ...]) -> Signals:
+    """Return the noiseless readings (n, k) of the `true` signals, where `effects` may use any of `quantities`."""
+    readings = {}
+    for name, signal in true.items():
+        reading = signal
+        for effect, strength in effects:
+            if effect.quantity == f"{name}_sensor":
+                reading = reading + effect.law(strength, quantities[effect.abscissa])
+        for effect, strength in effects:
+            if effect.quantity == f"{name}_sensor_lag":  # two poles, their delays adding up to the lag
+                reading = _lagged(_lagged(reading, 0.75 * strength), 0.25 * strength)
+        readings[name] = reading
+    return readings
+
+
+def _lagged(signal: np.ndarray, lag: float) -> np.ndarray:
+    """Filter (n, k) by a first-order lag, exactly for a signal straight between samples, at rest before the first."""
+    kept = np.exp(-PERIOD / lag)
+    new = 1 - (1 - kept) * lag / PERIOD
+    rest = (1 - new) * signal[:, :1]
+    return lfilter([new, 1 - kept - new], [1, -kept], signal, zi=rest)[0]
+
+
+def measured(readings: Signals, share: float, random: np.random.Generator) -> Signals:
+    """Add noise of `share` of each signal's range, correlated from sample to sample, and round to `BITS` bits."""
+    noisy = {}
+    for name, reading in readings.items():
+        full = np.ptp(reading)
+        white = random.standard_normal(reading.shape)
+        white[:, 1:] *= np.sqrt(1 - NOISE_MEMORY**2)
+        noise = lfilter([1], [1, -NOISE_MEMORY], white)
+        step = full / 2**BITS
+        noisy[name] = (np.round((reading + share * full * noise) / step) * step).astype(np.float32)
+    return noisy
