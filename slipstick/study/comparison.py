@@ -19,7 +19,6 @@ CHANNELS = (*SIGNAL_UNITS, "shifting_time")
 
 WIDTH = 8
 """Samples averaged to one compared value: 16 ms at 500 Hz."""
-_KEPT = 2  # samples of which the simulation gives one, midway: half the work, the same average of a straight line
 _BLIND = 1.5  # compared values of the torque around the measured lock-up that count nothing
 _THIRD = (1.0, -3.0, 3.0, -1.0)
 _LEAST_TIME_NOISE = 5e-4  # s
@@ -45,8 +44,8 @@ class Comparison:
         signals = self.recordings.signals
         if signals is None:
             return None
-        whole = len(signals.time) // WIDTH * WIDTH
-        return np.asarray(signals.time[:whole].reshape(-1, _KEPT).mean(axis=1))
+        # All of them: a few to each average are off by two noise levels where the torque comes on.
+        return signals.time[:len(signals.time) // WIDTH * WIDTH]
 
     @property
     def scale(self) -> np.ndarray:
@@ -75,7 +74,7 @@ class Comparison:
             torque = signals["output_torque"]
             flat = blended(torque.reshape(1, -1, torque.shape[-1]), response.shifting_time.reshape(1, -1), time)
             signals["output_torque"] = flat.reshape(torque.shape)
-            values = [averaged(signals[name], WIDTH // _KEPT) for name in SIGNAL_UNITS]
+            values = [averaged(signals[name], WIDTH) for name in SIGNAL_UNITS]
         conditions = self.recordings.conditions
         latest = conditions.profile_time[conditions.current_profile, -1]
         locked = response.status == ensemble.LOCKED

@@ -77,11 +77,13 @@ def _prediction(settings: StudySettings, comparison: Comparison, found: MixedFit
     return {"mean": _row(predicted.time), "std": _row(np.sqrt(predicted.variance[:, -1] + more))}
 
 
-def _law(cuts: dict[str, Cut]) -> dict[str, Any]:
+def _law(cuts: dict[str, Cut]) -> dict[str, Any] | None:
     """The friction that torque over pressure shows, over the plates' slip, and that of the models."""
     *_, seen = cuts.values()
     slip, friction = seen.measured.slip, seen.measured.friction
     known = np.flatnonzero(np.isfinite(friction))
+    if not len(known):
+        return None
     some, edges = known[::-(-len(known) // _CLOUD)], np.linspace(0.0, slip.flat[known].max(), _BINS + 1)
     return {"cloud": {"slip": _row(slip.flat[some]), "friction": _row(friction.flat[some])},
             "bins": _binned(slip, friction, edges),

@@ -64,7 +64,7 @@ def blocks(comparison: Comparison, found: MixedFit) -> Blocks | None:
     phase[np.abs(time - lock) < 2 * WIDTH * step] = -1
     noise = {name: comparison.noise[name] for name in BLOCKS}
     residual = {
-        "pressure": averaged(signals.pressure, WIDTH) - averaged(response.pressure, WIDTH // 2),
+        "pressure": averaged(signals.pressure, WIDTH) - averaged(response.pressure, WIDTH),
         "output_torque": averaged(np.where(time > lock, np.nan, signals.output_torque - torque), WIDTH),
         **_speeds(recordings, signals, p, step),
     }

@@ -24,6 +24,7 @@ _SHAPES = 3
 _WANDERING = 0.9
 """Memory from run to run that scatter is granted before a drift is named: a wandering of some runs looks like one."""
 REPLICATES = 999
+_AT_ONCE = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +90,7 @@ def score(comparison: Comparison, found: MixedFit, catalogue: Sequence[str], see
     about = linearise(comparison, found.design, found.points, tried)
     integrated = marginal(about, found.state, found.scattering)
     p = len(found.state.theta)
-    onto, information, kept = _efficient(integrated, found, p)
+    onto, information, kept = _efficient(integrated, p)
     each = integrated.score @ onto
     runs = comparison.recordings.run_order
     order = np.arange(len(each)) if runs is None else np.argsort(runs)
@@ -103,7 +104,7 @@ def score(comparison: Comparison, found: MixedFit, catalogue: Sequence[str], see
     return Scores(tried, each, information, kept, p_values)
 
 
-def _efficient(integrated: Marginal, found: MixedFit, p: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _efficient(integrated: Marginal, p: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Combinations (p + c, c) of scores that a refit of theta leaves, their information, and the share that is left."""
     total = integrated.information.sum(axis=0)
     nuisance = total[:p, :p] + 1e-9 * np.diag(np.diag(total[:p, :p]) + 1e-9)
@@ -127,18 +128,18 @@ def _replicates(integrated: Marginal, found: MixedFit, onto: np.ndarray, order: 
     values, vectors = np.linalg.eigh(noise)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     n, c = root.shape[:2]
-    largest = np.empty(REPLICATES)
-    for replicate in range(REPLICATES):
-        modes = np.empty((n, len(places)))
-        modes[order] = autoregression(rng, n, len(places), memory) @ np.linalg.cholesky(covariance).T
-        drawn = (root @ rng.standard_normal((n, c, 1)) + along @ modes[..., None])[..., 0]
-        largest[replicate] = statistic(drawn).max()
-    return largest
+    spread, largest = np.linalg.cholesky(covariance), []
+    for _ in range(0, REPLICATES, _AT_ONCE):
+        modes = np.empty((n, len(places), _AT_ONCE))
+        modes[order] = np.einsum("qr,nrk->nqk", spread, autoregression(rng, (n, len(places), _AT_ONCE), memory))
+        drawn = root @ rng.standard_normal((n, c, _AT_ONCE)) + along @ modes
+        largest.append(statistic(drawn.transpose(2, 0, 1)).max(axis=1))
+    return np.concatenate(largest)[:REPLICATES]
 
 
-def autoregression(rng: np.random.Generator, n: int, q: int, memory: float) -> np.ndarray:
-    """n draws (n, q) of unit variance, each of which remembers `memory` of the one before."""
-    fresh = rng.standard_normal((n, q))
+def autoregression(rng: np.random.Generator, shape: tuple[int, ...], memory: float) -> np.ndarray:
+    """Draws of unit variance, each of which remembers `memory` of the one before it along the first axis."""
+    fresh = rng.standard_normal(shape)
     fresh[1:] *= np.sqrt(1 - memory**2)
     return np.asarray(lfilter([1.0], [1.0, -memory], fresh, axis=0))
 

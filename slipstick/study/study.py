@@ -76,7 +76,7 @@ def _advanced(settings: StudySettings, comparison: Comparison, state: State) -> 
         found = restore(settings, comparison, last)
         known = [name for name in settings.catalogue if name not in last["added"]]
         screening = _screening(settings, score(comparison, found, known, settings.seed), comparison)
-        if not last["added"]:
+        if not last["added"] and screening["shortlist"]:
             opened = _screening(settings, score(comparison, found, _OPEN, settings.seed), comparison)
             screening["open"] = opened
             screening["shortlist"] += opened["shortlist"][:_OPEN_TRIED]
