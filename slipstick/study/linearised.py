@@ -13,6 +13,9 @@ from slipstick.clutch import effects, ensemble
 from slipstick.study.comparison import Comparison
 from slipstick.study.design import Design
 
+_AT_ONCE = 1000
+"""Engagements simulated before their samples are averaged: those of all would take gigabytes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
@@ -58,11 +61,16 @@ def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarra
 
     `vectors` (s, n, 20), `coefficients` (s, n, c).
     """
-    s, n = vectors.shape[:2]
-    conditions = comparison.recordings.conditions.take(np.tile(np.arange(n), s))
-    response = ensemble.simulate(vectors.reshape(s * n, -1), coefficients.reshape(s * n, -1), conditions,
-                                 comparison.times, paired=True)
-    return comparison.predicted(response).reshape(s, n, -1)
+    (s, n), found = vectors.shape[:2], []
+    rows = max(1, _AT_ONCE // n)
+    for first in range(0, s, rows):
+        some = slice(first, min(s, first + rows))
+        m = some.stop - first
+        conditions = comparison.recordings.conditions.take(np.tile(np.arange(n), m))
+        response = ensemble.simulate(vectors[some].reshape(m * n, -1), coefficients[some].reshape(m * n, -1), conditions,
+                                     comparison.times, paired=True)
+        found.append(comparison.predicted(response).reshape(m, n, -1))
+    return np.concatenate(found)
 
 
 def predict_at(comparison: Comparison, design: Design, points: np.ndarray) -> np.ndarray:
