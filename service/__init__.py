@@ -1,1 +1,1 @@
-"""The online half: tables, recordings, propagation, likelihood and fits over REST."""
+"""The online half: tables, recordings, propagation, likelihood, fits and studies over REST."""

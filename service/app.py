@@ -9,15 +9,27 @@ from fastapi.openapi.utils import get_openapi
 
 from service import pages, problems
 from service.bodies import BodyLimits
-from service.job_store import JobStore
-from service.routes import evaluate, fits, index, likelihood, propagate, recordings, reports, tables
+from service.job_store import JobStore, connect
+from service.routes import (
+    evaluate,
+    fits,
+    index,
+    likelihood,
+    propagate,
+    recordings,
+    reports,
+    studies,
+    study_reports,
+    tables,
+)
 from service.settings import Settings
 from slipstick import __version__
 from slipstick.library import Library
 
 _ABOUT = """
 Find where a wet-clutch simulation and a test bench disagree, and by how much: shifting times from a lookup table,
-uncertain inputs propagated by polynomial chaos, the likelihood of recordings, and fits of the inputs to them.
+uncertain inputs propagated by polynomial chaos, the likelihood of recordings, fits of the inputs to them, and
+studies that name the physical effect which the simulation lacks.
 
 Inputs are multiples of nominal values. Times are in s, densities per ms, logarithms to base 10. Beyond the edges of
 a table the policy `outside` holds, and every answer says what lies there. Refusals are RFC 9457 problems that say
@@ -31,14 +43,17 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.fits = JobStore(chosen.jobs)
+        jobs = connect(chosen.jobs)
+        app.state.fits = JobStore(jobs, "fit", "/v1/fits")
+        app.state.studies = JobStore(jobs, "study", "/v1/studies")
         yield
-        app.state.fits.close()
+        jobs.destroy()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_ABOUT, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings, app.state.library = chosen, Library(chosen.tables)
-    for resource in (index, tables, recordings, evaluate, propagate, likelihood, fits, reports):
+    for resource in (index, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies,
+                     study_reports):
         app.include_router(resource.router)
     pages.install(app)
     problems.install(app)

@@ -1,10 +1,10 @@
 """What a fit looks like on the wire: the request, its progress and its result."""
 
-import datetime
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import BaseModel, Field
 
+from service.jobs import Job
 from service.schemas import MassOutside, OutsidePolicy, RecordingsName, Strict, TableDigest, TableName
 from slipstick.uncertainty.expansion import Rule
 from slipstick.uncertainty.families import Family
@@ -13,7 +13,6 @@ from slipstick.uncertainty.settings import Integration, Method
 from slipstick.uncertainty.truncation import HIGHEST_ORDER
 
 Bounds = list[tuple[float, float]]
-Status = Literal["queued", "running", "done", "failed", "cancelled"]
 
 
 class SearchSettings(Strict):
@@ -72,24 +71,14 @@ class FitRequest(Strict):
     settings: SearchSettings = Field(default_factory=lambda: SearchSettings(), description="How to search.")
 
 
-class Fit(BaseModel):
+class Fit(Job):
     """A fit and how far it is."""
 
-    id: str = Field(description="Id of the fit.")
-    status: Status = Field(description="queued, running, done, failed or cancelled.")
-    note: str | None = Field(description="What to do where there is something to do.")
-    problem: str | None = Field(description="Why the fit failed, and what to do.")
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
-    recordings: str = Field(description="Name of the recordings.")
-    recordings_digest: str = Field(description="Digest (SHA-256) of the recordings.")
     simulate: bool = Field(description="Whether the simulator is run instead of the table.")
     parameters: list[str] = Field(description="The uncertain inputs.")
     outside: OutsidePolicy
-    settings: dict[str, Any] = Field(description="All settings of the search.")
-    submitted: datetime.datetime | None = Field(description="When the fit was submitted (UTC).")
-    ended: datetime.datetime | None = Field(description="When it ended (UTC).")
-    links: dict[str, str] = Field(description="What can be done with it -> address.")
 
 
 class Progress(BaseModel):

@@ -46,7 +46,7 @@ class UnsupportedMedia(errors.SlipstickError):
 
 
 class StoreUnavailable(errors.SlipstickError):
-    """The database of the fits does not answer, or the folder of the tables is not there."""
+    """The database of the jobs does not answer, or the folder of the tables is not there."""
 
 
 _STATUS: dict[type[errors.SlipstickError], int] = {
@@ -174,7 +174,7 @@ def _methods(request: Request) -> set[str]:
 
 def _on_store(request: Request, error: Exception) -> Response:
     said = getattr(error, "orig", error)
-    logging.getLogger("uvicorn.error").error("The database of the fits does not answer: %s", said)
+    logging.getLogger("uvicorn.error").error("The database of the jobs does not answer: %s", said)
     return answer(describe(_STORE))
 
 
@@ -190,7 +190,7 @@ def _words(name: str) -> str:
     return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip().capitalize()
 
 
-_STORE = StoreUnavailable("The database of the fits does not answer",
+_STORE = StoreUnavailable("The database of the jobs does not answer",
                           "Try again in a moment; the log of the service says more")
 _EXAMPLES: dict[int, Problem] = {
     problem.status: problem for problem in (

@@ -14,7 +14,7 @@ class Settings(BaseSettings):
     tables: Path = Field(default=Path("tables"), description="Folder of the table files and the recordings.")
     jobs: str = Field(
         default="sqlite:///var/jobs.sqlite",
-        description="URL of the database that holds the fits; the worker must be given the same one.",
+        description="URL of the database that holds fits and studies; the worker must be given the same one.",
     )
     host: str = Field(default="127.0.0.1", description="Address to listen on; 0.0.0.0 for every network.")
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on.")

@@ -8,6 +8,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from selenium import webdriver
@@ -34,6 +35,22 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     table = Grid(axes, times.reshape(shape), status.reshape(shape), conditions, model, "the tests")
     table.write(folder / "nominal.h5")
     shutil.copy(ROOT / "tables" / "measured.h5", folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with every ninth of the shipped recordings, `few`: a study of them takes seconds."""
+    folder = tmp_path_factory.mktemp("recordings")
+    with h5py.File(ROOT / "tables" / "measured.h5") as whole, h5py.File(folder / "few.h5", "w") as part:
+        whole.copy("current_profiles", part)
+        part["signals/time"] = whole["signals/time"][:]
+        part["signals/time"].attrs["units"] = "s"
+        for name in (*(f"conditions/{name}" for name in whole["conditions"]), "shifting_time",
+                     *(f"signals/{name}" for name in whole["signals"] if name != "time")):
+            part[name] = whole[name][::9]
+            part[name].attrs["units"] = whole[name].attrs["units"]
+        part["conditions/run_order"][:] = np.argsort(np.argsort(part["conditions/run_order"]))
     return folder
 
 

@@ -1,1 +1,1 @@
-"""The offline half: builds and verifies tables, calibrates, and runs the fits that the service takes in."""
+"""The offline half: builds and verifies tables, calibrates, studies, and runs the jobs that the service takes in."""

@@ -10,7 +10,8 @@ from slipstick.errors import SlipstickError
 COMMANDS = {
     "build": "simulate a table of shifting times; killed, the same command goes on where it was",
     "calibrate": "fit the seven uncertain parameters to recordings by least squares",
-    "serve-jobs": "run the fits that the service takes in; killed, it goes on where it was",
+    "serve-jobs": "run the fits and studies that the service takes in; killed, it goes on where it was",
+    "study": "name the physical effect that recordings show and the model lacks, and show the gap shrink",
     "surrogate": "train a table over any number of parameters on simulations at random points",
     "verify": "check a table, say what it is, and measure its interpolation against direct simulation",
 }

@@ -54,8 +54,12 @@ def read_model_arguments(arguments: argparse.Namespace) -> tuple[Model, Conditio
         raise InvalidValue(f"{arguments.threads} threads cannot build", "Give --threads 1 or more")
     if arguments.out.exists():
         require_table(arguments.out)
-    return (read_model(arguments.model) if arguments.model else Model(),
-            open_conditions(arguments.conditions) if arguments.conditions else paper_conditions())
+    model = read_model(arguments.model) if arguments.model else Model()
+    conditions = open_conditions(arguments.conditions) if arguments.conditions else paper_conditions()
+    if model.uses_run_order and conditions.run_order is None:
+        raise InvalidValue("The model has an effect that drifts from run to run, and these conditions are in no order",
+                           "Give --conditions FILE: recordings with a run order, such as those it was found on")
+    return model, conditions
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -9,10 +9,10 @@ _SECONDS_APART = 10.0
 
 
 class Progress:
-    """Tells on `stream` how many of `total` items are done, how many a second, and how long the rest will take."""
+    """Tells on `stream`, stderr by default, how many of `total` items are done, how fast, and how long is left."""
 
-    def __init__(self, total: int, what: str, stream: TextIO = sys.stderr) -> None:
-        self._total, self._what, self._stream = total, what, stream
+    def __init__(self, total: int, what: str, stream: TextIO | None = None) -> None:
+        self._total, self._what, self._stream = total, what, stream or sys.stderr
         self._begun = time.monotonic()
         self._told = 0.0
 

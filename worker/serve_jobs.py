@@ -1,4 +1,4 @@
-"""`serve-jobs`: wait for the fits that the service takes in, and run them one at a time."""
+"""`serve-jobs`: wait for the fits and studies that the service takes in, and run them one at a time."""
 
 import argparse
 import fcntl
@@ -17,7 +17,7 @@ from sqlalchemy import Engine, event, make_url
 
 from slipstick.errors import InvalidValue
 from slipstick.library import Library
-from worker import jobs
+from worker import fit_job, jobs, study_job
 
 _APPLICATION = "slipstick"
 _VERSION = "fits-2"
@@ -29,13 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tables", type=Path, default=os.environ.get("SLIPSTICK_TABLES", "tables"), metavar="FOLDER",
                         help="folder of the tables and recordings (default: %(default)s, SLIPSTICK_TABLES)")
     parser.add_argument("--jobs", default=os.environ.get("SLIPSTICK_JOBS", "sqlite:///var/jobs.sqlite"), metavar="URL",
-                        help="database that holds the fits (default: %(default)s, SLIPSTICK_JOBS)")
+                        help="database that holds the jobs (default: %(default)s, SLIPSTICK_JOBS)")
     parser.add_argument("--name", default="worker-1",
                         help="this worker, which takes up what one of that name has left (default: %(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run fits until SIGTERM or SIGINT; raises `InvalidValue` where a worker of that name runs already."""
+    """Run jobs until SIGTERM or SIGINT; raises `InvalidValue` where a worker of that name runs already."""
     stops = {signal.SIGTERM, signal.SIGINT}
     # Blocked before there are other threads: one of them may otherwise be given the signal, and this one sleeps on.
     signal.pthread_sigmask(signal.SIG_BLOCK, stops)
@@ -43,12 +43,14 @@ def run(arguments: argparse.Namespace) -> int:
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": arguments.name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(_is_no_cancellation)
-        jobs.register(Library(arguments.tables))
+        library = Library(arguments.tables)
+        fit_job.register(library)
+        study_job.register(library)
         DBOS.launch()
         DBOS.register_queue(jobs.QUEUE, worker_concurrency=1, polling_interval_sec=0.2)
-        print(f"Worker {arguments.name} waits for fits in {arguments.jobs}", flush=True)
+        print(f"Worker {arguments.name} waits for fits and studies in {arguments.jobs}", flush=True)
         signal.sigwait(stops)
-        print("Stopped; a fit that has not ended goes on at the next start", flush=True)
+        print("Stopped; what has not ended goes on at the next start", flush=True)
         # Whatever runs may be cut off at any point, so there is nothing to wait for.
         os._exit(0)
 

@@ -6,6 +6,7 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute
 from service.problems import StoreUnavailable, responses
 from service.routes.fits import TheFits
+from service.routes.studies import TheStudies
 from service.schemas import SIMULATED, TheLibrary
 from slipstick import __version__
 
@@ -30,12 +31,14 @@ class Health(BaseModel):
     recordings: int = Field(description="Recordings in the folder.")
     fits_waiting: int = Field(description="Fits that wait for a worker; where it stays above 0, is one running?")
     fits_running: int = Field(description="Fits that run.")
+    studies_waiting: int = Field(description="Studies that wait for a worker.")
+    studies_running: int = Field(description="Studies that run.")
 
 
 @router.get("", summary="Start here", responses=responses())
 def index() -> Index:
     """The addresses of everything else, the version, and where the numbers come from."""
-    names = ("tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "health")
+    names = ("tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
     return Index(
         name="Slipstick", version=__version__,
         about="The parameters of the clutch are plausible for a heavy-vehicle test bench; the paper publishes none. "
@@ -44,11 +47,13 @@ def index() -> Index:
 
 
 @router.get("/health", summary="Is the service well?", responses=responses(503))
-def health(library: TheLibrary, fits: TheFits) -> Health:
-    """Look into the folder of the tables and into the database of the fits; 503 where that does not answer."""
+def health(library: TheLibrary, fits: TheFits, studies: TheStudies) -> Health:
+    """Look into the folder of the tables and into the database of the jobs; 503 where that does not answer."""
     if not library.folder.is_dir():
         raise StoreUnavailable(f"There is no folder '{library.folder}'",
                                "Set SLIPSTICK_TABLES to the folder of the tables")
     waiting, running = fits.counts()
+    studies_waiting, studies_running = studies.counts()
     return Health(status="ok", version=__version__, tables=len(library.tables()), recordings=len(library.recordings()),
-                  fits_waiting=waiting, fits_running=running)
+                  fits_waiting=waiting, fits_running=running, studies_waiting=studies_waiting,
+                  studies_running=studies_running)

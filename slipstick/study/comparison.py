@@ -19,6 +19,9 @@ CHANNELS = (*SIGNAL_UNITS, "shifting_time")
 
 WIDTH = 8
 """Samples averaged to one compared value: 16 ms at 500 Hz."""
+FEWEST = 12
+"""Experiments without which a study has nothing to count."""
+_FEWEST_AVERAGES = 8
 _BLIND = 1.5  # compared values of the torque around the measured lock-up that count nothing
 _THIRD = (1.0, -3.0, 3.0, -1.0)
 _LEAST_TIME_NOISE = 5e-4  # s
@@ -103,8 +106,17 @@ class Comparison:
 
 
 def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:
-    """The recordings as a comparison, with the noise of the signals as their own third differences show it."""
+    """The recordings as a comparison, with the noise of the signals as their own third differences show it.
+
+    Raises `InvalidValue` where there are too few experiments or samples.
+    """
     signals, time = recordings.signals, recordings.measured_time
+    if len(time) < FEWEST:
+        raise InvalidValue(f"{len(time)} experiments are too few for a study, which counts each as one observation",
+                           f"Record {FEWEST} or more, under different conditions")
+    if signals is not None and len(signals.time) < _FEWEST_AVERAGES * WIDTH:
+        raise InvalidValue(f"Signals of {len(signals.time)} samples say nothing of their noise",
+                           f"Record {_FEWEST_AVERAGES * WIDTH} samples or more, such as 500 a second")
     if signals is None:
         return Comparison(recordings, {"shifting_time": slice(0, 1)}, time[:, None], np.ones((len(time), 1)),
                           {"shifting_time": shifting_time_noise})

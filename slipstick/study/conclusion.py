@@ -8,6 +8,7 @@ from slipstick.clutch import effects
 from slipstick.study import gap, locate, study
 from slipstick.study.answer import coefficients, names, placed, term
 from slipstick.study.comparison import Comparison
+from slipstick.study.cut import cut
 from slipstick.study.mixed import MixedFit
 from slipstick.study.settings import StudySettings
 
@@ -19,8 +20,8 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
     rankings = [study.ranked(settings, comparison, one) if one.get("candidates") else [] for one in state["rounds"]]
     added = state["rounds"][-1]["added"]
     tied = [[one.effect for one in ranking if one.tied] for ranking in rankings]
-    cut = locate.blocks(comparison, fits[0])
-    where = None if cut is None else locate.located(comparison, cut)
+    seen = cut(comparison, fits[0], settings.seed)
+    where = None if seen is None else locate.located(comparison, seen.left)
     answer = _answer(settings, state, fits, tied, where)
     result: dict[str, Any] = {
         "answer": answer, "settings_digest": settings.digest, "recordings_digest": comparison.recordings.digest,

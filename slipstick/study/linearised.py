@@ -67,8 +67,8 @@ def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarra
         some = slice(first, min(s, first + rows))
         m = some.stop - first
         conditions = comparison.recordings.conditions.take(np.tile(np.arange(n), m))
-        response = ensemble.simulate(vectors[some].reshape(m * n, -1), coefficients[some].reshape(m * n, -1), conditions,
-                                     comparison.times, paired=True)
+        flat, acting = (one[some].reshape(m * n, -1) for one in (vectors, coefficients))
+        response = ensemble.simulate(flat, acting, conditions, comparison.times, paired=True)
         found.append(comparison.predicted(response).reshape(m, n, -1))
     return np.concatenate(found)
 

@@ -44,6 +44,8 @@ class StudySettings:
             if not getattr(self, name) or len(set(getattr(self, name))) < len(getattr(self, name)):
                 raise InvalidValue(f"{name} is {list(getattr(self, name))}", "Name one or more, each once")
         for name, least in (("seed", 0), ("shortlist", 1), ("most_effects", 1), ("smallest", 0)):
+            if name != "smallest" and not isinstance(getattr(self, name), int):
+                raise InvalidValue(f"{name} is {getattr(self, name)}", "Give a whole number")
             if not getattr(self, name) >= least:
                 raise InvalidValue(f"{name} is {getattr(self, name)}", f"Give at least {least}")
         for name in ("significance", "level"):

@@ -75,6 +75,8 @@ def _advanced(settings: StudySettings, comparison: Comparison, state: State) -> 
     if "screening" not in last:
         found = restore(settings, comparison, last)
         known = [name for name in settings.catalogue if name not in last["added"]]
+        if not known:
+            return {**state, "stopped": "nothing more"}
         screening = _screening(settings, score(comparison, found, known, settings.seed), comparison)
         if not last["added"] and screening["shortlist"]:
             opened = _screening(settings, score(comparison, found, _OPEN, settings.seed), comparison)

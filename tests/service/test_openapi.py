@@ -53,8 +53,8 @@ def test_every_example_works_and_its_answer_fits_its_schema(
         client: httpx.Client, document: dict[str, Any], operations: list[tuple[str, str, dict[str, Any]]],
         worker: None) -> None:
     for method, path, operation in operations:
-        if path.endswith(("/result", "/report")) or "/pictures" in path:
-            _await_example(client)
+        if path.endswith(("/result", "/report", "/model")) or "/pictures" in path:
+            _await_example(client, path)
         parts: dict[str, dict[str, Any]] = {"path": {}, "query": {}, "header": {}}
         for parameter in operation.get("parameters", ()):
             if "examples" in parameter:
@@ -93,7 +93,8 @@ def _resolve(document: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]
     return found | schema
 
 
-def _await_example(client: httpx.Client) -> None:
-    while (fit := client.get("/v1/fits/first-fit").json())["status"] in ("queued", "running"):
+def _await_example(client: httpx.Client, path: str) -> None:
+    address = "/v1/fits/first-fit" if path.startswith("/v1/fits") else "/v1/studies/first-study"
+    while (job := client.get(address).json())["status"] in ("queued", "running"):
         time.sleep(0.1)
-    assert fit["status"] == "done", fit
+    assert job["status"] == "done", job

@@ -17,14 +17,15 @@ CURL = [block for block in BLOCKS if "curl" in block]
 
 def test_there_are_examples_of_every_resource() -> None:
     text = "".join(CURL)
-    for resource in ("tables", "recordings", "evaluate", "propagate", "likelihood", "fits"):
+    for resource in ("tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies"):
         assert f"/v1/{resource}" in text
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _no_fit_is_left(address: str) -> Iterator[None]:
+def _no_job_is_left(address: str) -> Iterator[None]:
     yield
-    httpx.post(f"{address}/v1/fits/my-first-fit/cancel")  # or the worker is busy with it while later tests run
+    for job in ("fits/my-first-fit", "studies/my-first-study"):
+        httpx.post(f"{address}/v1/{job}/cancel")  # or the worker is busy with it while later tests run
 
 
 @pytest.mark.usefixtures("worker")
@@ -34,7 +35,7 @@ def test_example_works_as_written(block: str, address: str, tmp_path: Path) -> N
     for line in block.strip().splitlines():
         done = subprocess.run(["bash", "-c", line], env={"PATH": "/usr/bin:/bin", "SLIPSTICK": address}, cwd=tmp_path,
                               capture_output=True, text=True, check="--fail" not in line)
-        assert done.returncode in (0, 22)  # refused: there is no report yet of a fit that has only just begun
+        assert done.returncode in (0, 22)  # refused: there is no report yet of what has only just begun
         if not line.startswith("curl") or "--output" in line:
             continue
         answer = json.loads(done.stdout)
@@ -42,7 +43,7 @@ def test_example_works_as_written(block: str, address: str, tmp_path: Path) -> N
             assert answer["status"] == 415
             assert "--json" in answer["remedy"]
         elif line.endswith("/result"):
-            assert answer.get("status", 409) == 409  # the fit has only just begun
+            assert answer.get("status", 409) == 409  # it has only just begun
         else:
             assert "detail" not in answer, answer
     if "times.npy" in block:

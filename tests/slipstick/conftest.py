@@ -1,16 +1,30 @@
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from slipstick.clutch import ensemble, parameters
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
+from slipstick.study import study
+from slipstick.study.comparison import Comparison, compare
+from slipstick.study.conclusion import conclude
+from slipstick.study.evidence import evidence
+from slipstick.study.settings import StudySettings
 from slipstick.table import Axis, Grid
 
 TRUTH = (("pressure_bias", 1.05), ("initial_position", 0.95))
+STUDY = StudySettings(catalogue=("stribeck_friction", "quadratic_load_drag"), shortlist=2, significance=0.05)
+NOISE = {"pressure": 0.05, "input_speed": 0.25, "output_speed": 0.08, "output_torque": 6.0}
 CONDITIONS = paper_conditions().take([3, 40, 77, 100, 150, 180, 199, 215])
 
 
@@ -32,3 +46,44 @@ def small_recordings() -> Recordings:
     response = signals(Model(), CONDITIONS, time, names, np.array([multiples]))
     measured = response.shifting_time[0] + 0.008 * np.random.default_rng(2).standard_normal(8)
     return Recordings(CONDITIONS, measured, Signals(time, *(getattr(response, name)[0] for name in SIGNAL_UNITS)))
+
+
+def bench(recordings: Recordings, model: Model) -> Recordings:
+    """The conditions of the recordings, measured on a bench that is a model, with scatter and noise."""
+    rng, n, conditions = np.random.default_rng(7), len(recordings), recordings.conditions
+    vectors = np.tile(model.parameters, (n, 1))
+    for name, std in (("pressure_bias", 0.05), ("initial_position", 0.08)):
+        vectors[:, parameters.index(name)] *= 1 + std * rng.standard_normal(n)
+    time = np.arange(0.0, 2.0, 0.002)
+    response = ensemble.simulate(vectors, np.tile(model.coefficients(), (n, 1)), conditions, time, paired=True)
+    measured = Signals(time, *(getattr(response, name) + NOISE[name] * rng.standard_normal((n, len(time)))
+                               for name in SIGNAL_UNITS))
+    return replace(recordings, measured_time=response.shifting_time + 0.003 * rng.standard_normal(n), signals=measured)
+
+
+@pytest.fixture(scope="session")
+def studied(few_recordings: Path) -> Callable[[str], tuple[Comparison, study.State, dict[str, Any]]]:
+    """Real studies of 24 experiments, each done once: what was compared, the last state, and what its job leaves.
+
+    `friction`: shipped recordings, whose bench lacks no friction that depends on slip; `times`: their shifting times
+    alone; `drag` and `nothing`: from a bench with a quadratic load drag, and from the plain model.
+    """
+    few = Recordings.open(few_recordings / "few.h5")
+    made: dict[str, Callable[[], Recordings]] = {
+        "friction": lambda: few,
+        "times": lambda: replace(few, signals=None),
+        "drag": lambda: bench(few, Model().with_effect("quadratic_load_drag", {"drag": 0.03})),
+        "nothing": lambda: bench(few, Model())}
+
+    @cache
+    def done(name: str) -> tuple[Comparison, study.State, dict[str, Any]]:
+        compared = compare(made[name](), STUDY.shifting_time_noise)
+        state = study.start(STUDY, compared)
+        while not study.finished(state):
+            state = study.advance(STUDY, compared, state)
+        left = {"result": conclude(STUDY, compared, state), "evidence": evidence(STUDY, compared, state),
+                "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
+        return compared, state, json.loads(json.dumps(left, allow_nan=False))
+
+    # Whoever changes an output changes its own.
+    return lambda name: (*done(name)[:2], json.loads(json.dumps(done(name)[2])))

@@ -1,4 +1,4 @@
-"""Fits through real processes: the service takes them in, the worker runs them, and both may be killed."""
+"""Fits and studies through real processes: the service takes them in, the worker runs them, and both may be killed."""
 
 import json
 import shutil
@@ -15,11 +15,21 @@ import pytest
 
 from slipstick.library import Library
 from slipstick.problem import table_problem
+from slipstick.recordings import Recordings
+from slipstick.study import study
+from slipstick.study.comparison import compare
+from slipstick.study.conclusion import conclude
+from slipstick.study.progress import STAGES
+from slipstick.study.settings import StudySettings
 from slipstick.uncertainty import fit
 
 SETTINGS = {"population": 24, "generations": 30, "patience": 30, "order": 4, "seed": 5}
 
 ENDLESS = {**SETTINGS, "generations": 10_000, "patience": 10_000}
+
+
+STUDY = {"catalogue": ["stribeck_friction", "centrifugal_pressure", "quadratic_load_drag"], "shortlist": 2,
+         "significance": 0.99, "smallest": 0.0, "most_effects": 1}
 
 
 class Bench:
@@ -57,13 +67,17 @@ class Bench:
             process.wait()
 
     def submit(self, name: str, **settings: Any) -> None:
-        answer = self.client.post("/v1/fits", json={"settings": settings}, headers={"Idempotency-Key": name})
-        assert answer.status_code == 202
+        self.post("/v1/fits", name, {"settings": settings})
 
-    def follow(self, name: str, until: Callable[[dict[str, Any]], bool], seconds: float = 60) -> dict[str, Any]:
+    def post(self, address: str, name: str, body: dict[str, Any]) -> None:
+        answer = self.client.post(address, json=body, headers={"Idempotency-Key": name})
+        assert answer.status_code == 202, answer.text
+
+    def follow(self, name: str, until: Callable[[dict[str, Any]], bool], seconds: float = 60,
+               address: str = "/v1/fits") -> dict[str, Any]:
         deadline = time.monotonic() + seconds
         while True:
-            found: dict[str, Any] = self.client.get(f"/v1/fits/{name}").json()
+            found: dict[str, Any] = self.client.get(f"{address}/{name}").json()
             if until(found):
                 return found
             assert time.monotonic() < deadline, found
@@ -83,6 +97,17 @@ def in_stage(stage: str, generation: int) -> Callable[[dict[str, Any]], bool]:
         assert found["status"] in ("queued", "running"), found
         progress = found["progress"]
         return progress is not None and progress["stage"] == stage and progress["generation"] >= generation
+
+    return reached
+
+
+def study_in_stage(stage: str, since: str = STAGES[0]) -> Callable[[dict[str, Any]], bool]:
+    def reached(found: dict[str, Any]) -> bool:
+        assert found["status"] in ("queued", "running"), found
+        if found["progress"] is None:
+            return False
+        assert STAGES.index(found["progress"]["stage"]) >= STAGES.index(since), "it began anew"
+        return bool(found["progress"]["stage"] == stage)
 
     return reached
 
@@ -118,6 +143,40 @@ def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(
     result = bench.client.get("/v1/fits/killed/result").json()
     assert result["result"] == json.loads(json.dumps(uninterrupted(shelf)))
     assert list(result["seconds"]) == ["open", "search", "refine", "intervals", "conclude"]
+
+
+def uninterrupted_study(few_recordings: Path) -> dict[str, Any]:
+    settings = StudySettings.from_dict(STUDY)
+    compared = compare(Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
+    state = study.start(settings, compared)
+    while not study.finished(state):
+        state = study.advance(settings, compared, state)
+    return conclude(settings, compared, state)
+
+
+def test_killed_in_any_stage_a_study_ends_with_the_result_of_an_uninterrupted_one(
+        bench: Bench, few_recordings: Path) -> None:
+    shutil.copy(few_recordings / "few.h5", bench.tables)
+    bench.post("/v1/studies", "killed", {"recordings": "few", "settings": STUDY})
+    for stage, since in (("fit", "fit"), ("candidates", "fit"), ("conclude", "candidates")):
+        bench.follow("killed", study_in_stage(stage, since), address="/v1/studies")
+        bench.kill(bench.worker)
+        bench.work()
+    assert bench.follow("killed", ended, address="/v1/studies")["status"] == "done"
+    result = bench.client.get("/v1/studies/killed/result").json()
+    assert result["result"] == json.loads(json.dumps(uninterrupted_study(few_recordings)))
+    assert list(result["seconds"]) == ["fit", "screen", "candidates", "choose", "conclude"]
+
+
+def test_a_cancelled_study_frees_the_worker_for_a_fit(bench: Bench, few_recordings: Path) -> None:
+    shutil.copy(few_recordings / "few.h5", bench.tables)
+    bench.post("/v1/studies", "long", {"recordings": "few", "settings": STUDY})
+    bench.submit("next", population=4, generations=1, refine=False, intervals=False)
+    bench.follow("long", study_in_stage("fit"), address="/v1/studies")
+    assert bench.client.get("/v1/fits/next").json()["status"] == "queued"
+    assert bench.client.post("/v1/studies/long/cancel").json()["status"] == "cancelled"
+    assert bench.follow("next", ended)["status"] == "done"
+    assert bench.client.get("/v1/studies/long").json()["status"] == "cancelled"
 
 
 @pytest.mark.parametrize(("stage", "settings"), [("search", ENDLESS), ("refine", {**SETTINGS, "generations": 1})])

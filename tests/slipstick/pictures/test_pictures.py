@@ -6,21 +6,19 @@ import socket
 import struct
 import subprocess
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-import vl_convert
 
 from slipstick.pictures import CAPTIONS, Spec, inputs, pictures
-from slipstick.pictures.drawing import VEGA_LITE
 from slipstick.pictures.profiles import threshold
 from slipstick.pictures.rendering import render
 from slipstick.pictures.theme import SCHEMA
 
 Made = Callable[..., dict[str, Any]]
+Marks = Callable[[Spec, str], list[ElementTree.Element]]
 SEVEN = ("current_delay", "current_bias", "current_gain", "pressure_bias", "temperature_gain", "initial_position",
          "friction_coefficient")
 DATA = {"comparison": "symbol", "inputs": "line", "profiles": "line", "densities": "area", "engagement": "line",
@@ -33,24 +31,12 @@ def draw(output: dict[str, Any]) -> dict[str, Spec]:
     return pictures(*(json.loads(json.dumps(output[name])) for name in ("result", "evidence")))
 
 
-def marks(spec: Spec, kind: str) -> list[ElementTree.Element]:
-    """The marks of one kind in the drawn picture, in the order they are drawn."""
-    drawn = svg(json.dumps(spec))
-    return [path for group in drawn.iter() if f"mark-{kind} role-mark" in group.get("class", "") for path in group]
-
-
-@cache
-def svg(picture: str) -> ElementTree.Element:
-    # In this process, where a second picture costs much less than the first.
-    return ElementTree.fromstring(vl_convert.vegalite_to_svg(picture, vl_version=VEGA_LITE, allowed_base_urls=[]))
-
-
 @pytest.fixture(scope="module")
 def drawn(made: Made) -> dict[str, Spec]:
     return draw(made())
 
 
-def test_a_fit_has_all_pictures_and_each_can_be_drawn(drawn: dict[str, Spec]) -> None:
+def test_a_fit_has_all_pictures_and_each_can_be_drawn(drawn: dict[str, Spec], marks: Marks) -> None:
     assert list(drawn) == list(CAPTIONS)
     for name, spec in drawn.items():
         assert spec["title"]["text"]
@@ -73,7 +59,7 @@ def test_every_axis_that_is_shown_has_a_title(drawn: dict[str, Spec]) -> None:
 
 
 @pytest.mark.parametrize("n", [216, 2])
-def test_every_experiment_has_its_points(made: Made, n: int) -> None:
+def test_every_experiment_has_its_points(made: Made, n: int, marks: Marks) -> None:
     found = draw(made(n=n))
     # Before and after, in the plane of measured and simulated times and by experiment.
     assert len(marks(found["comparison"], "symbol")) == 4 * n
@@ -90,7 +76,7 @@ def test_the_density_counts_what_lies_outside(made: Made) -> None:
                      "22 would be expected")
 
 
-def test_what_never_locks_is_left_out_and_said(made: Made) -> None:
+def test_what_never_locks_is_left_out_and_said(made: Made, marks: Marks) -> None:
     output = made()
     for name, lost in (("before", 3), ("mean", 5)):
         output["evidence"]["prediction"][name][lost] = None
@@ -114,7 +100,7 @@ def test_the_phases_of_an_engagement_follow_one_another(made: Made) -> None:
     assert shown["signals"][0]["simulated input_speed"] == 160 / 3.2
 
 
-def test_seven_inputs_show_the_plane_of_the_surface(made: Made) -> None:
+def test_seven_inputs_show_the_plane_of_the_surface(made: Made, marks: Marks) -> None:
     output = made(SEVEN)
     output["evidence"]["surface"]["axes"] = ["initial_position", "pressure_bias"]
     found = draw(output)

@@ -1,6 +1,7 @@
-"""The report in a real browser, from disk, with no network: every picture is drawn and nothing is asked for."""
+"""The reports in a real browser, from disk, with no network: every picture is drawn and nothing is asked for."""
 
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -9,37 +10,63 @@ from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
-from slipstick.pictures import CAPTIONS
+from slipstick.pictures import CAPTIONS, study
 from slipstick.report import page
+from slipstick.report.study_page import study_page
+from slipstick.study.settings import StudySettings
 
 FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recordings": "<b>mine</b>",
        "recordings_digest": "c3d4", "simulate": False, "outside": "clip",
        "settings": {"seed": 7}, "submitted": None, "ended": None}
+STUDY = {"id": "first-study", "recordings": "<b>mine</b>", "recordings_digest": "c3d4",
+         "settings": asdict(StudySettings()), "submitted": None, "ended": None}
 HOSTILE = ("</script><script>window.taken = true</script>", "<img src=x onerror=\"window.taken = true\">")
+Shows = Callable[[str, int, int], None]
 SEVEN = tuple(f"input_{number}" for number in range(7))
+
+
+@pytest.fixture
+def shows(browser: webdriver.Chrome, requested: Callable[[], list[str]],
+          tmp_path: Path) -> Shows:
+    """Opens a page and finds so many pictures in it, drawn, of more than a height in px, and with no network."""
+    def show(html: str, pictures: int, height: int) -> None:
+        requested()
+        browser.get_log("browser")
+        place = tmp_path / "report.html"
+        place.write_text(html)
+        browser.get(place.as_uri())
+        drawn = WebDriverWait(browser, 20).until(
+            lambda browser: len(found := browser.find_elements(By.CSS_SELECTOR, ".picture svg.marks")) == pictures
+            and found)
+        for picture in drawn:
+            assert picture.size["width"] <= 850
+            assert picture.size["height"] > height
+            assert len(picture.find_elements(By.TAG_NAME, "path")) > 10
+        assert not browser.execute_script("return window.taken")
+        assert browser.find_elements(By.TAG_NAME, "img") == []
+        assert requested() == []
+        assert browser.get_log("browser") == []
+        browser.set_window_size(900, 1600)
+        assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
+        browser.set_window_size(1200, 1600)
+
+    return show
 
 
 @pytest.mark.parametrize(("axes", "n"), [(HOSTILE, 216), (("pressure_bias",), 20), (SEVEN, 20)],
                          ids=["hostile", "one", "seven"])
-def test_every_picture_is_drawn_without_a_network(
-        browser: webdriver.Chrome, requested: Callable[[], list[str]], made: Callable[..., dict[str, Any]],
-        tmp_path: Path, axes: tuple[str, ...], n: int) -> None:
-    requested()
-    browser.get_log("browser")
-    place = tmp_path / "report.html"
-    place.write_text(page(FIT, made(axes, n)))
-    browser.get(place.as_uri())
-    drawn = WebDriverWait(browser, 20).until(
-        lambda browser: len(found := browser.find_elements(By.CSS_SELECTOR, ".picture svg.marks")) == len(CAPTIONS)
-        and found)
-    for picture in drawn:
-        assert picture.size["width"] <= 850
-        assert picture.size["height"] > 200
-        assert len(picture.find_elements(By.TAG_NAME, "path")) > 10
-    assert not browser.execute_script("return window.taken")
-    assert browser.find_elements(By.TAG_NAME, "img") == []
-    assert requested() == []
-    assert browser.get_log("browser") == []
-    browser.set_window_size(900, 1600)
-    assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
-    browser.set_window_size(1200, 1600)
+def test_every_picture_of_a_fit_is_drawn_without_a_network(
+        shows: Shows, made: Callable[..., dict[str, Any]], axes: tuple[str, ...], n: int) -> None:
+    shows(page(FIT, made(axes, n)), len(CAPTIONS), 200)
+
+
+@pytest.mark.parametrize(("name", "hostile", "left_out"), [
+    ("friction", False, 0), ("friction", True, 0), ("nothing", False, 4)])
+def test_every_picture_of_a_study_is_drawn_without_a_network(
+        shows: Shows, studied: Callable[[str], tuple[Any, Any, dict[str, Any]]], name: str,
+        hostile: bool, left_out: int) -> None:
+    output = studied(name)[2]
+    if hostile:
+        for effect in output["evidence"]["effects"].values():
+            effect["title"] = HOSTILE[1]
+    shows(study_page(STUDY, output), len(study.CAPTIONS) - left_out, 140)

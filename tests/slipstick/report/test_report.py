@@ -3,7 +3,6 @@
 import json
 import re
 from collections.abc import Callable
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from slipstick.report import costs, page, words
 from slipstick.uncertainty import fit
 
 Made = Callable[..., dict[str, Any]]
+Read = Callable[[str], Any]
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>&amp;"
 FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recordings": "measured",
        "recordings_digest": "c3d4", "simulate": False, "outside": "clip",
@@ -24,28 +24,8 @@ FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recording
        "submitted": "2026-11-01T10:00:00Z", "ended": "2026-11-01T10:00:12Z"}
 
 
-class Reading(HTMLParser):
-    """The elements of a page in their order, and its text outside of scripts."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.elements: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-        self.feed(html)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, dict(attrs)))
-
-    def handle_data(self, data: str) -> None:
-        if self.elements and self.elements[-1][0] not in ("script", "style"):
-            self.text += data
-
-    def count(self, tag: str) -> int:
-        return sum(name == tag for name, _ in self.elements)
-
-
-def test_the_page_says_what_was_found(made: Made) -> None:
-    reading = Reading(page(FIT, made(), about="a bench"))
+def test_the_page_says_what_was_found(made: Made, reading: Read) -> None:
+    shown = reading(page(FIT, made(), about="a bench"))
     for said in ("Pressure bias and initial position fitted to 216 engagements of “measured”",
                  "log10 likelihood −300.00 before, −269.00 after", "31.0 decades (factors of ten) more likely",
                  "open, to 1.01",
@@ -54,11 +34,11 @@ def test_the_page_says_what_was_found(made: Made) -> None:
                  "Identified: 1.00 × mean of pressure bias + 1.00 × mean of initial position, to "
                  "±\u00a01\u00a0% of the range.",
                  "search 9 s", "a1b2", "c3d4", "seed 7", "a bench", "recordings are simulated"):
-        assert said in reading.text, said
-    assert reading.count("figure") == len(CAPTIONS)
+        assert said in shown.text, said
+    assert shown.count("figure") == len(CAPTIONS)
 
 
-def test_a_real_fit_has_all_that_the_made_up_one_has(shelf: Path, made: Made) -> None:
+def test_a_real_fit_has_all_that_the_made_up_one_has(shelf: Path, made: Made, reading: Read) -> None:
     library = Library(shelf)
     table, recordings = library.table("nominal"), library.recording("measured")
     problem = table_problem(table, recordings, "clip")
@@ -69,8 +49,8 @@ def test_a_real_fit_has_all_that_the_made_up_one_has(shelf: Path, made: Made) ->
     shown = evidence(settings, problem, estimate["found"], table.model, recordings)
     assert shape(made()["result"]) <= shape(result)
     assert shape(made()["evidence"]) == shape(shown)
-    reading = Reading(page(FIT, {"result": result, "evidence": shown, "seconds": {}, "processor_seconds": {}}))
-    assert reading.count("figure") == len(CAPTIONS)
+    said = reading(page(FIT, {"result": result, "evidence": shown, "seconds": {}, "processor_seconds": {}}))
+    assert said.count("figure") == len(CAPTIONS)
 
 
 def shape(value: Any, place: str = "") -> set[str]:
@@ -80,19 +60,19 @@ def shape(value: Any, place: str = "") -> set[str]:
     return shape(value[0], f"{place}/0") if isinstance(value, list) and value else {place}
 
 
-def test_nothing_in_the_data_becomes_markup(made: Made) -> None:
+def test_nothing_in_the_data_becomes_markup(made: Made, reading: Read) -> None:
     output = made((HOSTILE, "initial_position"))
     output["result"]["remarks"] = [{"unknown": HOSTILE, "cause": HOSTILE, "remedy": HOSTILE}]
     fit = FIT | dict.fromkeys(("id", "table", "recordings", "recordings_digest"), HOSTILE)
-    hostile, tame = Reading(page(fit, output, about=HOSTILE)), Reading(page(FIT, made(), about="a bench"))
+    hostile, tame = reading(page(fit, output, about=HOSTILE)), reading(page(FIT, made(), about="a bench"))
     assert hostile.count("img") == 0
     assert hostile.count("script") == tame.count("script") == 5
     assert hostile.text.count("<script>alert(1)</script>") > 10
 
 
-def test_the_page_refers_to_nothing_outside(made: Made) -> None:
+def test_the_page_refers_to_nothing_outside(made: Made, reading: Read) -> None:
     html = page(FIT, made())
-    for _, attributes in Reading(html).elements:
+    for _, attributes in reading(html).elements:
         assert not {"src", "href", "action"} & attributes.keys()
     assert "sourceMappingURL" not in html
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
@@ -108,13 +88,13 @@ def test_a_likelihood_of_minus_infinity_is_said(made: Made) -> None:
     assert "The fitted inputs leave at least one engagement without any likelihood" in page(FIT, output)
 
 
-def test_a_fit_without_intervals_has_a_page(made: Made) -> None:
+def test_a_fit_without_intervals_has_a_page(made: Made, reading: Read) -> None:
     output = made()
     output["result"] |= {"intervals": [], "combinations": []}
-    reading = Reading(page(FIT, output))
-    assert "Limited" not in reading.text
-    assert "interval" not in reading.text.split("Pictures")[0]
-    assert reading.count("figure") == len(CAPTIONS) - 1
+    said = reading(page(FIT, output))
+    assert "Limited" not in said.text
+    assert "interval" not in said.text.split("Pictures")[0]
+    assert said.count("figure") == len(CAPTIONS) - 1
 
 
 def test_a_combination_that_may_be_anything_has_no_number(made: Made) -> None:
@@ -130,10 +110,10 @@ def test_a_combination_is_told_with_its_interval(made: Made) -> None:
     assert words.combinations(output["result"])[0][1].endswith("from −1.9 to +2.2\u00a0% of the range (90\u00a0%).")
 
 
-def test_an_end_that_was_not_found_is_not_called_open(made: Made) -> None:
+def test_an_end_that_was_not_found_is_not_called_open(made: Made, reading: Read) -> None:
     output = made()
     output["result"]["intervals"][0]["unsettled"] = ["lower"]
-    text = Reading(page(FIT, output)).text
+    text = reading(page(FIT, output)).text
     assert "not found, to 1.01" in text
     assert "An end was not found: mean of pressure bias." in text
 

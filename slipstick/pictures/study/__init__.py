@@ -1,0 +1,23 @@
+"""The pictures of a study, each a Vega-Lite v5 specification: where, what is missing, how sure, and the gap closing."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from slipstick.pictures.study import gap, law, likelihood, ranking, residual, screening, signals, where
+from slipstick.pictures.theme import Spec
+
+__all__ = ["CAPTIONS", "Spec", "study_pictures"]
+
+_MAKERS = {"law": law, "where": where, "screening": screening, "ranking": ranking, "residual": residual,
+           "signals": signals, "gap": gap, "likelihood": likelihood}
+CAPTIONS = {name: maker.CAPTION for name, maker in _MAKERS.items()}
+"""Name of each picture there can be, in the order of a report -> what it shows."""
+
+
+def study_pictures(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> dict[str, Spec]:
+    """Name -> picture, of those for which the study left something to draw; the same for the same study.
+
+    `result` is that of `slipstick.study.conclusion`, `evidence` that of `slipstick.study.evidence`.
+    """
+    drawn = {name: maker.draw(result, evidence) for name, maker in _MAKERS.items()}
+    return {name: spec for name, spec in drawn.items() if spec is not None}

@@ -1,0 +1,155 @@
+"""The report of a study as a page: the answer and how sure it is, the gap, and what the answer does not say."""
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+import pytest
+
+from slipstick.pictures.study import CAPTIONS
+from slipstick.report import study_limits as limits
+from slipstick.report import study_words as words
+from slipstick.report.study_page import study_page
+from slipstick.study.settings import StudySettings
+
+Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]
+Read = Callable[[str], Any]
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>&amp;"
+STUDY = {"id": "first-study", "recordings": "few", "recordings_digest": "c3d4", "settings": asdict(StudySettings()),
+         "submitted": "2026-11-01T10:00:00Z", "ended": "2026-11-01T10:00:12Z"}
+
+
+@pytest.fixture
+def output(studied: Studied) -> dict[str, Any]:
+    return studied("friction")[2]
+
+
+def said(pairs: list[tuple[str, str]]) -> str:
+    return " ".join(f"{first} {rest}" for first, rest in pairs)
+
+
+def test_the_page_says_what_is_missing_and_how_sure_that_is(output: dict[str, Any], reading: Read) -> None:
+    result = output["result"]
+    result["gap"]["closures"]["shifting_time"] |= {
+        "rms_before": 0.0286, "rms_after": 0.0074, "rms_expected": 0.0071, "closure": 0.99, "lower": 0.97,
+        "upper": 1.01}
+    result["rounds"][0]["ranking"][0] |= {"sure": 78.6, "bootstrap_share": 1.0}
+    text = reading(study_page(STUDY, output)).text
+    for phrase in ("Missing: Slip-speed-dependent friction", "by 79 standard errors over 24 experiments",
+                   "the best candidate in 100 % of bootstrap samples", "goes from 28.6 to 7.4 ms", "would leave 7.1 ms",
+                   "It closes 99 % (97 to 101) of that gap", "decay speed [rad/s]", "90 % interval",
+                   "the friction coefficient is alpha (1 + strength exp(", "How sure: asked for beyond chance",
+                   "In the block “pressure, speeds → torque”", "noise of the output torque [its sensor's]",
+                   "run-to-run std of pressure bias", "A name means best supported among those known",
+                   "c3d4", "fit 2 s", result["settings_digest"]):
+        assert phrase in text, phrase
+    assert reading(study_page(STUDY, output)).count("figure") == len(CAPTIONS)
+
+
+@pytest.mark.parametrize(("name", "lead"), [
+    ("nothing", "What 24 experiments leave unexplained asks for no effect of the catalogue more than chance would"),
+    ("drag", "With quadratic load drag added, the model predicts conditions that its fit has not seen better"),
+    ("times", "")])
+def test_every_kind_of_answer_has_a_page(studied: Studied, reading: Read, name: str, lead: str) -> None:
+    shown = reading(study_page(STUDY, studied(name)[2]))
+    assert lead in shown.text
+    assert ("With shifting times only, a name stands for a class" in shown.text) == (name == "times")
+    assert ("What was found" in shown.text) == bool(studied(name)[2]["result"]["answer"]["effects"])
+
+
+def test_what_was_not_sure_enough_is_said(output: dict[str, Any]) -> None:
+    output["result"]["answer"] |= {"kind": "none", "effects": []}
+    assert "no effect of the catalogue surely predicts experiments better" in words.lead(output["result"],
+                                                                                       output["evidence"])
+    output["result"]["answer"]["kind"] = "not converged"
+    assert "did not come to an end" in words.lead(output["result"], output["evidence"])
+
+
+def test_an_unlisted_term_is_not_called_a_name(output: dict[str, Any], reading: Read) -> None:
+    term = "open_friction_coefficient"
+    output["evidence"]["effects"][term] = {**output["evidence"]["effects"]["stribeck_friction"],
+                                           "title": "Unlisted term in the friction coefficient"}
+    output["result"]["answer"] |= {"kind": "unlisted", "effects": [term], "tied": [[term]], "coefficients": [
+        {"effect": term, "coefficient": "signal", "unit": "1", "value": 4.0, "lower": 4.0, "upper": 4.0,
+         "at_bound": False}]}
+    text = reading(study_page(STUDY, output)).text
+    assert "The term describes what is missing and does not name it." in text
+    assert "one of a few forms" in text
+    assert "Slip-speed-dependent friction, the best of its effects, is" in text
+
+
+def test_a_tie_names_all_that_are_tied(output: dict[str, Any]) -> None:
+    output["result"]["answer"]["tied"] = [["stribeck_friction", "quadratic_load_drag"]]
+    ranking = output["result"]["rounds"][0]["ranking"]
+    ranking[1:] = [{**ranking[0], "effect": "quadratic_load_drag", "title": "Quadratic load drag", "behind": 1.2}]
+    assert "slip-speed-dependent friction and quadratic load drag. Read the first as one of them." in said(
+        limits.caveats(output["result"], output["evidence"]))
+    assert "do not tell it apart from Quadratic load drag." in said(
+        words.rounds(output["result"], output["evidence"]))
+
+
+def test_what_stays_unexplained_is_said_first(output: dict[str, Any], reading: Read) -> None:
+    last = output["result"]["rounds"][-1]
+    last["noise"] = [1.0, 1.2, 1.0, 3.0, 1.0]
+    text = reading(study_page(STUDY, output)).text
+    assert "the reduced chi-square stays at 9 in the output torque, where 1 is noise" in text
+    assert text.index("Not everything is explained") < text.index("What was found")
+    last["noise"] = [1.0] * 5
+    assert "Not everything is explained" not in reading(study_page(STUDY, output)).text
+
+
+def test_a_control_that_closes_as_much_casts_doubt(output: dict[str, Any]) -> None:
+    gap = output["result"]["gap"]
+    gap["closures"]["shifting_time"]["closure"] = 0.9
+    for closure, doubt in ((0.6, True), (0.1, False), (-4.0, False)):
+        gap["control"]["closures"]["shifting_time"]["closure"] = closure
+        assert ("The control closes much of the gap too: 60 %" in said(
+            limits.caveats(output["result"], output["evidence"]))) == doubt
+    assert next(row[-1] for row in words.gap(output["result"]) if row[0] == "shifting time [ms]") == \
+        "none, the error grows"
+
+
+def test_a_run_order_that_follows_a_condition_is_said(output: dict[str, Any]) -> None:
+    conditions = output["evidence"]["conditions"]
+    assert "here no condition follows the run order" in said(limits.limits(output["evidence"]))
+    order = sorted(range(24), key=lambda place: conditions["motor_speed"][place])
+    conditions["run_order"] = [order.index(place) for place in range(24)]
+    assert "the run order follows motor speed (0.97)" in said(limits.limits(output["evidence"]))
+    conditions["run_order"] = None
+    assert "do not say in which order they were run" in said(limits.limits(output["evidence"]))
+
+
+def test_why_the_study_ended_is_said(output: dict[str, Any]) -> None:
+    last = output["result"]["rounds"][-1]
+    for change, phrase in (({"p_value": 0.4, "ranking": []}, "asks for no further effect (p\u00a0=\u00a00.4)"),
+                           ({"p_value": None, "ranking": []}, "no more was tried."),
+                           ({"p_value": 0.001, "ranking": output["result"]["rounds"][0]["ranking"]},
+                            "Slip-speed-dependent friction would come next")):
+        last |= change
+        assert phrase in said(words.rounds(output["result"], output["evidence"]))
+
+
+def test_nothing_in_the_data_becomes_markup(output: dict[str, Any], reading: Read) -> None:
+    tame = reading(study_page(STUDY, output))
+    output["result"]["answer"]["sentence"] = HOSTILE
+    output["result"]["answer"]["coefficients"][0] |= {"coefficient": HOSTILE, "unit": HOSTILE}
+    output["evidence"]["effects"]["stribeck_friction"] = dict.fromkeys(
+        ("title", "block", "quantity", "law", "signature", "source"), HOSTILE)
+    hostile = reading(study_page(STUDY | dict.fromkeys(("id", "recordings", "recordings_digest"), HOSTILE), output))
+    assert hostile.count("img") == 0
+    assert hostile.count("script") == tame.count("script") == 5
+    assert hostile.text.count("<script>alert(1)</script>") > 8
+
+
+def test_the_page_refers_to_nothing_outside_and_stays_small(output: dict[str, Any], reading: Read) -> None:
+    html = study_page(STUDY, output)
+    for _, attributes in reading(html).elements:
+        assert not {"src", "href", "action"} & attributes.keys()
+    assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
+    assert len(html) < 1_500_000
+
+
+def test_the_same_study_gives_the_same_page(output: dict[str, Any]) -> None:
+    assert study_page(STUDY, output) == study_page(json.loads(json.dumps(STUDY)), json.loads(json.dumps(output)))

@@ -1,0 +1,111 @@
+"""The command `study`: the answer as text, JSON, a page and a model, and what it refuses."""
+
+import json
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from slipstick.clutch.effects import CATALOGUE
+from slipstick.clutch.model import Model
+from slipstick.recordings import Recordings
+from slipstick.table import Table
+from worker.__main__ import main
+
+SETTINGS = {"catalogue": ["stribeck_friction", "centrifugal_pressure"], "shortlist": 2, "significance": 0.99,
+            "smallest": 0.0, "most_effects": 1}
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Path:
+    (tmp_path / "settings.json").write_text(json.dumps(SETTINGS))
+    return tmp_path / "settings.json"
+
+
+def test_a_study_says_what_is_missing_and_leaves_a_model_to_build(
+        few_recordings: Path, settings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings, model, table = few_recordings / "few.h5", tmp_path / "made" / "model.json", tmp_path / "extended.h5"
+    status = main(["study", str(recordings), "--settings", str(settings), "--out", str(tmp_path / "result.json"),
+                   "--report", str(tmp_path / "report.html"), "--extended", str(model)])
+    assert status == 0
+    said = capsys.readouterr()
+    result = json.loads((tmp_path / "result.json").read_text())
+    answer = result["result"]["answer"]
+    assert answer["effects"] == ["stribeck_friction"]
+    assert said.out.startswith(answer["sentence"])
+    for part in ("friction: strength", "90 % interval", "p ≤", "Centrifugal pressure head", "Where model and bench",
+                 "by the control", "cannot say", f"--model {model}"):
+        assert part in " ".join(said.out.split())
+    assert "candidate 2 of" in said.err
+    assert list(result["seconds"]) == ["fit", "screen", "candidates", "choose", "conclude"]
+    assert (tmp_path / "report.html").read_text().startswith("<!doctype html>")
+
+    build = ["build", "--model", str(model), "--conditions", str(recordings), "--out", str(table)]
+    assert main([*build, "--axis", "pressure_bias=0.9:1.1:3"]) == 0
+    assert Table.open(table).model == Model.from_spec(result["result"]["models"]["after"])
+    assert list(Table.open(table).model.effects) == ["stribeck_friction"]
+
+
+def test_shifting_times_alone_make_a_study_that_says_so(
+        few_recordings: Path, settings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole = Recordings.open(few_recordings / "few.h5")
+    conditions = whole.conditions
+    columns = np.column_stack([conditions.current_profile, conditions.motor_speed, conditions.load_inertia,
+                               conditions.brake_torque, whole.measured_time])
+    header = "current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]"
+    np.savetxt(tmp_path / "few.csv", columns, ["%d", "%.9g", "%g", "%g", "%.9g"], ",", header=header, comments="")
+    assert main(["study", str(tmp_path / "few.csv"), "--settings", str(settings), "--out", str(tmp_path / "few.json"),
+                 "--report", str(tmp_path / "few.html")]) == 0
+    said = capsys.readouterr().out
+    assert "NaN" not in (tmp_path / "few.json").read_text()
+    assert "shifting times only" in (tmp_path / "few.html").read_text()
+    assert "With shifting times only" in said
+    assert "Where model" not in said
+
+
+@pytest.mark.parametrize(("content", "said"), [
+    ('{"shortlist": 0}', "Give at least 1"),
+    ('{"catalogue": ["stribek_friction"]}', "Did you mean 'stribeck_friction'?"),
+    ('{"short_list": 3}', "Did you mean 'shortlist'?"),
+    ('{"scatter": ["current_gain"], "parameters": ["pressure_bias"]}', "Known: pressure_bias"),
+    ('{"level": "high"}', "holds no settings of a study"),
+    ("[1]", "holds no settings of a study"),
+    ("{", "holds no settings of a study")])
+def test_nonsense_in_the_settings_is_refused(
+        few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, said: str) -> None:
+    (tmp_path / "settings.json").write_text(content)
+    assert main(["study", str(few_recordings / "few.h5"), "--settings", str(tmp_path / "settings.json")]) == 1
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("options", [("--out", "measured.h5"), ("--report", "report.json"), ("--extended", "model")])
+def test_a_result_does_not_go_where_something_else_may_be(
+        few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, str]) -> None:
+    option, name = options
+    assert main(["study", str(few_recordings / "few.h5"), option, str(tmp_path / name)]) == 1
+    assert "Give a path that ends in" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_signal_without_noise_is_refused_with_the_remedy(
+        few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(few_recordings / "few.h5", tmp_path / "still.h5")
+    with h5py.File(tmp_path / "still.h5", "r+") as file:
+        file["signals/pressure"][...] = 1.0
+    assert main(["study", str(tmp_path / "still.h5")]) == 1
+    assert "pressure shows no noise" in capsys.readouterr().err
+
+
+def test_a_model_that_drifts_is_built_only_for_conditions_in_their_order(
+        few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    effect = next(one for one in CATALOGUE if one.uses_run_order)
+    coefficients = {one.name: one.typical for one in effect.coefficients}
+    (tmp_path / "model.json").write_text(json.dumps(Model().with_effect(effect.name, coefficients).spec()))
+    build = ["build", "--model", str(tmp_path / "model.json"), "--axis", "pressure_bias=0.9:1.1:2",
+             "--out", str(tmp_path / "table.h5")]
+    assert main(build) == 1
+    assert "recordings with a run order" in capsys.readouterr().err
+    assert main([*build, "--conditions", str(few_recordings / "few.h5")]) == 0
+    assert Table.open(tmp_path / "table.h5").model.uses_run_order
