@@ -18,9 +18,9 @@ from slipstick.study.comparison import Comparison
 from slipstick.study.design import Design
 from slipstick.study.linearised import Linearised, linearise, predict_at
 
-_ITERATIONS = 30
+_ITERATIONS = 20
 _EM = 6  # updates of covariance and noise on one linearisation
-_CONVERGED = 0.5  # of the log-likelihood, between two linearisations
+_CONVERGED = 2.0  # of the log-likelihood, between two linearisations: some hundred thousand in all
 RIDGE = 1e-6  # information on what nothing depends on, such as the shape of an absent effect
 _SMALLEST = 1e-8  # variance of a multiplier below which it does not scatter
 _FIRST = 0.03**2  # variance of a multiplier at the start
