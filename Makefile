@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup demo demo-stop test lint picture bench clean
+.PHONY: setup demo demo-stop test lint picture bench study-blind clean
 
 setup: $(VENV)/.stamp
 
@@ -29,6 +29,10 @@ picture: setup
 # Minutes long, on an idle machine: rewrites the tables in benchmarks/.
 bench: setup
 	$(BIN)/python -m benchmarks
+
+# About two hours: studies of recordings with hidden effects; killed, the same command goes on where it was.
+study-blind: setup
+	$(BIN)/python -m benchmarks.study_blind
 
 lint: setup
 	$(BIN)/ruff check .

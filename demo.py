@@ -1,4 +1,4 @@
-"""The main job, end to end: two tables, a calibration, the service and the worker, and a fit followed to its end.
+"""The main job, end to end: two tables, a calibration, service and worker, a fit, and a study of what is missing.
 
 `python demo.py start` leaves service and worker running; `python demo.py stop` ends them. Standard library only; what
 it runs are the commands a user would type, and it prints each.
@@ -22,6 +22,7 @@ ADDRESS = f"http://127.0.0.1:{PORT}"
 RUN = Path("var/demo")
 CALIBRATION = "var/calibration.json"
 FIT = {"table": "calibrated", "recordings": "measured"}
+STUDY = {"recordings": FIT["recordings"]}
 
 
 def start() -> None:
@@ -56,7 +57,11 @@ def start() -> None:
     fit = request("/v1/fits", FIT)
     result = follow(fit["links"]["self"])
     seconds["fit"] = time.monotonic() - begun
-    show(result, seconds, fit["links"])
+    begun = time.monotonic()
+    study = request("/v1/studies", STUDY)
+    missing = follow(study["links"]["self"])
+    seconds["study"] = time.monotonic() - begun
+    show(result, missing, seconds, fit["links"], study["links"])
 
 
 def step(seconds: dict[str, float], name: str, *command: str) -> None:
@@ -132,25 +137,36 @@ def request(path: str, body: dict[str, str] | None = None, quiet: bool = False) 
 
 
 def follow(path: str) -> dict:
-    """Print the progress of a fit until it has ended; return its result."""
+    """Print the progress of a fit or a study until it has ended; return its result."""
     said = None
     print(f"\n$ curl --silent {ADDRESS}{path}    (again and again)", flush=True)
     while True:
-        fit = request(path, quiet=True)
-        at = fit["progress"]
-        if at and at["log10_likelihood"] is not None and (at["stage"], at["generation"]) != said:
-            said = (at["stage"], at["generation"])
-            print(f"  search: generation {at['generation']} of at most {at['generations']}, best log10 likelihood "
-                  f"{at['log10_likelihood']:.3f}" if at["stage"] == "search" else f"  {at['stage']}", flush=True)
-        if fit["status"] == "done":
-            return request(fit["links"]["result"])
-        if fit["status"] in ("failed", "cancelled"):
-            sys.exit(f"The fit {fit['status']}: {fit['problem']}")
+        job = request(path, quiet=True)
+        words = progress(job["progress"]) if job["progress"] else None
+        if words and words != said:
+            said = words
+            print(f"  {words}", flush=True)
+        if job["status"] == "done":
+            return request(job["links"]["result"])
+        if job["status"] in ("failed", "cancelled"):
+            sys.exit(f"The job {job['status']}: {job['problem']}")
         time.sleep(0.3)
 
 
-def show(result: dict, seconds: dict[str, float], links: dict[str, str]) -> None:
-    """Print what was fitted, how long each step took, and where to look."""
+def progress(at: dict) -> str | None:
+    """What a job is doing, in words; None before there is anything to say."""
+    if "added" in at:
+        doing = f"{at['stage']} {at['candidate'] or ''}".strip()
+        return f"{doing} (added so far: {', '.join(at['added']) or 'nothing'})"
+    if at["log10_likelihood"] is None:
+        return None
+    return at["stage"] if at["stage"] != "search" else (
+        f"search: generation {at['generation']} of at most {at['generations']}, best log10 likelihood "
+        f"{at['log10_likelihood']:.3f}")
+
+
+def show(result: dict, missing: dict, seconds: dict[str, float], links: dict[str, str], more: dict[str, str]) -> None:
+    """Print what was fitted and what is missing, how long each step took, and where to look."""
     fitted = result["result"]
     print("\nFitted inputs (multiples of the calibrated values; the output std in s), and 90 % intervals")
     for one in fitted["intervals"]:
@@ -162,10 +178,19 @@ def show(result: dict, seconds: dict[str, float], links: dict[str, str]) -> None
           f"output noise, {1e3 * before['output_std']:.1f} ms), {fitted['log10_likelihood']:.2f} after")
     for remark in fitted["remarks"]:
         print(f"  note: {remark['cause']}. {remark['remedy']}.")
+    found = missing["result"]
+    print(f"\n{found['answer']['sentence']}")
+    for one in found["answer"]["coefficients"]:
+        print(f"  {one['coefficient']:25} {one['value']:8.4g}   [{one['lower']:.4g}, {one['upper']:.4g}] {one['unit']}")
+    if found["gap"]:
+        print("Held-out RMS error of the shifting time: before, after it is added, and what a right model would leave")
+        closed = found["gap"]["closures"]["shifting_time"]
+        print("  " + ", ".join(f"{1e3 * closed[name]:.1f} ms" for name in ("rms_before", "rms_after", "rms_expected")))
     print("\nTime of each step")
     for name, value in seconds.items():
         print(f"  {name:40} {value:7.1f} s")
     print(f"\nOpen in a browser\n  {ADDRESS}{links['report']}    the report of the fit, with its pictures"
+          f"\n  {ADDRESS}{more['report']}    the report of the study: what is missing, and the gap before and after"
           f"\n  {ADDRESS}/docs    every operation, to try out"
           f"\n\nThe recordings are simulated test-bench data: the paper's are not public."
           f"\nService and worker go on running; stop them with: make demo-stop")

@@ -48,7 +48,8 @@ def shown(signal: np.ndarray, sensor: str, sample_times: np.ndarray, coefficient
 
 
 def _acts(effect: Effect, coefficients: np.ndarray) -> bool:
-    return bool(np.any(coefficients[:, effects.span(effect)] != np.array(effect.neutral)))
+    amplitudes = np.array([not one.shape for one in effect.coefficients])
+    return bool(np.any((coefficients[:, effects.span(effect)] != np.array(effect.neutral))[:, amplitudes]))
 
 
 def _columns(effect: Effect, coefficients: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -57,7 +57,7 @@ class Conditions:
                      "Check the column and its unit")
         order = np.zeros(n) if self.run_order is None else self.run_order
         _require(order.shape == (n,) and bool(np.all(np.equal(np.mod(order, 1), 0))),
-                 "run_order is not one whole number a condition",
+                 "the run order is not one whole number a condition",
                  "Give the place of each engagement in the sequence, or leave run_order out")
         time, current = self.profile_time, self.profile_current
         _require(time.ndim == 2 and time.shape == current.shape and time.shape[1] >= 2,

@@ -37,6 +37,7 @@ from slipstick.clutch.lanes import (
     RAMP,
     RATE,
     RELEASE,
+    RIGID,
     SLIPPING,
     STICK,
 )
@@ -87,7 +88,8 @@ def driveline(b, active):
     for i in range(LANES):
         drive = b[CONVERTER + i] - b[INPUT_VISCOUS + i] * b[INPUT_SPEED + i] - b[INPUT_COULOMB + i]
         stick_rate = (drive - b[LOAD + i] * b[INVERSE_GEAR + i]) * b[INVERSE_TOTAL_INERTIA + i]
-        b[STICK + i] = drive - b[INPUT_INERTIA + i] * stick_rate
+        b[RIGID + i] = drive - b[INPUT_INERTIA + i] * stick_rate
+        b[STICK + i] = b[RIGID + i]
     _on_stick(b, active)
     for i in range(LANES):
         capacity = b[RAMP + i] * b[FRICTION + i] * b[CONTACT + i]
@@ -96,13 +98,13 @@ def driveline(b, active):
         stick_rate = (drive - b[LOAD + i] * b[INVERSE_GEAR + i]) * b[INVERSE_TOTAL_INERTIA + i]
         stick_torque = b[STICK + i]
         slipping = b[SLIPPING + i] > 0.0
-        # Plates that stick join the shafts rigidly unless an effect says otherwise.
-        apart = slipping | (stick_torque != drive - b[INPUT_INERTIA + i] * stick_rate)
+        # Sticking plates join the shafts rigidly unless an effect says otherwise; rigid ones decide whether they hold.
+        apart = slipping | (stick_torque != b[RIGID + i])
         torque = slip_torque if slipping else stick_torque
         b[CLUTCH_TORQUE + i] = torque
         net = b[GEAR + i] * torque - b[LOAD + i]
         b[BREAKAWAY + i] = net
-        b[RELEASE + i] = abs(stick_torque) - capacity
+        b[RELEASE + i] = abs(b[RIGID + i]) - capacity
         slip_rate = (drive - torque) * b[INVERSE_INPUT_INERTIA + i]
         load_rate = net * b[INVERSE_LOAD_INERTIA + i] * b[MOVING + i]
         b[RATE + 3 * LANES + i] = slip_rate if apart else stick_rate

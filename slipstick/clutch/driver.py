@@ -78,7 +78,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
             if count > 0:
                 for i in range(LANES):
                     if who[i] >= 0:
-                        sampled[i] = sample(b, i, states, sample_times, sampled[i], samples[who[i] - first])
+                        sampled[i] = sample(b, i, states, sample_times, sampled[i], samples, who[i] - first)
             accept(b, active)
             if marks == 0 and count == 0:
                 continue
@@ -94,6 +94,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
                         times[engagement], status[engagement] = b[TIME + i], LOCKED
                     elif what == LOSES:
                         times[engagement], status[engagement] = np.nan, FAILED
+                        samples[engagement - first, sampled[i]:] = np.nan
                 if b[TIME + i] >= b[LINE_END + i]:
                     line[i] += 1
                     set_line(b, i, profile_lines, profile[i], line[i])
@@ -105,7 +106,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
 
 
 @kernel
-def sample(b, i, states, sample_times, position, samples):
+def sample(b, i, states, sample_times, position, samples, row):
     """Keep lane i's states at all sample times from `position` on that its step reaches; returns the next position."""
     what, share = NOTHING, 1.0
     if b[EVENT + i] > 1.0:
@@ -114,9 +115,9 @@ def sample(b, i, states, sample_times, position, samples):
     while what != LOSES and position < len(sample_times) and sample_times[position] <= reach:
         at = (sample_times[position] - b[TIME + i]) / b[STEP + i]
         for s in range(states):
-            samples[position, s] = dense(b, s * LANES + i, at)
-        samples[position, states] = b[SLIPPING + i]
-        samples[position, states + 1] = b[DIRECTION + i]
+            samples[row, position, s] = dense(b, s * LANES + i, at)
+        samples[row, position, states] = b[SLIPPING + i]
+        samples[row, position, states + 1] = b[DIRECTION + i]
         position += 1
     return position
 
@@ -124,7 +125,7 @@ def sample(b, i, states, sample_times, position, samples):
 @allocating
 def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles, profile_lines, sample_times, samples,
             signals):
-    """Turn samples into signals[engagement, time]: pressure, input speed, output speed, output torque, position.
+    """Turn samples into signals[:, engagement, time]: pressure, both speeds, output torque, piston position.
 
     The arguments are those of `drive`.
     """
@@ -151,8 +152,8 @@ def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles
             hydraulics(b, active)
             driveline(b, active)
             for i in range(min(LANES, count - start)):
-                signals[engagement, start + i, 0] = b[STATE + i]
-                signals[engagement, start + i, 1] = b[STATE + 3 * LANES + i]
-                signals[engagement, start + i, 2] = b[STATE + 4 * LANES + i]
-                signals[engagement, start + i, 3] = b[GEAR + i] * b[CLUTCH_TORQUE + i]
-                signals[engagement, start + i, 4] = b[CONTACT_POSITION + i] - b[CLEARANCE + i]
+                signals[0, engagement, start + i] = b[STATE + i]
+                signals[1, engagement, start + i] = b[STATE + 3 * LANES + i]
+                signals[2, engagement, start + i] = b[STATE + 4 * LANES + i]
+                signals[3, engagement, start + i] = b[GEAR + i] * b[CLUTCH_TORQUE + i]
+                signals[4, engagement, start + i] = b[CONTACT_POSITION + i] - b[CLEARANCE + i]

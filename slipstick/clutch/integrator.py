@@ -14,7 +14,6 @@ from slipstick.clutch.lanes import (
     BREAKAWAY,
     BREAKAWAY_FIRST,
     CLEARANCE_CHANGE,
-    CLUTCH_TORQUE,
     CONTACT_POSITION,
     DIRECTION,
     END,
@@ -33,6 +32,7 @@ from slipstick.clutch.lanes import (
     RELEASE_FIRST,
     REMEMBERING,
     RESPONSE_TIME,
+    RIGID,
     SLIPPING,
     STAGE_TIME,
     START,
@@ -236,7 +236,7 @@ def settle(b, i, what, share, states):
         b[START + 4 * LANES + i] = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i]
     elif what == RELEASES:
         b[SLIPPING + i] = 1.0
-        b[DIRECTION + i] = 1.0 if b[CLUTCH_TORQUE + i] >= 0.0 else -1.0
+        b[DIRECTION + i] = 1.0 if b[RIGID + i] >= 0.0 else -1.0
     elif what == STOPS:
         b[MOVING + i] = 0.0
         b[START + 4 * LANES + i] = 0.0

@@ -59,7 +59,7 @@ LINE_DIRECTION, LINE_TURN, LINE_SWING = _row(), _row(), _row()
 QUANTITY = {name: _row() for name in QUANTITIES}
 (CURRENT, LINE_PRESSURE, CHAMBER, PISTON_GAIN, PISTON_RATE, CLEARANCE, CONTACT, FRICTION, FILM, CONVERTER, LOAD,
  STICK) = QUANTITY.values()
-CLEARANCE_CHANGE, RAMP, CLUTCH_TORQUE = _row(), _row(), _row()
+CLEARANCE_CHANGE, RAMP, RIGID, CLUTCH_TORQUE = (_row() for _ in range(4))
 
 PRESSURE_CHANGE = _row()
 """What effects add to the line pressure, bar."""

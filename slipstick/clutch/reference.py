@@ -129,8 +129,8 @@ class Engagement:
         rates = np.array([*hydraulic, *shafts, *moves])
         later = self.line_pressure(t + MOMENT, y + MOMENT * rates)
         rates[1] -= 2 / p.current_delay * (later - self.line_pressure(t, y)) / MOMENT
-        return SimpleNamespace(rates=rates, torque=torque, net=net, stick_torque=stick_torque,
-                               excess=abs(stick_torque) - capacity, piston=p.contact_position - clearance)
+        return SimpleNamespace(rates=rates, torque=torque, net=net, rigid=rigid, excess=abs(rigid) - capacity,
+                               piston=p.contact_position - clearance)
 
     def ends(self) -> list[Callable[..., float]]:
         """What ends the present mode, as events for `solve_ivp`."""
@@ -154,7 +154,7 @@ class Engagement:
     def change_mode(self, t: float, y: np.ndarray, stopped: bool) -> None:
         """Go from the mode that has just ended to the one that begins; the load never runs backwards."""
         if self.mode == STICK:
-            self.mode, self.direction = SLIP, float(np.sign(self.evaluate(t, y).stick_torque))
+            self.mode, self.direction = SLIP, float(np.sign(self.evaluate(t, y).rigid))
         elif self.mode == REST:
             self.mode = SLIP
         elif stopped:

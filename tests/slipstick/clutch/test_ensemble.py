@@ -68,6 +68,16 @@ def test_never_locking_and_blowing_up_are_statuses() -> None:
     assert np.all(lost == ensemble.FAILED)
 
 
+def test_signals_of_a_failed_engagement_are_nan_from_where_it_failed() -> None:
+    runaway = Model().with_effect("quadratic_load_drag", {"drag": -5.0})
+    response = ensemble.signals(runaway, CONDITIONS, SAMPLE_TIMES)
+    lost = np.isnan(response.output_torque[0])
+    assert np.all(response.status == ensemble.FAILED)
+    assert not np.any(lost[:, 0])
+    assert np.all(lost[:, -1])
+    assert np.all(np.diff(lost.astype(int), axis=1) >= 0)
+
+
 @pytest.mark.parametrize(("axis", "multiplier"), [("current_delay", 0.1), ("piston_return", 300.0)])
 def test_fast_dynamics_shorten_the_steps(axis: str, multiplier: float) -> None:
     points = np.array([[multiplier]])

@@ -37,6 +37,7 @@ def test_the_shipped_recordings_come_back_from_csv(shipped, tmp_path):
     (tmp_path / "signals.csv").write_bytes(sheet(SIGNALS, signal_rows(shipped, 216, 1001)))
     found = Recordings.open(tmp_path / "bench.csv", tmp_path / "signals.csv")
     assert found.digest == shipped.digest
+    assert np.array_equal(found.conditions.run_order, shipped.run_order)
     assert found.description == "A bench, in May"
     assert open_conditions(tmp_path / "bench.csv").digest == paper_conditions().digest
 

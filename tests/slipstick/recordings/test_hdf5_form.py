@@ -25,6 +25,7 @@ def test_reads_what_is_shipped(shipped, shipped_file):
     assert shipped.conditions.digest == paper_conditions().digest
     assert open_conditions(shipped_file).digest == paper_conditions().digest
     assert sorted(shipped.run_order) == list(range(216))
+    assert np.array_equal(shipped.conditions.run_order, shipped.run_order)
     assert shipped.description.startswith("Simulated test-bench recordings")
     with h5py.File(shipped_file) as file:
         assert np.array_equal(shipped.measured_time, file["shifting_time"])

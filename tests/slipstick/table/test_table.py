@@ -51,6 +51,25 @@ def test_the_digest_covers_all_that_matters_and_nothing_else(table):
     assert Grid(axes, times.copy(), status, table.conditions, Model(), "other hands").digest == table.digest
 
 
+def test_the_run_order_counts_only_where_an_effect_looks_at_it(table, tmp_path):
+    drifting = Model().with_effect("temperature_drift", {"drift": 0.02})
+    ordered, other = (replace(table.conditions, run_order=np.array(order)) for order in ([2, 0, 1], [0, 2, 1]))
+    plain, drift = replace(table, conditions=ordered), replace(table, conditions=ordered, model=drifting)
+    assert plain.digest == table.digest
+    assert drift.digest != replace(drift, conditions=other).digest
+    points = np.ones((1, 2))
+    for name, one in (("plain", plain), ("drift", drift)):
+        one.write(tmp_path / name)
+        back = Grid.open(tmp_path / name)
+        assert back.digest == one.digest
+        assert np.array_equal(back(points, ordered.take([1, 2])), one.interpolate(points)[:, 1:], equal_nan=True)
+    assert Grid.open(tmp_path / "plain").conditions.run_order is None
+    assert np.array_equal(plain(points, other), plain.interpolate(points), equal_nan=True)
+    for unknown in (other, table.conditions):
+        with pytest.raises(InvalidValue, match="not in the table at its place in the run order"):
+            drift(points, unknown)
+
+
 def test_contradictions_are_refused(table):
     locked = np.zeros_like(table.status)
     for change, says in [({"status": locked}, "contradict"), ({"status": table.status + 3}, "contradict"),
