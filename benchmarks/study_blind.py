@@ -48,14 +48,15 @@ def cases() -> Iterator[tuple[str, hidden.Case]]:
     for i in range(60):
         options: dict[str, Any] = dict(NULLS[i % len(NULLS)])
         yield f"null/{'-'.join(options) or 'plain'}/{i:02d}", hidden.Case({}, 2000 + i, 0.01, 54, **options)
-    pairs = list(combinations([effect for effect in PHYSICAL], 2))
+    pairs = list(combinations(PHYSICAL, 2))
     for i, place in enumerate(np.random.default_rng(3000).choice(len(pairs), PAIRS, replace=False)):
         first, second = pairs[place]
         yield (f"pair/{first.name}+{second.name}",
                hidden.Case({first.name: first.typical, second.name: second.typical}, 3000 + i, 0.01, 54))
     for i in range(OUTSIDE):
         effect = UNLISTED[i % len(UNLISTED)]
-        yield f"outside/{effect.name}/{i // len(UNLISTED)}", hidden.Case({effect.name: effect.typical}, 4000 + i, 0.01, 54)
+        yield (f"outside/{effect.name}/{i // len(UNLISTED)}",
+               hidden.Case({effect.name: effect.typical}, 4000 + i, 0.01, 54))
     for i, effect in enumerate(listed[::3]):
         for count, signals, tag in ((216, True, "216"), (20, True, "20"), (216, False, "times")):
             yield (f"effect-{tag}/{effect.name}/1/0.01",

@@ -1,4 +1,4 @@
-"""From the answers of `benchmarks.study_blind` to the rates in study_blind.csv, each with its Clopper-Pearson interval."""
+"""The rates in study_blind.csv from the answers of `benchmarks.study_blind`, with Clopper-Pearson intervals."""
 
 import json
 from collections.abc import Callable
@@ -20,8 +20,8 @@ SAME = {
     "spring_stiffening": "return_spring", "quadratic_load_drag": "quadratic_load_drag",
     "load_friction_falls": "falling_load_friction", "shaft_compliance": "shaft_compliance",
     "converter_lag": "converter_lag", "wear": "clearance_drift",
-    **{f"{sensor}_sensor_{fault}": f"{sensor}_sensor_{fault}"
-       for sensor in ("pressure", "input_speed", "output_speed", "output_torque") for fault in ("lag", "offset", "gain")},
+    **{name: name for sensor in ("pressure", "input_speed", "output_speed", "output_torque")
+       for name in (f"{sensor}_sensor_lag", f"{sensor}_sensor_offset", f"{sensor}_sensor_gain")},
 }
 """Hidden effect -> the catalogue's name for it."""
 HEADER = ("cases", "what", "share", "lower", "upper", "right", "of")
@@ -45,7 +45,8 @@ def class_right(row: dict[str, Any]) -> bool:
     tied = row.get("answer", {}).get("tied", [])
     if not tied:
         return False
-    return bool(wanted & set(tied[0])) or effects.find(tied[0][0]).block in {effects.find(name).block for name in wanted}
+    blocks = {effects.find(name).block for name in wanted}
+    return bool(wanted & set(tied[0])) or effects.find(tied[0][0]).block in blocks
 
 
 def both_right(row: dict[str, Any]) -> bool:

@@ -11,7 +11,7 @@ PARAMETERS = ("pressure_bias", "initial_position", "friction_coefficient")
 
 @pytest.fixture
 def linear_fit() -> MixedFit:
-    """A fit of an invented linear model to 60 experiments of 12 values, the first two of three parameters scattering."""
+    """A fit of an invented linear model to 60 experiments of 12 values; two of three parameters scatter."""
     rng = np.random.default_rng(5)
     jacobian = rng.standard_normal((N, VALUES, 3)) * (1.0, 2.0, 3.0)
     modes = 0.05 * rng.standard_normal((N, 2))
