@@ -38,6 +38,14 @@ from slipstick.clutch.loading import load, park, set_line
 LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
 
 @allocating
+def workspace():
+    """The working memory, beginning on a cache line: else every vector of lanes would lie across two."""
+    whole = np.zeros(SIZE + 8)
+    first = -(whole.ctypes.data // 8) % 8
+    return whole[first:first + SIZE]
+
+
+@allocating
 def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, initial_speed, profile_lines, fine,
           coarse, sample_times, samples, times, status):
     """Simulate engagements first..stop-1 and fill `times` in s, `status`, and `samples` of this range if wanted.
@@ -50,7 +58,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
     """
     active, states = acts.active, acts.states
     n, count, last_line = len(conditions), len(sample_times), profile_lines.shape[1] - 1
-    b = np.zeros(SIZE)
+    b = workspace()
     who, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
     line, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     waiting, busy = first, 0
@@ -94,7 +102,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
                         times[engagement], status[engagement] = b[TIME + i], LOCKED
                     elif what == LOSES:
                         times[engagement], status[engagement] = np.nan, FAILED
-                        samples[engagement - first, sampled[i]:] = np.nan
+                        lose(samples, engagement - first, sampled[i])
                 if b[TIME + i] >= b[LINE_END + i]:
                     line[i] += 1
                     set_line(b, i, profile_lines, profile[i], line[i])
@@ -122,6 +130,14 @@ def sample(b, i, states, sample_times, position, samples, row):
     return position
 
 
+@kernel
+def lose(samples, row, position):
+    """Leave no sample of a failed engagement from `position` on."""
+    for k in range(position, samples.shape[1]):
+        for s in range(samples.shape[2]):
+            samples[row, k, s] = np.nan
+
+
 @allocating
 def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles, profile_lines, sample_times, samples,
             signals):
@@ -131,7 +147,7 @@ def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles
     """
     active, states = acts.active, acts.states
     n, count = len(conditions), len(sample_times)
-    b = np.zeros(SIZE)
+    b = workspace()
     for engagement in range(first, stop):
         point, condition = engagement // each, engagement % n
         profile = profiles[condition, 0]
