@@ -143,16 +143,23 @@ def averaged(samples: np.ndarray, width: int) -> np.ndarray:
 
 
 def noise(signals: Signals, shifting_time: float) -> dict[str, float]:
-    """Standard deviation of each sensor's noise: median third difference, which a smooth signal does not reach."""
+    """Standard deviation of each sensor's noise, with that of the shifting time as given."""
+    return {**{name: noise_of(name, getattr(signals, name).astype(float)) for name in SIGNALS},
+            "shifting_time": shifting_time}
+
+
+def noise_of(name: str, values: np.ndarray) -> float:
+    """Standard deviation of the noise of rows (n, k): median third difference, which a smooth signal does not reach.
+
+    `name` is that of the signal, for the error: raises `InvalidValue` where there is no noise.
+    """
     third = (1, -3, 3, -1)
-    deviation = {}
-    for name in SIGNALS:
-        rough = np.abs(np.apply_along_axis(np.convolve, 1, getattr(signals, name).astype(float), third, "valid"))
-        deviation[name] = float(np.median(rough) / 0.6745 / np.sqrt(sum(c * c for c in third)))
-        if not deviation[name] > 0:
-            raise InvalidValue(f"The signal {name} shows no noise, so nothing says how much it counts",
-                               "Record it with a finer resolution, or add the noise of its sensor")
-    return {**deviation, "shifting_time": shifting_time}
+    rough = np.abs(np.apply_along_axis(np.convolve, 1, values, third, "valid"))
+    deviation = float(np.median(rough) / 0.6745 / np.sqrt(sum(c * c for c in third)))
+    if not deviation > 0:
+        raise InvalidValue(f"The signal {name} shows no noise, so nothing says how much it counts",
+                           "Record it with a finer resolution, or add the noise of its sensor")
+    return deviation
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.calibration import averaged, blended
+from slipstick.calibration import averaged, blended, noise_of
 from slipstick.clutch import ensemble
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
@@ -23,8 +23,6 @@ FEWEST = 12
 """Experiments without which a study has nothing to count."""
 _FEWEST_AVERAGES = 8
 _BLIND = 1.5  # compared values of the torque around the measured lock-up that count nothing
-_THIRD = (1.0, -3.0, 3.0, -1.0)
-_LEAST_TIME_NOISE = 5e-4  # s
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,19 +88,9 @@ class Comparison:
         Of a signal it is the median third difference of successive values, which neither scatter between runs nor a
         missing effect reaches.
         """
-        noise = dict(self.noise)
-        for name, columns in self.channels.items():
-            if name != "shifting_time":
-                rough = np.apply_along_axis(np.convolve, 1, residuals[:, columns], _THIRD, "valid")
-                noise[name] = float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(np.sum(np.square(_THIRD))))
-                if not noise[name] > 0:
-                    raise InvalidValue(f"The signal {name} shows no noise, so nothing says how much it counts",
-                                       "Record it with a finer resolution, or add the noise of its sensor")
-        return replace(self, noise=noise)
-
-    def with_time_noise(self, deviation: float) -> "Comparison":
-        """The same with that standard deviation of the shifting time's noise in s, within reason."""
-        return replace(self, noise={**self.noise, "shifting_time": max(_LEAST_TIME_NOISE, deviation)})
+        shown = {name: noise_of(name, residuals[:, columns]) for name, columns in self.channels.items()
+                 if name != "shifting_time"}
+        return replace(self, noise={**self.noise, **shown})
 
 
 def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:

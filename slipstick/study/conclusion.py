@@ -10,6 +10,7 @@ from slipstick.study.answer import coefficients, names, placed, term
 from slipstick.study.comparison import Comparison
 from slipstick.study.cut import cut
 from slipstick.study.mixed import MixedFit
+from slipstick.study.ranking import Ranked
 from slipstick.study.settings import StudySettings
 
 
@@ -37,7 +38,7 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
         "where": where, "gap": None,
     }
     if added:
-        result["gap"] = _gap(settings, comparison, state, fits, added)
+        result["gap"] = _gap(settings, comparison, fits, added, rankings[0])
     return result
 
 
@@ -74,16 +75,14 @@ def _best_probes(one: dict[str, Any]) -> list[dict[str, Any]]:
     return sorted(best.values(), key=lambda probe: -probe["gain"])
 
 
-def _gap(settings: StudySettings, comparison: Comparison, state: study.State, fits: list[MixedFit],
-         added: list[str]) -> dict[str, Any]:
+def _gap(settings: StudySettings, comparison: Comparison, fits: list[MixedFit], added: list[str],
+         ranking: list[Ranked]) -> dict[str, Any]:
     """The gap before and after, and what the best effect of another class would have closed."""
     before, after = (gap.predict(comparison, one, settings.seed) for one in (fits[0], fits[-1]))
     found: dict[str, Any] = {"closures": gap.closures(comparison, before, after, settings.seed),
                              "before": before.time.tolist(), "after": after.time.tolist(), "control": None}
     named = {effects.find(name).quantity for name in added}
-    first = state["rounds"][0]
-    others = [one for one in study.ranked(settings, comparison, first)
-              if effects.find(one.effect).quantity not in named]
+    others = [one for one in ranking if effects.find(one.effect).quantity not in named]
     if others:
         control = gap.predict(comparison, others[0].found, settings.seed)
         # What a right model would leave is the named effect's to say, of the control as well.

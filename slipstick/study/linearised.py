@@ -27,10 +27,9 @@ class Linearised:
     gram: np.ndarray
     residuals: np.ndarray
 
-    @property
-    def total(self) -> np.ndarray:
-        """Summed over the channels, (n, p + 1, p + 1)."""
-        return np.asarray(self.gram.sum(axis=0))
+    def weighted(self, noise: np.ndarray) -> np.ndarray:
+        """Summed over the channels, (n, p + 1, p + 1), where `noise` (channels,) is a variance over the sensor's."""
+        return np.asarray(np.einsum("cnpr,c->npr", self.gram, 1 / noise))
 
 
 @dataclass(frozen=True)

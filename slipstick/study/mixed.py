@@ -143,7 +143,7 @@ def shifted(gram: np.ndarray, modes: np.ndarray, scattering: tuple[int, ...]) ->
 def marginal(about: Linearised, state: State, scattering: tuple[int, ...]) -> Marginal:
     """Integrate the scatter out of products whose residual was taken at the modes of `state`."""
     places, q = list(scattering), len(scattering)
-    gram = np.einsum("cnpr,c->npr", about.gram, 1 / state.noise)
+    gram = about.weighted(state.noise)
     moved = shifted(gram, state.modes, scattering)
     root = np.linalg.cholesky(state.covariance)
     inner = np.eye(q) + root.T @ gram[:, places][:, :, places] @ root
@@ -223,7 +223,7 @@ def _search(comparison: Comparison, design: Design, about: Linearised, state: St
     before, places = float(heights(comparison.measured - about.residuals, state.modes).sum()), list(scattering)
     for share in _SHARES:
         theta = state.theta + share * (aim - state.theta)
-        gram = np.einsum("cnpr,c->npr", about.gram, 1 / state.noise)
+        gram = about.weighted(state.noise)
         slope = gram[:, places, -1] - gram[:, places, :-1] @ (theta - state.theta)
         modes, height = tried(theta, state.modes, _damped(gram[:, places][:, :, places], slope, state))
         for _ in range(_RELAXATIONS):
@@ -232,9 +232,8 @@ def _search(comparison: Comparison, design: Design, about: Linearised, state: St
             if not np.isfinite(height):
                 break
             now = replace(state, theta=theta, modes=modes)
-            gram = np.einsum("cnpr,c->npr",
-                             linearise(comparison, design, spread(now, scattering), columns=scattering).gram,
-                             1 / state.noise)
+            there = linearise(comparison, design, spread(now, scattering), columns=scattering)
+            gram = there.weighted(state.noise)
             modes, height = tried(theta, modes, _damped(gram[:, :-1, :-1], gram[:, :-1, -1], now))
     return state
 

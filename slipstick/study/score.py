@@ -154,7 +154,7 @@ def remembered(found: MixedFit, order: np.ndarray | None) -> float:
         return 0.0
     n, places = len(order), list(found.scattering)
     root = np.linalg.cholesky(found.state.covariance)
-    gram = np.einsum("cnpr,c->pr", found.about.gram, 1 / found.state.noise)[places][:, places]
+    gram = found.about.weighted(found.state.noise).sum(axis=0)[places][:, places]
     best = np.linalg.eigh(root.T @ gram @ root)[1][:, -1]
     series = (found.state.modes @ np.linalg.inv(root).T @ best)[np.argsort(order)]
     place = np.linspace(-1, 1, n)

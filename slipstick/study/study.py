@@ -8,7 +8,7 @@
 A state is JSON, complete, and the same after a restart. A step is one fit or one screening: a few seconds.
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,7 @@ _EXPLAINED = 0.4
 """Share of it that all names together, or an open term, must take away where there is more than a `_LITTLE` of it."""
 _LITTLE = 0.6
 """Variance beyond the sensors' noise, as a share of it, that scatter of other parameters also leaves."""
+_STATE = tuple(field.name for field in fields(mixed.State))
 _OPEN = tuple(effect.name for effect in effects.CATALOGUE if not effect.listed)
 _OPEN_TRIED = 2
 """Open terms that are fitted."""
@@ -111,7 +112,7 @@ def restore(settings: StudySettings, comparison: Comparison, one: dict[str, Any]
     """The fit of a round, or of one of its candidates, from its JSON."""
     added = (*one["added"], candidate) if candidate else tuple(one["added"])
     stored = one["candidates"][candidate] if candidate else one["fit"]
-    state = mixed.State(*(np.array(stored[name]) for name in ("theta", "modes", "covariance", "noise")))
+    state = _state(stored)
     found = mixed.at(comparison, Design(settings.parameters, added), settings.scattering, state)
     return replace(found, converged=stored["converged"], iterations=stored["iterations"])
 
@@ -172,8 +173,7 @@ def _candidate(settings: StudySettings, comparison: Comparison, last: dict[str, 
     base = last["fit"]
     design = Design(settings.parameters, (*last["added"], one["effect"]))
     values = [one["start"][coefficient.name] for coefficient in effects.find(one["effect"]).coefficients]
-    state = mixed.State(np.array([*base["theta"], *values]),
-                        *(np.array(base[name]) for name in ("modes", "covariance", "noise")))
+    state = _state({**base, "theta": [*base["theta"], *values]})
     return mixed.fit(comparison, design, settings.scattering, state)
 
 
@@ -181,8 +181,12 @@ def _round(added: tuple[str, ...], found: MixedFit) -> dict[str, Any]:
     return {"added": list(added), "fit": _stored(found)}
 
 
+def _state(stored: dict[str, Any]) -> mixed.State:
+    return mixed.State(*(np.array(stored[name]) for name in _STATE))
+
+
 def _stored(found: MixedFit) -> dict[str, Any]:
-    state = {name: getattr(found.state, name).tolist() for name in ("theta", "modes", "covariance", "noise")}
+    state = {name: getattr(found.state, name).tolist() for name in _STATE}
     return {**state, "converged": found.converged, "iterations": found.iterations}
 
 
