@@ -1,4 +1,4 @@
-"""The main job, end to end: two tables, a calibration, service and worker, a fit, and a study of what is missing.
+"""The main job, end to end: tables, a calibration, service and worker, a fit, a study of what is missing, fits with it.
 
 `python demo.py start` leaves service and worker running; `python demo.py stop` ends them. Standard library only; what
 it runs are the commands a user would type, and it prints each.
@@ -23,6 +23,7 @@ RUN = Path("var/demo")
 CALIBRATION = "var/calibration.json"
 FIT = {"table": "calibrated", "recordings": "measured"}
 STUDY = {"recordings": FIT["recordings"]}
+REFIT = {"recordings": FIT["recordings"], "settings": {"generations": 20, "intervals": False}}
 
 
 def start() -> None:
@@ -61,7 +62,35 @@ def start() -> None:
     study = request("/v1/studies", STUDY)
     missing = follow(study["links"]["self"])
     seconds["study"] = time.monotonic() - begun
-    show(result, missing, seconds, fit["links"], study["links"])
+    both = refit(study["links"], seconds) if missing["result"]["answer"]["effects"] else {}
+
+    show_fit(result["result"])
+    show_study(missing["result"])
+    if both:
+        show_both(missing["result"]["models"], both)
+    print("\nTime of each step")
+    for name, value in seconds.items():
+        print(f"  {name:40} {value:7.1f} s")
+    chosen = "?" + "&".join(f"{which}={one['id']}" for which, one in both.items()) if both else ""
+    print(f"\nOpen in a browser\n  {ADDRESS}{fit['links']['report']}    the report of the fit, with its pictures"
+          f"\n  {ADDRESS}{study['links']['report']}{chosen}    the report of the study: what is missing, "
+          f"gap and fits before and after\n  {ADDRESS}/docs    every operation, to try out"
+          f"\n\nThe recordings are simulated test-bench data: the paper's are not public."
+          f"\nService and worker go on running; stop them with: make demo-stop")
+
+
+def refit(links: dict[str, str], seconds: dict[str, float]) -> dict[str, dict]:
+    """Build the tables of the study's models before and after, and fit both alike; return the results."""
+    found = {}
+    for which in ("before", "after"):
+        spec, table = RUN / f"{which}.json", f"study-{which}"
+        request(f"{links['model']}?which={which}", out=spec)
+        step(seconds, f"table of the study's model {which}", "build", "--model", str(spec),
+             "--conditions", f"tables/{STUDY['recordings']}.h5", "--out", f"tables/{table}.h5")
+        begun = time.monotonic()
+        found[which] = follow(request("/v1/fits", {"table": table, **REFIT})["links"]["self"])
+        seconds[f"fit on the table {which}"] = time.monotonic() - begun
+    return found
 
 
 def step(seconds: dict[str, float], name: str, *command: str) -> None:
@@ -116,13 +145,13 @@ def answers() -> bool:
         return False
 
 
-def request(path: str, body: dict[str, str] | None = None, quiet: bool = False) -> dict:
+def request(path: str, body: dict | None = None, quiet: bool = False, out: Path | None = None) -> dict:
     """Ask the service with curl, shown as it is typed; without curl on the machine, in Python."""
     command = ["curl", "--silent", "--show-error", f"{ADDRESS}{path}"]
     if body:  # what `--json` stands for, which needs curl 7.82
         command += ["--header", "Content-Type: application/json", "--data", json.dumps(body)]
     if not quiet:
-        print(f"\n$ {shlex.join(command)}", flush=True)
+        print(f"\n$ {shlex.join(command)}{f' > {out}' if out else ''}", flush=True)
     if shutil.which("curl"):
         answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     else:
@@ -133,6 +162,8 @@ def request(path: str, body: dict[str, str] | None = None, quiet: bool = False) 
     content: dict = json.loads(answer)
     if "remedy" in content:
         sys.exit(f"{content['detail']}. {content['remedy']}")
+    if out:
+        out.write_text(answer)
     return content
 
 
@@ -165,9 +196,8 @@ def progress(at: dict) -> str | None:
         f"{at['log10_likelihood']:.3f}")
 
 
-def show(result: dict, missing: dict, seconds: dict[str, float], links: dict[str, str], more: dict[str, str]) -> None:
-    """Print what was fitted and what is missing, how long each step took, and where to look."""
-    fitted = result["result"]
+def show_fit(fitted: dict) -> None:
+    """Print what was fitted."""
     print("\nFitted inputs (multiples of the calibrated values; the output std in s), and 90 % intervals")
     for one in fitted["intervals"]:
         low, high = (f"{one[side]:.4g}" if one[side] is not None else "not found" if side in one["unsettled"]
@@ -178,7 +208,10 @@ def show(result: dict, missing: dict, seconds: dict[str, float], links: dict[str
           f"output noise, {1e3 * before['output_std']:.1f} ms), {fitted['log10_likelihood']:.2f} after")
     for remark in fitted["remarks"]:
         print(f"  note: {remark['cause']}. {remark['remedy']}.")
-    found = missing["result"]
+
+
+def show_study(found: dict) -> None:
+    """Print what is missing, and how much of the gap it closes."""
     print(f"\n{found['answer']['sentence']}")
     for one in found["answer"]["coefficients"]:
         print(f"  {one['coefficient']:25} {one['value']:8.4g}   [{one['lower']:.4g}, {one['upper']:.4g}] {one['unit']}")
@@ -186,14 +219,19 @@ def show(result: dict, missing: dict, seconds: dict[str, float], links: dict[str
         print("Held-out RMS error of the shifting time: before, after it is added, and what a right model would leave")
         closed = found["gap"]["closures"]["shifting_time"]
         print("  " + ", ".join(f"{1e3 * closed[name]:.1f} ms" for name in ("rms_before", "rms_after", "rms_expected")))
-    print("\nTime of each step")
-    for name, value in seconds.items():
-        print(f"  {name:40} {value:7.1f} s")
-    print(f"\nOpen in a browser\n  {ADDRESS}{links['report']}    the report of the fit, with its pictures"
-          f"\n  {ADDRESS}{more['report']}    the report of the study: what is missing, and the gap before and after"
-          f"\n  {ADDRESS}/docs    every operation, to try out"
-          f"\n\nThe recordings are simulated test-bench data: the paper's are not public."
-          f"\nService and worker go on running; stop them with: make demo-stop")
+
+
+def show_both(models: dict, both: dict[str, dict]) -> None:
+    """Print the same fit on the tables before and after, side by side."""
+    fits = {which: one["result"] for which, one in both.items()}
+    rows = {"log10 likelihood per ms": [one["log10_likelihood"] for one in fits.values()]}
+    for place, axis in enumerate(fits["before"]["axes"]):
+        rows[f"std of {axis} [{models['before']['units'][axis]}]"] = [
+            one["std"][place] * models[which]["parameters"][axis] for which, one in fits.items()]
+    rows["output noise [ms]"] = [1e3 * one["output_std"] for one in fits.values()]
+    print("\nThe same fit, to shifting times alone, on the table of each model: before, and after it is added")
+    for name, values in rows.items():
+        print(f"  {name:25} " + " ".join(f"{value:10.4g}" for value in values))
 
 
 if __name__ == "__main__":

@@ -1,14 +1,17 @@
-"""The rates in study_blind.csv from the answers of `benchmarks.study_blind`, with Clopper-Pearson intervals."""
+"""The rates in study_blind.csv, from the answers that `benchmarks.study_blind` has collected."""
 
 import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from scipy.stats import beta
 
 from benchmarks.results import write
+from benchmarks.study_signatures import signatures
 from slipstick.clutch import effects
+from tests.validation.hidden import EFFECTS
 
 SAME = {
     "friction_falls_with_slip": "stribeck_friction", "friction_rises_with_slip": "stribeck_friction",
@@ -24,60 +27,134 @@ SAME = {
        for name in (f"{sensor}_sensor_lag", f"{sensor}_sensor_offset", f"{sensor}_sensor_gain")},
 }
 """Hidden effect -> the catalogue's name for it."""
-HEADER = ("cases", "what", "share", "lower", "upper", "right", "of")
-Rows = list[dict[str, Any]]
+HEADER = ("cases", "what", "value", "lower", "upper", "of")
+VISIBLE = 0.5
+"""Noise levels that an effect must leave at typical strength to count as one that recordings show."""
+SAME_FORM = ("_sensor_lag", "_sensor_offset", "shaft_compliance")
+"""Endings of hidden effects whose strength is a coefficient of the catalogue's form."""
+Row = dict[str, Any]
+Judge = Callable[[Row], bool]
 
 
-def first(row: dict[str, Any]) -> str | None:
-    """The effect named first, if any."""
-    named = row.get("answer", {}).get("effects", [])
-    return str(named[0]) if named else None
+def named(row: Row) -> list[str]:
+    """The effects named, in their order; an unlisted term is no name."""
+    answer = row.get("answer", {"kind": "failed"})
+    return list(answer["effects"]) if answer["kind"] in ("effect", "tie", "several") else []
 
 
-def named_right(row: dict[str, Any]) -> bool:
-    """Is the first effect named the hidden one?"""
-    return first(row) in {SAME.get(name) for name in row["hidden"]}
+def wanted(row: Row) -> set[str]:
+    """The catalogue's names of what is hidden."""
+    return {SAME[name] for name in row["hidden"] if name in SAME}
 
 
-def class_right(row: dict[str, Any]) -> bool:
-    """Does the first effect named, or one tied with it, act on the same block, or is it the hidden one?"""
-    wanted = {SAME[name] for name in row["hidden"] if name in SAME}
-    tied = row.get("answer", {}).get("tied", [])
-    if not tied:
+def right(row: Row) -> bool:
+    """Is the first effect named a hidden one, and not tied with another?"""
+    return bool(named(row)) and named(row)[0] in wanted(row) and len(row["answer"]["tied"][0]) == 1
+
+
+def right_class(row: Row) -> bool:
+    """Does the first effect named, or one tied with it, act on the hidden one's quantity, or is it the hidden one?"""
+    if not named(row):
         return False
-    blocks = {effects.find(name).block for name in wanted}
-    return bool(wanted & set(tied[0])) or effects.find(tied[0][0]).block in blocks
+    quantities = {effects.find(name).quantity for name in wanted(row)}
+    group = row["answer"]["tied"][0]
+    return bool(wanted(row) & set(group)) or effects.find(group[0]).quantity in quantities
 
 
-def both_right(row: dict[str, Any]) -> bool:
-    """Are all hidden effects named?"""
-    return {SAME[name] for name in row["hidden"]} <= set(row.get("answer", {}).get("effects", []))
+def right_block(row: Row) -> bool:
+    """Is the block right in which the first effect is said to act, named or unlisted?"""
+    block = row.get("answer", {}).get("block")
+    return block is not None and block in {EFFECTS[name].block for name in row["hidden"]}
 
 
-def something(row: dict[str, Any]) -> bool:
+def alarm(row: Row) -> bool:
     """Is anything said to be missing?"""
-    return first(row) is not None
+    return row.get("answer", {"kind": "failed"})["kind"] != "none"
+
+
+def regressed(row: Row) -> bool:
+    """Does the one-shot regression name a hidden effect?"""
+    return row.get("regression", {}).get("effect") in wanted(row)
+
+
+def both(row: Row) -> bool:
+    """Are all hidden effects named?"""
+    return wanted(row) <= set(named(row))
+
+
+def visible(row: Row) -> bool:
+    """Do all hidden effects leave something that recordings show, at typical strength?"""
+    return all(signatures().get(name, 0.0) >= VISIBLE for name in row["hidden"])
+
+
+JUDGES: dict[str, dict[str, Judge]] = {
+    "effect": {"right first": right, "right class": right_class, "right block": right_block,
+               "regression right": regressed},
+    "null": {"false alarm": alarm, "regression names": lambda row: bool(row.get("regression", {}).get("effect"))},
+    "pair": {"both named": both, "one of them first": right, "right class first": right_class},
+    "outside": {"right block": right_block, "false name": lambda row: bool(named(row)), "nothing missing":
+                lambda row: not alarm(row)},
+}
 
 
 def summarise(path: Path) -> None:
-    """Write the rates of all cases in the file."""
-    rows: Rows = [json.loads(line) for line in path.read_text().splitlines()]
-    groups: dict[str, Rows] = {}
+    """Write rates of all cases in the file with Clopper-Pearson intervals of 90 %, and medians with quartiles."""
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    groups: dict[str, list[Row]] = {}
     for row in rows:
-        kind, *rest = row["case"].split("/")
-        groups.setdefault("/".join([kind, *rest[1:]]) if kind.startswith("effect") else kind, []).append(row)
+        kind, what, *rest = row["case"].split("/")
+        if kind == "effect":
+            names = [f"effect, strength {rest[0]}, noise {rest[1]}"]
+        elif kind.startswith("effect-"):
+            names = [f"effect, {kind.removeprefix('effect-')}"]
+        else:
+            names = [kind, f"null, {what}"] if kind == "null" else [kind]
+        for name in names + [f"{name}, visible" for name in names if row["hidden"] and visible(row)]:
+            groups.setdefault(name, []).append(row)
     table = []
     for name, some in sorted(groups.items()):
-        judges: dict[str, Callable[[dict[str, Any]], bool]] = (
-            {"false alarm": something} if name == "null" else {"both named": both_right, "one first": named_right}
-            if name == "pair" else {"something found": something} if name == "outside"
-            else {"right first": named_right, "right class": class_right})
-        for what, judge in judges.items():
-            table.append([name, what, *_share(sum(map(judge, some)), len(some))])
+        kind = name.split(",")[0]
+        table += [[name, what, *share(sum(map(judge, some)), len(some))] for what, judge in JUDGES[kind].items()]
+        if kind == "effect":
+            table += [[name, what, *spread(values)] for what, values in _measured(some).items() if len(values) > 2]
+            inside = [one for row in some if (one := _covered(row)) is not None]
+            if inside:
+                table.append([name, "90 % interval holds it", *share(sum(inside), len(inside))])
+        table.append([name, "seconds", *spread([row["seconds"] for row in some if "seconds" in row])])
     write("study_blind", HEADER, table, "python -m benchmarks.study_blind")
 
 
-def _share(right: int, of: int) -> list[object]:
-    lower = float(beta.ppf(0.05, right, of - right + 1)) if right else 0.0
-    upper = float(beta.ppf(0.95, right + 1, of - right)) if right < of else 1.0
-    return [right / of, lower, upper, right, of]
+def _measured(rows: list[Row]) -> dict[str, list[float]]:
+    """Closure and error of the quantity where the effect is named, and the control's closure."""
+    found: dict[str, list[float]] = {"closure of shifting time": [], "control": [], "error of quantity": []}
+    for row in rows:
+        if not named(row) or named(row)[0] not in wanted(row):
+            continue
+        gap, control = row["gap"]["closures"]["shifting_time"], row["gap"]["control"]
+        values = (gap["closure"], control and control["closures"]["shifting_time"]["closure"],
+                  next(iter(row["quantity"].values()), None))
+        for what, value in zip(found, values, strict=True):
+            if value is not None:
+                found[what].append(value)
+    return found
+
+
+def _covered(row: Row) -> bool | None:
+    """Is the hidden strength in the interval of the named effect's first coefficient, where that is the same thing?"""
+    (hidden, strength), *more = row["hidden"].items()
+    if more or not hidden.endswith(SAME_FORM) or SAME[hidden] not in named(row):
+        return None
+    one = next(one for one in row["answer"]["coefficients"] if one["effect"] == SAME[hidden])
+    return bool(one["lower"] <= strength <= one["upper"])
+
+
+def share(count: int, of: int) -> list[object]:
+    """A rate with its Clopper-Pearson interval of 90 %."""
+    lower = float(beta.ppf(0.05, count, of - count + 1)) if count else 0.0
+    upper = float(beta.ppf(0.95, count + 1, of - count)) if count < of else 1.0
+    return [count / of, lower, upper, of]
+
+
+def spread(values: list[float]) -> list[object]:
+    """Median and quartiles."""
+    return [*(float(one) for one in np.quantile(values, (0.5, 0.25, 0.75))), len(values)]

@@ -50,10 +50,10 @@ def name_in_path(captions: Mapping[str, str], example: str, summary: str) -> Any
                 openapi_examples={example: {"summary": summary, "value": example}})
 
 
-def listed(drawn: Mapping[str, Spec], captions: Mapping[str, str], address: str) -> PictureList:
-    """The pictures `drawn`, each below `address`."""
+def listed(drawn: Mapping[str, Spec], captions: Mapping[str, str], address: str, query: str = "") -> PictureList:
+    """The pictures `drawn`, each below `address`, with the `query` that it takes."""
     return PictureList(pictures=[
-        PictureEntry(name=name, title=spec["title"]["text"], caption=captions[name], href=f"{address}/{name}")
+        PictureEntry(name=name, title=spec["title"]["text"], caption=captions[name], href=f"{address}/{name}{query}")
         for name, spec in drawn.items()])
 
 

@@ -87,6 +87,13 @@ class CoefficientEstimate(BaseModel):
     at_bound: bool = Field(description="Whether it lies at a bound of its range; the interval then means little.")
 
 
+class LeftOver(BaseModel):
+    """What an answer does not explain."""
+
+    signal: str = Field(description="The signal that shows most of it.")
+    noise_levels: float = Field(description="RMS of its residuals in units of its noise: 1 is nothing.")
+
+
 class Answer(BaseModel):
     """What is missing from the model."""
 
@@ -98,6 +105,9 @@ class Answer(BaseModel):
     tied: list[list[str]] = Field(description="For each of them, all that the recordings do not tell apart from it.")
     sentence: str = Field(description="The answer in words.")
     coefficients: list[CoefficientEstimate] = Field(description="Of all added effects, fitted together.")
+    block: str | None = Field(description="Where the first of them acts, or where most is left that nothing explains.")
+    left: LeftOver | None = Field(description="What is still there with all effects added; null: no more than noise "
+                                              "and scatter of other parameters leave.")
 
 
 class Screened(BaseModel):
@@ -197,6 +207,30 @@ class Gap(BaseModel):
     control: Control | None = Field(description="Null where no other effect was fitted.")
 
 
+class FurtherExperiment(BaseModel):
+    """An experiment in which the effects of a tie predict different things."""
+
+    current_profile: int = Field(description="Current profile, by its number in the recordings.")
+    motor_speed: float = Field(description="Motor speed in rad/s.")
+    load_inertia: float = Field(description="Load inertia in kg m^2.")
+    brake_torque: float = Field(description="Brake torque in N m.")
+    recorded: bool = Field(description="Whether the recordings have this condition already.")
+    apart: float = Field(description="How far the first effect and the one nearest to it predict apart, RMS in noise "
+                                     "levels, after what scatter from run to run can hide.")
+    signal: str = Field(description="Signal, or `shifting_time`, that tells most of it.")
+    repetitions: int | None = Field(description="Runs that tell them apart by five standard errors, everything else "
+                                                "refitted; null where a thousand are too few.")
+
+
+class FurtherExperiments(BaseModel):
+    """Which experiments would tell the effects of a tie apart, the best first."""
+
+    effects: list[str] = Field(description="The effects that the recordings do not tell apart.")
+    experiments: list[FurtherExperiment] = Field(
+        description="The best of each current profile and motor speed, up to a fifth beyond the recorded range; the "
+                    "best that was recorded is among them.")
+
+
 class Models(BaseModel):
     """The fitted models, each as `--model` of the worker's `build` reads it."""
 
@@ -217,6 +251,7 @@ class Studied(BaseModel):
     models: Models
     where: Where | None = Field(description="Null without signals.")
     gap: Gap | None = Field(description="Null where nothing was added.")
+    further: list[FurtherExperiments] = Field(description="One an answer that is a tie; empty where there is none.")
 
 
 class StudyResult(BaseModel):

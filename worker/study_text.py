@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from slipstick.pictures.study.words import title
+from slipstick.report import study_further
 from slipstick.report import study_words as words
 from slipstick.report.study_limits import caveats, limits
 
@@ -14,7 +15,7 @@ _RANKING = ("candidate", "block", "decades", "ahead", "behind", "share", "BIC")
 
 
 def page(result: Mapping[str, Any], evidence: Mapping[str, Any], level: float) -> str:
-    """The answer, how sure it is, the ranking, where it shows, the gap with its control, and the limits.
+    """The answer, how sure it is, what would tell a tie apart, the ranking, where it shows, the gap, and the limits.
 
     `result` and `evidence` are those of a finished study, `level` that of the intervals.
     """
@@ -24,6 +25,9 @@ def page(result: Mapping[str, Any], evidence: Mapping[str, Any], level: float) -
         parts.append(_table(("coefficient", "estimate", f"{100 * level:.0f} % interval"),
                             words.coefficients(result, evidence)))
     parts.append(_listing("How it was found", words.rounds(result, evidence)))
+    for one in result["further"]:
+        shown = f"\n{_table(study_further.HEAD, study_further.rows(one))}" if one["experiments"] else ""
+        parts.append(_paragraph(study_further.lead(one, evidence)) + shown)
     for number, one in enumerate(result["rounds"], 1):
         if one["ranking"]:
             parts.append(f"Round {number}, log10 likelihood of an experiment not seen, errors ahead of none and behind "

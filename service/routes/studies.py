@@ -1,7 +1,7 @@
 """Studies: submitted here, run by the worker, followed and fetched here."""
 
 from dataclasses import asdict
-from typing import Annotated
+from typing import Annotated, Literal
 
 import orjson
 from dbos import WorkflowStatus
@@ -69,13 +69,14 @@ def study_result(id: StudyId, store: TheStudies) -> StudyResult:
 
 
 @router.get("/{id}/model", summary="Extended model of a study", responses=responses(404, 409, 503))
-def study_model(id: StudyId, store: TheStudies) -> ModelSpec:
+def study_model(id: StudyId, store: TheStudies, which: Annotated[Literal["before", "after"], Query(
+        description="The refitted model without the effects, or with them.")] = "after") -> ModelSpec:
     """The model with the effects added and the parameters refitted, as `python -m worker build --model` reads it.
 
     Where nothing is missing it is the refitted model, without effects. Its table is built by the worker, and served
-    beside the old one.
+    beside the old one. With fits on the tables of both, the report of the study shows what the effects do to a fit.
     """
-    return ModelSpec(**output(finished(store, id))["result"]["models"]["after"])
+    return ModelSpec(**output(finished(store, id))["result"]["models"][which])
 
 
 @router.post("/{id}/cancel", summary="Cancel a study", responses=responses(404, 503))

@@ -1,6 +1,6 @@
 """The fitted inputs on the plane of two of them, over the likelihood of their means (Fig. 6 of the paper)."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -20,7 +20,7 @@ _BANDS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 _LABELS = [f"{low:g} to {high:g}" for low, high in pairwise(_BANDS)] + [f"{_BANDS[-1]:g}+"]
 _SUBTITLE = "Curves: half, and nine in ten, of the runs have their inputs inside. Dot: fitted means. Cross: nominal."
 _MASSES = (0.5, 0.9)
-_COLUMNS, _ROWS = 285, 420  # of the shading
+_CELLS = 285, 420  # of the shading, across and up
 _DEEPEST = 1000.0  # decades: further down all is alike
 _WIDTH, _HEIGHT = 570, 420
 Summit = Literal["ridge", "open", "peak"]
@@ -43,27 +43,29 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec:
     encoding: Spec = {at: {"field": at, "type": "quantitative", "title": f"{name} [multiple of nominal]",
                            "scale": {"nice": False, "zero": False}, "axis": {"tickCount": 6, "grid": False}}
                       for at, name in zip("xy", names, strict=True)}
-    title, subtitle, layers = f"The fitted {names[0]} and {names[1]}", _SUBTITLE, _curves(result, pair)
+    title, subtitle, layers = f"The fitted {names[0]} and {names[1]}", _SUBTITLE, curves(result, pair)
     if surface is not None:
         x, y, drops = smooth(surface)
         for at, edges in (("x", x), ("y", y)):
-            encoding[at]["scale"] |= {"domain": _reach(edges, [row[at] for row in layers[0]["data"]["values"]])}
-        layers[:0] = [_shading(x, y, drops), _frame(x, y)]
+            held = (edges[0], edges[-1], 1.0, *(row[at] for row in layers[0]["data"]["values"]))
+            encoding[at]["scale"] |= {"domain": reach(held)}
+        layers[:0] = [shading(x, y, drops), frame(x, y)]
         title = _TITLES[summit(x, y, drops)].format(*names)
         if len(axes) > 2:
             subtitle += " All other inputs are kept as fitted."
     return theme.picture(title, subtitle, {"width": _WIDTH, "height": _HEIGHT, "encoding": encoding, "layer": layers})
 
 
-def smooth(surface: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges of fine cells along both axes, (c + 1,) and (r + 1,), and decades below the best in each, (c, r).
+def smooth(surface: Mapping[str, Any],
+           cells: tuple[int, int] = _CELLS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges of fine `cells` c, r along both axes, (c + 1,) and (r + 1,), and decades below the best in each, (c, r).
 
     Infinitely many where the nearest point has no likelihood.
     """
     values = np.array([[-np.inf if value is None else value for value in row]
                        for row in surface["log10_likelihood"]], dtype=float)
     first, second = np.array(surface["first"]), np.array(surface["second"])
-    x, y = np.linspace(first[0], first[-1], _COLUMNS + 1), np.linspace(second[0], second[-1], _ROWS + 1)
+    x, y = (np.linspace(along[0], along[-1], n + 1) for along, n in zip((first, second), cells, strict=True))
     across, up = (x[:-1] + x[1:]) / 2, (y[:-1] + y[1:]) / 2
     # Cubic: what drops as a square is then interpolated as it is, also across a ridge narrower than the grid.
     lost = ~np.isfinite(values)
@@ -85,22 +87,23 @@ def summit(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Summit:
     return "open" if inside[[0, -1]].any() or inside[:, [0, -1]].any() else "peak"
 
 
-def _reach(edges: np.ndarray, curves: list[float]) -> list[float | None]:
-    """An axis that holds the surface, the curves and nominal, with a margin."""
-    low, high = min(edges[0], 1.0, *curves), max(edges[-1], 1.0, *curves)
+def reach(held: Iterable[float]) -> list[float | None]:
+    """The domain of an axis that holds these values, with a margin."""
+    low, high = min(held := list(held)), max(held)
     margin = _MARGIN * (high - low)
     return [theme.number(low - margin), theme.number(high + margin)]
 
 
-def _frame(x: np.ndarray, y: np.ndarray) -> Spec:
+def frame(x: np.ndarray, y: np.ndarray) -> Spec:
+    """The outline of a plane whose cells have the edges x and y."""
     corners = dict(zip(("x", "x2", "y", "y2"), map(theme.number, (x[0], x[-1], y[0], y[-1])), strict=True))
     return {"data": {"values": [corners]}, "mark": {"type": "rect", "fill": None, "stroke": theme.FAINT,
                                                     "strokeWidth": 0.6},
             "encoding": {"x2": {"field": "x2"}, "y2": {"field": "y2"}}}
 
 
-def _shading(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Spec:
-    """Rows of the plane, cut where the shade changes."""
+def shading(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Spec:
+    """Rows of the plane, cut where the shade changes: cells of the edges x and y, so many decades below the best."""
     # Each row reaches under the next one, or the background is seen between them.
     tops, runs = [*y[2:], y[-1]], []
     for band, low, high in zip((np.searchsorted(_BANDS, drops, side="right") - 1).T, y[:-1], tops, strict=True):
@@ -115,23 +118,26 @@ def _shading(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Spec:
             "encoding": {"x2": {"field": "x2"}, "y2": {"field": "y2"}, "color": shade}}
 
 
-def _curves(result: Mapping[str, Any], pair: list[int]) -> list[Spec]:
-    """The curves that hold a share of the runs, as images of circles of the normal scores; the means; nominal."""
-    inputs, rows = _inputs(result, pair), []
+def curves(result: Mapping[str, Any], pair: list[int], nominal: tuple[float, float] = (1.0, 1.0)) -> list[Spec]:
+    """The curves that hold a share of the runs, as images of circles of the normal scores; the means; nominal.
+
+    Values are multiples of nominal, times what `nominal` is to be on the axes.
+    """
+    inputs, scale, rows = _inputs(result, pair), np.array(nominal), []
     angles = np.linspace(0, 2 * np.pi, _STEPS + 1)
     for mass in _MASSES:
         circle = np.sqrt(-2 * np.log(1 - mass)) * np.column_stack([np.cos(angles), np.sin(angles)])
         rows += [{"x": theme.number(x), "y": theme.number(y), "mass": f"{100 * mass:.0f} %", "order": order}
-                 for order, (x, y) in enumerate(inputs.points(circle))]
+                 for order, (x, y) in enumerate(scale * inputs.points(circle))]
     order = {"order": {"field": "order", "type": "quantitative"}, "detail": {"field": "mass"}}
     # White below ink: seen on the darkest shade and on the lightest.
     lines = [{"data": {"values": rows}, "mark": {"type": "line", "color": colour, "strokeWidth": width,
                                                  "strokeJoin": "round"}, "encoding": order}
              for colour, width in (("white", 4), (theme.INK, 1.6))]
-    mean = {"x": theme.number(inputs.mean[0]), "y": theme.number(inputs.mean[1])}
+    at_nominal, mean = ({"x": theme.number(x), "y": theme.number(y)} for x, y in (scale, scale * inputs.mean))
     marks = [{"data": {"values": [at]}, "mark": {"type": "point", "filled": True, "stroke": "white", "opacity": 1,
                                                  "strokeWidth": 1.2, **look}}
-             for at, look in (({"x": 1, "y": 1}, {"shape": "cross", "size": 130, "color": theme.BEFORE}),
+             for at, look in ((at_nominal, {"shape": "cross", "size": 130, "color": theme.BEFORE}),
                               (mean, {"shape": "circle", "size": 110, "color": theme.INK}))]
     return [*lines, *marks]
 

@@ -31,11 +31,15 @@ def document(kind: str, name: str, title: str, body: Iterable[str], drawn: Mappi
         f"<script>{_file('draw.js')}</script>", f"<!--\n{_licences()}\n-->", "</body>", "</html>", ""])
 
 
-def figures(drawn: Mapping[str, Spec], captions: Mapping[str, str]) -> str:
+def figures(drawn: Iterable[str], captions: Mapping[str, str]) -> str:
     """A section with a place for each of the pictures."""
-    return section("Pictures", *(
-        f'<figure>\n<div class="picture" id="picture-{escape(name)}"></div>\n'
-        f"<figcaption>{escape(captions[name])}</figcaption>\n</figure>" for name in drawn))
+    return section("Pictures", *(figure(name, captions[name]) for name in drawn))
+
+
+def figure(name: str, caption: str) -> str:
+    """The place of a picture."""
+    return (f'<figure>\n<div class="picture" id="picture-{escape(name)}"></div>\n'
+            f"<figcaption>{escape(caption)}</figcaption>\n</figure>")
 
 
 def origin(job: Mapping[str, Any], output: Mapping[str, Any], said: Iterable[tuple[str, str | None]]) -> str:

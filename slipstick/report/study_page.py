@@ -5,9 +5,11 @@ from typing import Any
 
 from slipstick.pictures.study import CAPTIONS, study_pictures
 from slipstick.pictures.study.words import phrase, title
+from slipstick.report import study_further
 from slipstick.report import study_words as words
 from slipstick.report.markup import listing, paragraph, section, table
 from slipstick.report.shell import document, figures, origin
+from slipstick.report.study_fits import Fits, same_fit
 from slipstick.report.study_limits import caveats, limits
 
 _GAP = ("on conditions not seen, RMS", "before", "after", "right model", "gap closed (90 %)")
@@ -21,22 +23,25 @@ _RANKED = ("Gain: held-out log10 likelihood per experiment above the fit without
            "better.")
 
 
-def study_page(study: Mapping[str, Any], output: Mapping[str, Any]) -> str:
+def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits | None = None) -> str:
     """The whole page.
 
     `study` is the JSON of a study (id, recordings, digest, settings, times), `output` what its job left (`result`,
-    `evidence`, `seconds`, `processor_seconds`). The same input gives the same page.
+    `evidence`, `seconds`, `processor_seconds`), `fits` under `before` and `after` the fit on the table of that model:
+    id, table, table_digest, `result`, `evidence`. The same input gives the same page.
     """
     result, evidence = output["result"], output["evidence"]
-    drawn, fits = study_pictures(result, evidence), list(words.fits(result))
+    drawn, fitted = study_pictures(result, evidence, fits), list(words.fits(result))
     return document("study", study["id"], result["answer"]["sentence"], [
         paragraph(words.lead(result, evidence), "lead"), listing(caveats(result, evidence)),
         section("What was found", _coefficients(study, result, evidence), listing(words.rounds(result, evidence))),
+        section("Experiments that would tell them apart", *_further(result, evidence)),
         section("Where model and bench disagree most", listing(words.where(evidence))),
         section("What adding it closes", _gap(result, evidence)),
-        figures(drawn, CAPTIONS),
+        same_fit(study, result, fits, "surfaces" in drawn),
+        figures([name for name in drawn if name != "surfaces"], CAPTIONS),
         section("Candidates", *_rankings(result, evidence)),
-        section("The fit", table(("", "with nothing added", "with all")[:len(fits[0])], fits)),
+        section("The fit", table(("", "with nothing added", "with all")[:len(fitted[0])], fitted)),
         section("What it cannot say", listing(limits(evidence))),
         origin(study, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
@@ -46,6 +51,16 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any]) -> str:
 def _coefficients(study: Mapping[str, Any], result: Mapping[str, Any], evidence: Mapping[str, Any]) -> str:
     rows, level = list(words.coefficients(result, evidence)), 100 * study["settings"]["level"]
     return table(("coefficient", "estimate", f"{level:.0f} % interval"), rows) if rows else ""
+
+
+def _further(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> list[str]:
+    """A table a tie."""
+    found = []
+    for one in result["further"]:
+        found.append(paragraph(study_further.lead(one, evidence)))
+        if one["experiments"]:
+            found += [table(study_further.HEAD, study_further.rows(one)), paragraph(study_further.NOTE, "note")]
+    return found
 
 
 def _gap(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> str:

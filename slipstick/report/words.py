@@ -66,16 +66,16 @@ def numbers(result: Result) -> Iterator[tuple[str, str, str, str]]:
     for kind in ("mean", "std"):
         for place, (axis, family) in enumerate(zip(result["axes"], result["families"], strict=True)):
             yield (f"{kind} of {plain(axis)}" + (f" ({family})" if kind == "mean" else ""),
-                   _number(before[kind][place]), _number(result[kind][place]),
+                   number(before[kind][place]), number(result[kind][place]),
                    _interval(intervals.get(f"{kind} of {axis}")))
-    yield ("output std [ms]", _number(before["output_std"], 1e3), _number(result["output_std"], 1e3),
+    yield ("output std [ms]", number(before["output_std"], 1e3), number(result["output_std"], 1e3),
            _interval(intervals.get("output std"), 1e3))
     for first, second in pairs(range(len(result["axes"])), 2) if result["correlation"] else ():
         name = f"correlation of {result['axes'][first]} and {result['axes'][second]}"
-        yield plain(name), "0", _number(result["correlation"][first][second]), _interval(intervals.get(name))
+        yield plain(name), "0", number(result["correlation"][first][second]), _interval(intervals.get(name))
     for name, one in intervals.items():
         if name.startswith("partial"):
-            yield plain(name), "0", _number(one["estimate"]), _interval(one)
+            yield plain(name), "0", number(one["estimate"]), _interval(one)
 
 
 def listed(names: list[str]) -> str:
@@ -93,6 +93,11 @@ def duration(seconds: float) -> str:
 def signed(value: float, digits: int = 2) -> str:
     """A number to so many decimals, with a true minus sign, and none before a zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
+
+
+def number(value: float | None, scale: float = 1.0) -> str:
+    """To four digits; nothing where there is none."""
+    return "" if value is None else f"{scale * value:.4g}".replace("-", "−")
 
 
 def _known(combination: Mapping[str, Any]) -> str:
@@ -117,14 +122,10 @@ def _weighed(weights: Mapping[str, float]) -> str:
     return text.removeprefix("+ ") + (" …" if len(kept) > _TERMS else "")
 
 
-def _number(value: float | None, scale: float = 1.0) -> str:
-    return "" if value is None else f"{scale * value:.4g}".replace("-", "−")
-
-
 def _interval(one: Mapping[str, Any] | None, scale: float = 1.0) -> str:
     if one is None:
         return ""
-    low, high = (_number(one[side], scale) for side in ("lower", "upper"))
+    low, high = (number(one[side], scale) for side in ("lower", "upper"))
     if low and high:
         return f"{low} to {high}"
     below, above = ("not found" if side in one["unsettled"] else "open" for side in ("lower", "upper"))

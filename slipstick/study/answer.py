@@ -7,8 +7,20 @@ from scipy.special import ndtri
 
 from slipstick.clutch import effects
 from slipstick.clutch.effects.open_terms import SIGNALS
+from slipstick.study.comparison import Comparison
 from slipstick.study.mixed import Limits, MixedFit
 from slipstick.study.ranking import Ranked
+
+BLOCKS = {"pressure": "pressure", "output_torque": "torque", "output_speed": "output speed",
+          "input_speed": "input speed"}
+"""Signal that shows a block of the model -> the block."""
+
+
+def left(comparison: Comparison, found: MixedFit) -> dict[str, Any]:
+    """The signal that a fit leaves most of, and how much: RMS in units of its noise."""
+    levels = dict(zip(comparison.channels, np.sqrt(found.state.noise).tolist(), strict=True))
+    signal = max((name for name in levels if name != "shifting_time"), key=lambda name: levels[name])
+    return {"signal": signal.replace("_", " "), "noise_levels": levels[signal]}
 
 
 def covariance(found: MixedFit) -> np.ndarray:

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 
 from slipstick.clutch import effects
-from slipstick.study import gap, locate, study
-from slipstick.study.answer import coefficients, names, placed, term
+from slipstick.study import gap, locate, rounds, study
+from slipstick.study.answer import BLOCKS, coefficients, left, names, placed, term
 from slipstick.study.comparison import Comparison
 from slipstick.study.cut import cut
+from slipstick.study.further import further
 from slipstick.study.mixed import MixedFit
 from slipstick.study.ranking import Ranked
 from slipstick.study.settings import StudySettings
@@ -17,13 +18,13 @@ from slipstick.study.settings import StudySettings
 def conclude(settings: StudySettings, comparison: Comparison, state: study.State) -> dict[str, Any]:
     """All that a study has found."""
     comparison = study.observed(comparison, state)
-    fits = [study.restore(settings, comparison, one) for one in state["rounds"]]
+    fits = [rounds.restore(settings, comparison, one) for one in state["rounds"]]
     rankings = [study.ranked(settings, comparison, one) if one.get("candidates") else [] for one in state["rounds"]]
     added = state["rounds"][-1]["added"]
-    tied = [[one.effect for one in ranking if one.tied] for ranking in rankings]
     seen = cut(comparison, fits[0], settings.seed)
     where = None if seen is None else locate.located(comparison, seen.left)
-    answer = _answer(settings, state, fits, tied, where)
+    tied = _tied(state, rankings)
+    answer = _answer(settings, comparison, state, fits, tied, where)
     result: dict[str, Any] = {
         "answer": answer, "settings_digest": settings.digest, "recordings_digest": comparison.recordings.digest,
         "experiments": len(comparison.measured), "noise": comparison.noise, "stopped": state["stopped"],
@@ -35,35 +36,48 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
                    for one, found, ranking in zip(state["rounds"], fits, rankings, strict=True)],
         "models": {"before": fits[0].design.model(fits[0].state.theta).spec(),
                    "after": fits[-1].design.model(fits[-1].state.theta).spec()},
-        "where": where, "gap": None,
+        "where": where, "gap": None, "further": _further(settings, comparison, answer["tied"], rankings),
     }
     if added:
-        result["gap"] = _gap(settings, comparison, fits, added, rankings[0])
+        result["gap"] = _gap(settings, comparison, fits, state, rankings[0])
     return result
 
 
-def _answer(settings: StudySettings, state: study.State, fits: list[MixedFit], tied: list[list[str]],
-            where: dict[str, Any] | None) -> dict[str, Any]:
-    added = state["rounds"][-1]["added"]
+def _tied(state: study.State, rankings: list[list[Ranked]]) -> list[list[str]]:
+    """For each added effect, those not told apart from it; without what was added too, or begun with in vain."""
+    added, groups = state["rounds"][-1]["added"], []
+    refuted = [*added, *(path["rounds"][1]["added"][0] for path in state["others"])]
+    for name, ranking in zip(added, rankings, strict=False):
+        group = [one.effect for one in ranking if one.tied]
+        groups.append([one for one in group if one == name or one not in refuted] if name in group else [name])
+    return groups
+
+
+def _answer(settings: StudySettings, comparison: Comparison, state: study.State, fits: list[MixedFit],
+            tied: list[list[str]], where: dict[str, Any] | None) -> dict[str, Any]:
+    last = state["rounds"][-1]
+    added, over = last["added"], left(comparison, fits[-1]) if rounds.left(last) else None
+    said: dict[str, Any] = {"kind": "none", "effects": added, "tied": tied, "block": None, "left": over,
+                            "coefficients": coefficients(fits[-1], settings.level),
+                            "sentence": "Nothing is missing that these recordings could show"}
     if not added and state["stopped"] == "unlisted":
-        block = "shifting times" if where is None else where["worst"]["block"].replace("_", " ")
-        return {"kind": "unlisted", "effects": [], "tied": [], "coefficients": [],
-                "sentence": f"Something is missing, most of all in the {block}, and nothing that is known explains it"}
+        block = None if where is None else BLOCKS[where["worst"]["block"]]
+        most = "shifting times" if block is None else block
+        return {**said, "kind": "unlisted", "block": block, "sentence":
+                f"Something is missing, most of all in the {most}, and nothing that is known explains it"}
     if not added:
-        kind = "none" if fits[0].converged else "not converged"
-        sentence = "Nothing is missing that these recordings could show"
-        return {"kind": kind, "effects": [], "tied": [], "sentence": sentence, "coefficients": []}
-    groups = [group if name in group else [name] for name, group in zip(added, tied, strict=False)]
-    if not effects.find(added[0]).listed:
-        found = coefficients(fits[-1], settings.level)
-        return {"kind": "unlisted", "effects": added, "tied": [added], "coefficients": found,
-                "sentence": f"Something is missing in the {effects.find(added[0]).quantity}, and no effect of the "
-                            f"catalogue explains it: about {term(found)}"}
-    kind = "several" if len(added) > 1 else "tie" if len(groups[0]) > 1 else "effect"
-    phrases = [names(group) if len(group) == 1 else f"one of {names(group)}, not told apart by these recordings"
-               for group in groups]
-    return {"kind": kind, "effects": added, "tied": groups, "sentence": f"Missing: {'; then '.join(phrases)}",
-            "coefficients": coefficients(fits[-1], settings.level)}
+        return said if fits[0].converged else {**said, "kind": "not converged"}
+    first = effects.find(added[0])
+    if not first.listed:
+        return {**said, "kind": "unlisted", "block": first.block, "sentence":
+                f"Something is missing in the {first.quantity}, and no effect of the catalogue explains it: "
+                f"about {term(said['coefficients'])}"}
+    kind = "several" if len(added) > 1 else "tie" if len(tied[0]) > 1 else "effect"
+    phrases = [names(group) if len(group) == 1 else
+               f"one of {len(group)} that these recordings do not tell apart: {names(group)}" for group in tied]
+    more = "" if over is None else (f". Something more is left over, most of all in the {over['signal']}, where the "
+                                    f"model is off by {over['noise_levels']:.1f} noise levels")
+    return {**said, "kind": kind, "block": first.block, "sentence": f"Missing: {'; then '.join(phrases)}{more}"}
 
 
 def _best_probes(one: dict[str, Any]) -> list[dict[str, Any]]:
@@ -75,18 +89,31 @@ def _best_probes(one: dict[str, Any]) -> list[dict[str, Any]]:
     return sorted(best.values(), key=lambda probe: -probe["gain"])
 
 
-def _gap(settings: StudySettings, comparison: Comparison, fits: list[MixedFit], added: list[str],
+def _further(settings: StudySettings, comparison: Comparison, groups: list[list[str]],
+             rankings: list[list[Ranked]]) -> list[dict[str, Any]]:
+    """Of each tie its effects, and the experiments that would tell them apart."""
+    found = []
+    for group, ranking in zip(groups, rankings, strict=False):
+        if len(group) > 1:
+            fits = [one.found for one in ranking if one.effect in group]
+            found.append({"effects": group, "experiments": further(comparison, fits, settings.seed)})
+    return found
+
+
+def _gap(settings: StudySettings, comparison: Comparison, fits: list[MixedFit], state: study.State,
          ranking: list[Ranked]) -> dict[str, Any]:
     """The gap before and after, and what the best effect of another class would have closed."""
+    first, added = state["rounds"][0], state["rounds"][-1]["added"]
     before, after = (gap.predict(comparison, one, settings.seed) for one in (fits[0], fits[-1]))
     found: dict[str, Any] = {"closures": gap.closures(comparison, before, after, settings.seed),
                              "before": before.time.tolist(), "after": after.time.tolist(), "control": None}
     named = {effects.find(name).quantity for name in added}
     others = [one for one in ranking if effects.find(one.effect).quantity not in named]
-    if others:
-        control = gap.predict(comparison, others[0].found, settings.seed)
+    spent = (others[0].effect, others[0].found) if others else study.another(settings, comparison, first, named)
+    if spent is not None:
+        effect, fitted = spent
+        control = gap.predict(comparison, fitted, settings.seed)
         # What a right model would leave is the named effect's to say, of the control as well.
         judged = gap.Prediction(control.square, after.variance, control.time)
-        found["control"] = {"effect": others[0].effect,
-                            "closures": gap.closures(comparison, before, judged, settings.seed)}
+        found["control"] = {"effect": effect, "closures": gap.closures(comparison, before, judged, settings.seed)}
     return found

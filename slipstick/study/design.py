@@ -15,13 +15,15 @@ _PRIOR = 0.1
 """Standard deviation of a parameter's multiplier about nominal before any recording: nothing where the data speak."""
 _PARAMETER, _AMPLITUDE, _SHAPE = (1e-3, 0.1), (0.05, 1.0), (0.02, 0.3)
 """Step of the differences, and farthest move at once."""
+_SCATTER = 0.02
+"""Step on either side for a parameter that scatters: about what one experiment leaves it open by."""
 
 
 @dataclass(frozen=True)
 class Unknown:
     """One entry of the vector: where it starts and may go, the `step` of differences, and the `reach` of a move.
 
-    `precision` is that of its prior about the start, 0 for none.
+    `precision` is that of its prior about the start, 0 for none. `both`: differences are taken to either side.
     """
 
     name: str
@@ -31,16 +33,19 @@ class Unknown:
     step: float
     reach: float
     precision: float = 0.0
+    both: bool = False
 
 
 @dataclass(frozen=True)
 class Design:
     """The moving `parameters` first, then the coefficients of the `added` effects in their order.
 
-    The effects of `base` stay as they are, unless they are among the added ones.
+    Those at the places `scattering` also differ from experiment to experiment. The effects of `base` stay as they are,
+    unless they are among the added ones.
     """
 
     parameters: tuple[str, ...] = parameters.UNCERTAIN
+    scattering: tuple[int, ...] = ()
     added: tuple[str, ...] = ()
     base: Model = field(default_factory=Model)
 
@@ -53,7 +58,11 @@ class Design:
     def unknowns(self) -> list[Unknown]:
         """One for each entry of the vector."""
         known = [parameters.PARAMETERS[parameters.index(name)] for name in self.parameters]
-        moving = [Unknown(one.name, 1.0, one.lower, one.upper, *_PARAMETER, _PRIOR**-2) for one in known]
+        (step, reach), moving = _PARAMETER, []
+        for place, one in enumerate(known):
+            both = place in self.scattering
+            moving.append(Unknown(one.name, 1.0, one.lower, one.upper, _SCATTER if both else step, reach, _PRIOR**-2,
+                                  both))
         return moving + [_unknown(effect, one) for effect, one in self.coefficients]
 
     def vectors(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

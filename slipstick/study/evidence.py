@@ -25,7 +25,8 @@ from slipstick.calibration import averaged
 from slipstick.clutch import effects, parameters
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study import gap, locate, study
+from slipstick.study import gap, locate, rounds, study
+from slipstick.study.answer import BLOCKS
 from slipstick.study.comparison import WIDTH, Comparison
 from slipstick.study.cut import Cut, cut
 from slipstick.study.mixed import MixedFit
@@ -33,8 +34,7 @@ from slipstick.study.settings import StudySettings
 
 _CONDITION = ("current_profile", "motor_speed", "load_inertia", "brake_torque", "run_order")
 _SAID = ("title", "block", "quantity", "law", "signature", "source")
-_BLOCKS = {"pressure": "pressure", "torque": "output_torque", "output speed": "output_speed",
-           "input speed": "input_speed"}
+_SHOWN_IN = {block: signal for signal, block in BLOCKS.items()}
 """Block of an effect -> the block of the cut that it shows in."""
 _CLOUD = 1500  # points
 _BINS = 40
@@ -49,8 +49,8 @@ def evidence(settings: StudySettings, comparison: Comparison, state: study.State
     """All of it, for the state of a finished study."""
     comparison = study.observed(comparison, state)
     first, last = state["rounds"][0], state["rounds"][-1]
-    rounds = {"before": first, "after": last} if last["added"] else {"before": first}
-    fits = {who: study.restore(settings, comparison, one) for who, one in rounds.items()}
+    ends = {"before": first, "after": last} if last["added"] else {"before": first}
+    fits = {who: rounds.restore(settings, comparison, one) for who, one in ends.items()}
     cuts = {who: seen for who, found in fits.items() if (seen := cut(comparison, found, settings.seed)) is not None}
     conditions = comparison.recordings.conditions
     shown: dict[str, Any] = {
@@ -111,7 +111,7 @@ def _residual(settings: StudySettings, comparison: Comparison, after: MixedFit, 
                                       state=replace(after.state, theta=after.state.theta[:d])), settings.seed)
     assert without is not None
     drivers, found = _drivers(comparison.recordings, without), []
-    for block in dict.fromkeys(_BLOCKS[effects.find(name).block] for name in added):
+    for block in dict.fromkeys(_SHOWN_IN[effects.find(name).block] for name in added):
         acting = without.left.residual[block] - cuts["after"].left.residual[block]
         # Torque that sets in at another time is off by hundreds of noise levels for an instant, whatever the effect.
         clear = np.clip(acting, -_CLEAR, _CLEAR)

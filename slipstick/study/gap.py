@@ -38,14 +38,14 @@ def predict(comparison: Comparison, found: MixedFit, seed: int) -> Prediction:
     """Predict every experiment by the fits to conditions of other kinds, the mean over the folds it is left out in."""
     n, channels = len(comparison.measured), comparison.channels
     square, variance, time, count = np.zeros((n, len(channels))), np.zeros((n, len(channels))), np.zeros(n), np.zeros(n)
-    theta = qmc.Sobol(len(found.scattering), rng=seed).random(_DRAWS)
+    theta = qmc.Sobol(len(found.design.scattering), rng=seed).random(_DRAWS)
     draws = found.state.modes.mean(axis=0) + ndtri(theta) @ np.linalg.cholesky(found.scatter).T
     noise = [comparison.noise[name] ** 2 for name in channels]
     for rows in folds(comparison.recordings.conditions, seed):
         places = np.flatnonzero(rows)
         part = comparison.take(places)
         points = np.tile(without(found, rows), (_DRAWS, len(places), 1))
-        points[:, :, list(found.scattering)] += draws[:, None, :]
+        points[:, :, list(found.design.scattering)] += draws[:, None, :]
         predicted = predict_at(part, found.design, points)
         mean = predicted.mean(axis=0)
         wrong = (part.measured - mean) ** 2 * part.weights

@@ -8,7 +8,8 @@ import numpy as np
 
 from slipstick.clutch.conditions import Conditions
 from slipstick.study.comparison import Comparison
-from slipstick.study.mixed import RIDGE, Limits, MixedFit, bounded, log_likelihood
+from slipstick.study.marginal import log_likelihood
+from slipstick.study.mixed import RIDGE, Limits, MixedFit, bounded
 
 _FEWEST = 3
 """Groups that make folds; recordings of fewer kinds are split at random."""
@@ -33,7 +34,10 @@ def without(found: MixedFit, rows: np.ndarray) -> np.ndarray:
     integrated, limits = found.marginal, Limits.of(found.design)
     kept = ~rows
     information = integrated.information[kept].sum(axis=0) + np.diag(limits.precision)
-    score = integrated.score[kept].sum(axis=0) + limits.precision * (limits.centre - found.state.theta)
+    pull = limits.precision * (limits.centre - found.state.theta)
+    # At the fit itself nothing pulls: what the determinant takes up is shared among the experiments.
+    each = integrated.score - (integrated.score.sum(axis=0) + pull) / len(rows)
+    score = each[kept].sum(axis=0) + pull
     lower, upper = limits.within(found.state.theta)
     return np.asarray(found.state.theta + bounded(information + RIDGE * np.eye(len(score)), score, lower, upper))
 

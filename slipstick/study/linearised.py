@@ -83,16 +83,21 @@ def linearise(comparison: Comparison, design: Design, point: np.ndarray, probes:
               columns: Sequence[int] | None = None) -> Linearised:
     """Linearise about `point` (n, p), one row an experiment: one-sided differences, inwards at an upper bound.
 
-    The columns of `probes` come after those of the design, of which `columns` may name some; all by default.
+    A scattering parameter is moved to either side, as far as an experiment leaves it open: what it does to the model
+    there counts, and not at the point, where kinks (contact, lock-up) would make the determinant rough. The columns of
+    `probes` come after those of the design, of which `columns` may name some; all by default.
     """
     n, p = point.shape
+    unknowns = design.unknowns
     chosen = list(range(p)) if columns is None else list(columns)
-    steps = np.array([one.step for one in design.unknowns])
-    upper = np.array([one.upper for one in design.unknowns])
-    shifts = np.where(point + steps > upper, -steps, steps)[:, chosen].T
-    points = np.tile(point, (len(chosen) + 1, 1, 1))
-    for row, column in enumerate(chosen):
-        points[row, :, column] += shifts[row]
+    both = [place for place in chosen if unknowns[place].both]
+    upper, steps = (np.array([getattr(one, name) for one in unknowns]) for name in ("upper", "step"))
+    shifts = np.where(point + steps > upper, -steps, steps).T
+    points = np.tile(point, (len(both) + len(chosen) + 1, 1, 1))
+    for row, column in enumerate(both):
+        points[row, :, column] -= shifts[column]
+    for row, column in enumerate(chosen, len(both)):
+        points[row, :, column] += shifts[column]
     vectors, coefficients = design.vectors(points.reshape(-1, p))
     vectors, coefficients = (one.reshape(len(points), n, -1) for one in (vectors, coefficients))
     if probes:
@@ -100,11 +105,13 @@ def linearise(comparison: Comparison, design: Design, point: np.ndarray, probes:
         coefficients = np.concatenate([probed, coefficients])
         vectors = np.concatenate([np.tile(vectors[-1], (len(probes), 1, 1)), vectors])
     predicted = predict(comparison, vectors, coefficients)
-    base, moved = predicted[-1], predicted[len(probes):-1]
-    slopes = [*(moved - base) / shifts[:, :, None],
-              *((its - base) / one.step for one, its in zip(probes, predicted, strict=False))]
+    probed, backward, (*forward, base) = np.split(predicted, [len(probes), len(probes) + len(both)])
+    behind = dict(zip(both, backward, strict=True))
+    slopes = [(ahead - behind.get(column, base)) / (shifts[column] * (2 if column in behind else 1))[:, None]
+              for column, ahead in zip(chosen, forward, strict=True)]
+    slopes += [(its - base) / one.step for one, its in zip(probes, probed, strict=True)]
     # A move that blows an engagement up says nothing of it.
-    return assemble(comparison, np.nan_to_num(slopes), comparison.measured - base)
+    return assemble(comparison, np.nan_to_num(np.array(slopes)), comparison.measured - base)
 
 
 def assemble(comparison: Comparison, slopes: np.ndarray, residuals: np.ndarray) -> Linearised:

@@ -15,7 +15,8 @@ from scipy.signal import lfilter
 from slipstick.clutch import effects
 from slipstick.study.comparison import Comparison
 from slipstick.study.linearised import Probe, linearise
-from slipstick.study.mixed import Marginal, MixedFit, marginal
+from slipstick.study.marginal import Marginal, marginal
+from slipstick.study.mixed import MixedFit
 
 _STEP = 0.1
 """Of a probe, in typical values."""
@@ -33,14 +34,17 @@ class Scores:
 
     `gain` (c,) is what the log-likelihood would rise by, `estimate` (c,) the coefficient where it would be greatest,
     in typical values, both in linear approximation; `kept` (c,) the share of the probe's signature that a refit of
-    everything else leaves. `p_values` (c,) are the shares of replicates in which the largest of all statistics is as
-    large, among drifts and among all others: that of the largest holds for the search as a whole.
+    everything else leaves, `seen` (c,) the share of its square that the scatter leaves. `p_values` (c,) are the shares
+    of replicates in which the largest of all statistics is as large, among drifts and among all others: that of the
+    largest holds for the search as a whole. A drift's is twice the smaller of two: beside scatter that wanders, and
+    with a trend of the scatter taken out.
     """
 
     probes: tuple[Probe, ...]
     each: np.ndarray
     information: np.ndarray
     kept: np.ndarray
+    seen: np.ndarray
     p_values: np.ndarray
 
     @property
@@ -88,29 +92,59 @@ def score(comparison: Comparison, found: MixedFit, catalogue: Sequence[str], see
     """Score the effects `catalogue` at a fit."""
     tried = probes(catalogue)
     about = linearise(comparison, found.design, found.points, tried)
-    integrated = marginal(about, found.state, found.scattering)
+    integrated = marginal(about, found.state, found.design.scattering)
     p = len(found.state.theta)
     onto, information, kept = _efficient(integrated, p)
-    each = integrated.score @ onto
+    each = _projected(integrated, onto)
     runs = comparison.recordings.run_order
     order = np.arange(len(each)) if runs is None else np.argsort(runs)
-    memory, p_values = remembered(found, runs), np.ones(len(tried))
     drifts = np.array([effects.find(one.effect).uses_run_order for one in tried])
-    for some, kept_in_mind in ((~drifts, memory), (drifts, max(memory, _WANDERING))):
-        if some.any():
-            largest = _replicates(integrated, found, onto[:, some], order, kept_in_mind, seed)
-            larger = (largest[:, None] >= statistic(each)[some]).sum(axis=0)
-            p_values[some] = (1 + larger) / (1 + REPLICATES)
-    return Scores(tried, each, information, kept, p_values)
+
+    def shares(onto: np.ndarray, memory: float) -> np.ndarray:
+        """Of replicates in which the largest statistic is as large as each of those along `onto` (n, m, c), (c,)."""
+        largest = _replicates(integrated, found, onto, order, memory, seed)
+        larger = (largest[:, None] >= statistic(_projected(integrated, onto))).sum(axis=0)
+        return np.asarray((1 + larger) / (1 + REPLICATES))
+
+    memory, p_values = remembered(found, runs), np.ones(len(tried))
+    if not drifts.all():
+        p_values[~drifts] = shares(onto[:, :, ~drifts], memory)
+    if drifts.any():
+        # Scatter that wanders looks like a drift. Two ways to allow for it, and the price of having two.
+        trend = np.zeros((*each.shape[:1], p + len(tried), len(found.design.scattering)))
+        trend[:, found.design.scattering] = np.linspace(-1, 1, len(order))[np.argsort(order), None, None] * np.eye(
+            len(found.design.scattering))
+        apart = _efficient(integrated, p, trend)[0]
+        either = [shares(onto[:, :, drifts], max(memory, _WANDERING)), shares(apart[:, :, drifts], memory)]
+        p_values[drifts] = np.minimum(1.0, 2 * np.min(either, axis=0))
+    square = np.einsum("nmm->m", about.weighted(found.state.noise))[p:-1]
+    seen = np.einsum("nmm->m", integrated.information)[p:] / np.maximum(square, 1e-12)
+    return Scores(tried, each, information, kept, seen, p_values)
 
 
-def _efficient(integrated: Marginal, p: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Combinations (p + c, c) of scores that a refit of theta leaves, their information, and the share that is left."""
-    total = integrated.information.sum(axis=0)
-    nuisance = total[:p, :p] + 1e-9 * np.diag(np.diag(total[:p, :p]) + 1e-9)
-    onto = np.vstack([-np.linalg.solve(nuisance, total[:p, p:]), np.eye(len(total) - p)])
-    whole = np.diag(total)[p:]
-    left = np.einsum("pc,pr,rc->c", onto, total, onto, optimize=True)
+def _projected(integrated: Marginal, onto: np.ndarray) -> np.ndarray:
+    """Scores (n, c) of each experiment along its combinations `onto` (n, m, c)."""
+    return np.asarray(np.einsum("nm,nmc->nc", integrated.score, onto))
+
+
+def _efficient(integrated: Marginal, p: int,
+               more: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What a refit leaves of c probes: combinations (n, m, c) of the m scores, their information, and the share left.
+
+    The refit moves theta, the first p entries, and what else is in `more` (n, m, q).
+    """
+    n, m = integrated.score.shape
+    moves = np.zeros((n, m, p))
+    moves[:, :p] = np.eye(p)
+    if more is not None:
+        moves = np.concatenate([moves, more], axis=2)
+    pulled = integrated.information @ moves
+    nuisance = np.einsum("nmp,nmr->pr", moves, pulled, optimize=True)
+    nuisance += 1e-9 * np.diag(np.diag(nuisance) + 1e-9)
+    onto = -moves @ np.linalg.solve(nuisance, pulled[:, p:].sum(axis=0).T)
+    onto[:, p:] += np.eye(m - p)
+    whole = np.einsum("nmm->m", integrated.information)[p:]
+    left = np.einsum("nmc,nmr,nrc->c", onto, integrated.information, onto, optimize=True)
     floor = np.maximum(left, 1e-9 * whole + 1e-12)
     return onto, floor, np.sqrt(floor / np.maximum(whole, 1e-12))
 
@@ -122,9 +156,10 @@ def _replicates(integrated: Marginal, found: MixedFit, onto: np.ndarray, order: 
     In `order` (n,) of the runs the scatter follows a first-order autoregression of coefficient `memory`.
     """
     rng = np.random.default_rng(seed)
-    places, covariance = list(found.scattering), found.state.covariance
-    along = onto.T @ integrated.information[:, :, places]  # scores per unit of each mode, (n, c, q)
-    noise = onto.T @ integrated.information @ onto - along @ covariance @ along.transpose(0, 2, 1)
+    places, covariance = list(found.design.scattering), found.state.covariance
+    turned = onto.transpose(0, 2, 1)
+    along = turned @ integrated.information[:, :, places]  # scores per unit of each mode, (n, c, q)
+    noise = turned @ integrated.information @ onto - along @ covariance @ along.transpose(0, 2, 1)
     values, vectors = np.linalg.eigh(noise)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     n, c = root.shape[:2]
@@ -152,7 +187,7 @@ def remembered(found: MixedFit, order: np.ndarray | None) -> float:
     """
     if order is None:
         return 0.0
-    n, places = len(order), list(found.scattering)
+    n, places = len(order), list(found.design.scattering)
     root = np.linalg.cholesky(found.state.covariance)
     gram = found.about.weighted(found.state.noise).sum(axis=0)[places][:, places]
     best = np.linalg.eigh(root.T @ gram @ root)[1][:, -1]

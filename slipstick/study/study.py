@@ -8,7 +8,8 @@
 A state is JSON, complete, and the same after a restart. A step is one fit or one screening: a few seconds.
 """
 
-from dataclasses import fields, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,46 +18,48 @@ from slipstick.clutch import effects
 from slipstick.study import mixed
 from slipstick.study.comparison import Comparison
 from slipstick.study.design import Design
-from slipstick.study.linearised import Probe
 from slipstick.study.mixed import MixedFit
 from slipstick.study.ranking import Ranked, gained, in_errors, rank
-from slipstick.study.score import Scores, score
+from slipstick.study.rounds import Round, candidate, left, narrowed, restore, screening, stored, taken
+from slipstick.study.score import score
 from slipstick.study.settings import StudySettings
 
 State = dict[str, Any]
 
-_HELD = (0.9, 1.0, 1.1)
-"""Multiples of nominal at which the mean of the first scattering parameter is tried: see `mixed.fit`."""
+_BEGUN = (0.95, 1.05)
+"""Multiples of nominal from which the first scattering parameter is fitted: its valley is all but flat."""
+_ROUGH = 100.0
+"""Log-likelihood to which the first fit of all converges: it only shows the noise."""
+_NEAR = 0.01
+"""Share of the rise that the screening promises to which a candidate's fit converges."""
 _SURE = 2.0
+_SURE_OF_HIDDEN = 3.0
 _SURE_OF_MORE = 5.0
-"""Standard errors by which a candidate must improve held-out predictions: the first, and one beside another, which
-must be more than what the first one's form leaves over."""
+"""Standard errors by which a candidate must improve held-out predictions: one that the screening asks for, one that
+scatter hides, and one beside another, which must be more than what the first one's form leaves over."""
 _TAKEN = 0.5
-"""Share of what the effects before it leave (see `_share`) that a later one must take away: less may be no more than
-what their form is wrong by. A drift need not: it shows in the scatter, and no other effect's form leaves one."""
+"""Share of what the effects before it leave, in a signal or in the scatter, that a later one must take away: less may
+be no more than what their form is wrong by. A drift need not: no other effect's form leaves one."""
 _EXPLAINED = 0.4
-"""Share of it that all names together, or an open term, must take away where there is more than a `_LITTLE` of it."""
-_LITTLE = 0.6
-"""Variance beyond the sensors' noise, as a share of it, that scatter of other parameters also leaves."""
-_STATE = tuple(field.name for field in fields(mixed.State))
+"""Share of what is left in a signal that all names together, or an open term, must take away."""
+_VISIBLE = 0.05
+"""Significance that is enough where the residuals themselves say that something is missing."""
 _OPEN = tuple(effect.name for effect in effects.CATALOGUE if not effect.listed)
 _OPEN_TRIED = 2
 """Open terms that are fitted."""
 _WORTH = 0.8
 """Share of an open term's held-out gain that a named effect must reach: its form need not be quite the true one."""
-_FARTHEST = 3.0
-"""Typical values from neutral at which a candidate's fit starts at most."""
+_PATHS = 3
+"""First effects to begin with, where the one before leaves something over: two together may look like a third."""
 
 
 def start(settings: StudySettings, comparison: Comparison) -> State:
     """The state after the fit without any effect."""
-    design = Design(settings.parameters)
-    rough = mixed.fit(comparison, design, settings.scattering)
+    rough = mixed.fit(comparison, Design(settings.parameters, settings.scattering), tolerance=_ROUGH)
     # The residuals show the sensors' noise better than the signals do, whose own bends add to it.
     sharp = comparison.with_noise(rough.about.residuals)
-    found = max((mixed.fit(sharp, design, settings.scattering, _held(settings, rough.state, value)) for value in _HELD),
-                key=lambda one: one.log_likelihood.sum())
-    return {"noise": sharp.noise, "rounds": [_round((), found)], "stopped": None}
+    first = {"added": [], "fit": stored(_fitted(settings, sharp))}
+    return {"noise": sharp.noise, "rounds": [first], "others": [], "stopped": None}
 
 
 def finished(state: State) -> bool:
@@ -67,39 +70,35 @@ def finished(state: State) -> bool:
 def advance(settings: StudySettings, comparison: Comparison, state: State) -> State:
     """Screen the catalogue, fit the next candidate, or settle on the best of those fitted."""
     comparison = observed(comparison, state)
-    after = _advanced(settings, comparison, state)
-    return after if after["stopped"] is None else _judge(settings, comparison, after)
-
-
-def _advanced(settings: StudySettings, comparison: Comparison, state: State) -> State:
     *before, last = state["rounds"]
     if "screening" not in last:
-        found = restore(settings, comparison, last)
         known = [name for name in settings.catalogue if name not in last["added"]]
-        if not known:
-            return {**state, "stopped": "nothing more"}
-        screening = _screening(settings, score(comparison, found, known, settings.seed), comparison)
-        if not last["added"] and screening["shortlist"]:
-            opened = _screening(settings, score(comparison, found, _OPEN, settings.seed), comparison)
-            screening["open"] = opened
-            screening["shortlist"] += opened["shortlist"][:_OPEN_TRIED]
-        last = {**last, "screening": screening, "candidates": {}}
-        stopped = None if last["screening"]["shortlist"] else "nothing more"
-        return {**state, "rounds": [*before, last], "stopped": stopped}
+        last = {**last, "screening": _screened(settings, comparison, last, known), "candidates": {}}
+        state = {**state, "rounds": [*before, last]}
+        return state if last["screening"]["shortlist"] else _ended(settings, comparison, state, "nothing more")
     waiting = [one for one in last["screening"]["shortlist"] if one["effect"] not in last["candidates"]]
     if waiting:
         one = waiting[0]
         found = _candidate(settings, comparison, last, one)
-        fitted = {**last["candidates"], one["effect"]: _stored(found)}
+        fitted = {**last["candidates"], one["effect"]: stored(found)}
         return {**state, "rounds": [*before, {**last, "candidates": fitted}]}
-    return _settle(settings, comparison, state)
+    return _settled(settings, comparison, state)
 
 
-def _held(settings: StudySettings, state: mixed.State, value: float) -> mixed.State:
-    """The state with the first scattering parameter at a multiple of its nominal value, where fits leave it."""
-    theta = state.theta.copy()
-    theta[settings.scattering[0]] = value
-    return replace(state, theta=theta)
+def _screened(settings: StudySettings, comparison: Comparison, last: Round, known: list[str]) -> Round:
+    """The screening of a round: of the catalogue and, in the first where something is asked for, of open terms."""
+    if not known:
+        return {"p_value": 1.0, "probes": [], "shortlist": []}
+    found = restore(settings, comparison, last)
+    level = max(settings.significance, _VISIBLE if left(last) else 0.0)
+    scatter = np.sqrt(np.diag(found.state.covariance))
+    screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level, scatter)
+    if not last["added"] and screened["shortlist"]:
+        opened = screening(settings, score(comparison, found, _OPEN, settings.seed), comparison, level,
+                           np.zeros(0))
+        screened["open"] = opened
+        screened["shortlist"] += opened["shortlist"][:_OPEN_TRIED]
+    return screened
 
 
 def observed(comparison: Comparison, state: State) -> Comparison:
@@ -107,44 +106,84 @@ def observed(comparison: Comparison, state: State) -> Comparison:
     return replace(comparison, noise=state["noise"])
 
 
-def restore(settings: StudySettings, comparison: Comparison, one: dict[str, Any],
-            candidate: str | None = None) -> MixedFit:
-    """The fit of a round, or of one of its candidates, from its JSON."""
-    added = (*one["added"], candidate) if candidate else tuple(one["added"])
-    stored = one["candidates"][candidate] if candidate else one["fit"]
-    state = _state(stored)
-    found = mixed.at(comparison, Design(settings.parameters, added), settings.scattering, state)
-    return replace(found, converged=stored["converged"], iterations=stored["iterations"])
-
-
-def ranked(settings: StudySettings, comparison: Comparison, one: dict[str, Any], listed: bool = True) -> list[Ranked]:
+def ranked(settings: StudySettings, comparison: Comparison, one: Round, listed: bool = True) -> list[Ranked]:
     """The candidates of a round, the best first: those of the catalogue, or the open terms."""
     fitted = {name: restore(settings, comparison, one, name) for name in one["candidates"]
               if effects.find(name).listed == listed}
     return rank(comparison, restore(settings, comparison, one), fitted, settings.seed) if fitted else []
 
 
-def _settle(settings: StudySettings, comparison: Comparison, state: State) -> State:
+def another(settings: StudySettings, comparison: Comparison, one: Round,
+            named: set[str]) -> tuple[str, MixedFit] | None:
+    """The best-scoring effect outside the quantities `named`, fitted beside the effects of a round; None if none is."""
+    others = [probe for probe in one["screening"]["probes"] if effects.find(probe["effect"]).quantity not in named]
+    if not others:
+        return None
+    best = max(others, key=lambda probe: float(probe["gain"]))
+    return best["effect"], _candidate(settings, comparison, one, candidate(best))
+
+
+def _settled(settings: StudySettings, comparison: Comparison, state: State) -> State:
     """Add the best candidate of the last round, if it is good enough."""
     last = state["rounds"][-1]
+    hidden = {one["effect"] for one in last["screening"]["shortlist"] if one["hidden"]}
     for best in ranked(settings, comparison, last):
-        beside = bool(last["added"]) and not effects.find(best.effect).uses_run_order
-        enough = _SURE_OF_MORE if last["added"] else _SURE
-        takes = not beside or _share(last["fit"], last["candidates"][best.effect]) >= _TAKEN
+        enough = _SURE_OF_MORE if last["added"] else _SURE_OF_HIDDEN if best.effect in hidden else _SURE
+        drift = best.effect not in hidden and effects.find(best.effect).uses_run_order
+        first = not last["added"] and best.effect not in hidden
+        takes = first or drift or _much(last["fit"], last["candidates"][best.effect])
         if best.sure >= enough and not best.at_bound and takes:
-            added = [*last["added"], best.effect]
-            rounds = [*state["rounds"], {"added": added, "fit": last["candidates"][best.effect]}]
-            return {**state, "rounds": rounds, "stopped": "enough" if len(added) == settings.most_effects else None}
-    return {**state, "stopped": "nothing that predicts better"}
+            state = {**state, "rounds": [*state["rounds"], _added(settings, comparison, last, best.effect)]}
+            full = len(state["rounds"]) > settings.most_effects
+            return _ended(settings, comparison, state, "enough") if full else state
+    return _ended(settings, comparison, state, "nothing that predicts better")
+
+
+def _added(settings: StudySettings, comparison: Comparison, last: Round, effect: str) -> Round:
+    """The round that begins with one candidate more, fitted anew from several places."""
+    added, near = [*last["added"], effect], last["candidates"][effect]
+    again = _fitted(settings, comparison, tuple(added), near["theta"][len(settings.parameters):])
+    best = max(again, restore(settings, comparison, last, effect), key=lambda one: one.log_likelihood.sum())
+    return {"added": added, "fit": stored(best)}
+
+
+def _ended(settings: StudySettings, comparison: Comparison, state: State, why: str) -> State:
+    """Begin anew with another first effect where this path leaves something over; else judge the best path."""
+    rounds = state["rounds"]
+    paths = [*state["others"], {"rounds": rounds, "stopped": why}]
+    if len(rounds) > 1 and left(rounds[-1]) and len(paths) < _PATHS:
+        begun = [one["rounds"][1]["added"][0] for one in paths]
+        for other in ranked(settings, comparison, rounds[0]):
+            if other.effect not in begun and other.sure >= _SURE and not other.at_bound:
+                return {**state, "rounds": [rounds[0], _added(settings, comparison, rounds[0], other.effect)],
+                        "others": paths}
+    best = 0
+    for place in range(1, len(paths)):
+        if _better(settings, comparison, paths[best]["rounds"][-1], paths[place]["rounds"][-1]):
+            best = place
+    others = [one for place, one in enumerate(paths) if place != best]
+    return _judge(settings, comparison, {**state, **paths[best], "others": others})
+
+
+def _much(before: Round, after: Round) -> bool:
+    """Whether a fit takes away so much that it is more than what the form of the effects before it leaves over."""
+    return max(taken(before, after), narrowed(before, after)) >= _TAKEN
+
+
+def _better(settings: StudySettings, comparison: Comparison, one: Round, other: Round) -> bool:
+    """Whether the end of another path is so much better that its effects are more than what a form leaves over."""
+    now, then = (restore(settings, comparison, each) for each in (one, other))
+    surely = in_errors(gained(comparison, now, then, settings.seed)) >= _SURE_OF_MORE
+    return surely and _much(one["fit"], other["fit"])
 
 
 def _judge(settings: StudySettings, comparison: Comparison, state: State) -> State:
     """Take back all names where they explain too little; put an open term in their place where one explains more."""
     first, last = state["rounds"][0], state["rounds"][-1]
-    visible = max(first["fit"]["noise"][:-1], default=1.0) - 1 > _LITTLE
+    visible = left(first)
     opened = [one for one in ranked(settings, comparison, first, listed=False) if one.sure >= _SURE and not one.at_bound
-              and not (visible and _share(first["fit"], first["candidates"][one.effect]) < _EXPLAINED)]
-    explained = bool(last["added"]) and not (visible and _share(first["fit"], last["fit"]) < _EXPLAINED)
+              and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _EXPLAINED)]
+    explained = bool(last["added"]) and not (visible and taken(first["fit"], last["fit"]) < _EXPLAINED)
     if explained and opened:
         without, found = (restore(settings, comparison, one) for one in (first, last))
         named = gained(comparison, without, found, settings.seed)
@@ -160,61 +199,20 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
     return {**state, "rounds": [first], "stopped": "unlisted" if unexplained else state["stopped"]}
 
 
-def _share(before: dict[str, Any], after: dict[str, Any]) -> float:
-    """Of the variance beyond the sensor's noise in the signal that a fit helps most, the share that it takes away."""
-    without, left = (np.array(one["noise"])[:-1] - 1 for one in (before, after))
-    if not len(left):
-        return 1.0
-    most = (without - left).argmax()
-    return float((without - left)[most] / max(1e-9, without[most]))
-
-
-def _candidate(settings: StudySettings, comparison: Comparison, last: dict[str, Any], one: dict[str, Any]) -> MixedFit:
-    base = last["fit"]
-    design = Design(settings.parameters, (*last["added"], one["effect"]))
+def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one: Round) -> MixedFit:
+    """The fit with one more effect, as near as ranking needs it."""
+    design = Design(settings.parameters, settings.scattering, (*last["added"], one["effect"]))
     values = [one["start"][coefficient.name] for coefficient in effects.find(one["effect"]).coefficients]
-    state = _state({**base, "theta": [*base["theta"], *values]})
-    return mixed.fit(comparison, design, settings.scattering, state)
+    theta = [*(1.0 for _ in settings.parameters), *last["fit"]["theta"][len(settings.parameters):], *values]
+    return mixed.fit(comparison, design, np.array(theta), max(mixed.TOLERANCE, _NEAR * one["gain"]))
 
 
-def _round(added: tuple[str, ...], found: MixedFit) -> dict[str, Any]:
-    return {"added": list(added), "fit": _stored(found)}
-
-
-def _state(stored: dict[str, Any]) -> mixed.State:
-    return mixed.State(*(np.array(stored[name]) for name in _STATE))
-
-
-def _stored(found: MixedFit) -> dict[str, Any]:
-    state = {name: getattr(found.state, name).tolist() for name in _STATE}
-    return {**state, "converged": found.converged, "iterations": found.iterations}
-
-
-def _screening(settings: StudySettings, screened: Scores, comparison: Comparison) -> dict[str, Any]:
-    """The screening as JSON, with the candidates to fit, the most promising first."""
-    values = float(comparison.weights.sum())
-    signature = np.sqrt(2 * screened.gain / values)
-    columns = {"statistic": screened.statistic, "p_value": screened.p_values, "gain": screened.gain,
-               "estimate": screened.estimate, "kept": screened.kept, "signature": signature}
-    probes = [{"effect": one.effect, "coefficient": one.coefficient, "shape": dict(one.shape),
-               **{name: float(column[place]) for name, column in columns.items()}}
-              for place, one in enumerate(screened.probes)]
-    shortlist: list[dict[str, Any]] = []
-    for place in np.argsort(-screened.gain):
-        one = screened.probes[place]
-        asked_for = screened.p_values[place] <= settings.significance and signature[place] >= settings.smallest
-        new = one.effect not in [chosen["effect"] for chosen in shortlist]
-        if asked_for and new and len(shortlist) < settings.shortlist:
-            shortlist.append({"effect": one.effect, "start": _begin(one, float(screened.estimate[place]))})
-    return {"p_value": float(screened.p_values.min()), "probes": probes, "shortlist": shortlist}
-
-
-def _begin(probe: Probe, estimate: float) -> dict[str, float]:
-    """Where to start the coefficients of an effect, in typical values."""
-    start = {}
-    for one in effects.find(probe.effect).coefficients:
-        neutral = one.neutral / one.typical
-        start[one.name] = dict(probe.shape).get(one.name, one.neutral) / one.typical
-        if one.name == probe.coefficient:
-            start[one.name] = neutral + float(np.clip(estimate, -_FARTHEST, _FARTHEST))
-    return start
+def _fitted(settings: StudySettings, comparison: Comparison, added: tuple[str, ...] = (),
+            values: Sequence[float] = ()) -> MixedFit:
+    """The best of the fits from nominal parameters, effect coefficients `values`, and several pressure biases."""
+    design, found = Design(settings.parameters, settings.scattering, added), []
+    for begun in _BEGUN:
+        theta = np.array([*(1.0 for _ in settings.parameters), *values])
+        theta[settings.scattering[0]] = begun
+        found.append(mixed.fit(comparison, design, theta))
+    return max(found, key=lambda one: one.log_likelihood.sum())

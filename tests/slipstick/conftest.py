@@ -61,6 +61,16 @@ def bench(recordings: Recordings, model: Model) -> Recordings:
     return replace(recordings, measured_time=response.shifting_time + 0.003 * rng.standard_normal(n), signals=measured)
 
 
+@pytest.fixture
+def both_fits(made: Callable[..., dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Fits on the tables of a study's two models, made up: 120 decades apart, with 12 ms and 3 ms of output noise."""
+    fits = {which: {"id": f"fit-{which}", "table": f"table-{which}", "table_digest": digest, **made()}
+            for which, digest in (("before", "a1b2"), ("after", "c3d4"))}
+    fits["before"]["result"] |= {"log10_likelihood": -389.0, "output_std": 0.012}
+    fits["after"]["result"] |= {"output_std": 0.003}
+    return fits
+
+
 @pytest.fixture(scope="session")
 def studied(few_recordings: Path) -> Callable[[str], tuple[Comparison, study.State, dict[str, Any]]]:
     """Real studies of 24 experiments, each done once: what was compared, the last state, and what its job leaves.

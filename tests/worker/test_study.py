@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -11,8 +12,12 @@ import pytest
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
+from slipstick.study.comparison import compare
+from slipstick.study.settings import StudySettings
 from slipstick.table import Table
 from worker.__main__ import main
+from worker.study import studied
+from worker.study_text import page
 
 SETTINGS = {"catalogue": ["stribeck_friction", "centrifugal_pressure"], "shortlist": 2, "significance": 0.99,
             "smallest": 0.0, "most_effects": 1}
@@ -63,6 +68,23 @@ def test_shifting_times_alone_make_a_study_that_says_so(
     assert "shifting times only" in (tmp_path / "few.html").read_text()
     assert "With shifting times only" in said
     assert "Where model" not in said
+
+
+def test_a_tie_tells_what_to_measure_next(few_recordings: Path) -> None:
+    times = replace(Recordings.open(few_recordings / "few.h5"), signals=None)
+    output = studied(StudySettings.from_dict(SETTINGS), compare(times, 0.003))
+    assert output["result"]["further"] == []
+    tie = {"effects": ["stribeck_friction", "centrifugal_pressure"], "experiments": [
+        {"current_profile": 3, "motor_speed": 238.76, "load_inertia": 4.8, "brake_torque": 16.0, "recorded": False,
+         "apart": 0.2136, "signal": "shifting_time", "repetitions": None},
+        {"current_profile": 0, "motor_speed": 104.72, "load_inertia": 6.0, "brake_torque": 20.0, "recorded": True,
+         "apart": 0.1, "signal": "shifting_time", "repetitions": 12}]}
+    output["result"]["further"] = [tie]
+    said = page(output["result"], output["evidence"], 0.9)
+    lines = [" ".join(line.split()) for line in said.splitlines()]
+    assert "To tell slip-speed-dependent friction and centrifugal pressure head apart, run:" in said
+    assert "3 238.8 4.8 16 no 0.21 shifting time more than 1000" in lines
+    assert "0 104.7 6 20 yes 0.1 shifting time 12" in lines
 
 
 @pytest.mark.parametrize(("content", "said"), [

@@ -16,7 +16,7 @@ EFFECT = Effect(
     quantity="clearance",
     law="clearance + wear run / 100",
     coefficients=(
-        Coefficient("wear", "m", 0.0, -2e-4, 2e-4, "clearance gained over 100 engagements", 4e-5),
+        Coefficient("wear", "m", 0.0, -8e-4, 8e-4, "clearance gained over 100 engagements", 4e-5),
     ),
     source="Archard, Journal of Applied Physics 24(8), 1953: wear in proportion to sliding distance, here to the count",
     signature="contact comes later with the place in the run order, by as much at every pressure",

@@ -6,17 +6,18 @@ from slipstick.clutch.fastmath import compiled, exp
 
 @compiled
 def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
-    excess, decay_speed = c[0], c[1]
-    return torque + excess * exp(-abs(signals.output_speed) / decay_speed)
+    excess, share, decay_speed = c[0], c[1], c[2]
+    return torque + (excess + share * torque) * exp(-abs(signals.output_speed) / decay_speed)
 
 
 EFFECT = Effect(
     name="falling_load_friction",
     title="Load friction that falls with speed",
     quantity="load torque",
-    law="load torque + excess exp(-|omega| / decay_speed)",
+    law="load torque + (excess + share load torque) exp(-|omega| / decay_speed)",
     coefficients=(
-        Coefficient("excess", "N m", 0.0, -40.0, 80.0, "friction torque at rest beyond that at speed", 15.0),
+        Coefficient("excess", "N m", 0.0, -40.0, 80.0, "of seals: friction torque at rest beyond that at speed", 15.0),
+        Coefficient("share", "1", 0.0, -0.5, 2.0, "of the brake: the same, as a share of the load torque", 0.3),
         Coefficient("decay_speed", "rad/s", 8.0, 2.0, 30.0, "load speed over which it fades by 1/e", 8.0, True),
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Stribeck friction",

@@ -16,7 +16,7 @@ EFFECT = Effect(
     quantity="piston gain",
     law="k_T (1 + drift run / 100)",
     coefficients=(
-        Coefficient("drift", "1", 0.0, -0.2, 0.2, "change over 100 engagements, as a share of k_T", 0.03),
+        Coefficient("drift", "1", 0.0, -0.8, 0.8, "change over 100 engagements, as a share of k_T", 0.03),
     ),
     source="Tod et al., eq. 1: k_T stands for the oil temperature, here no longer constant",
     signature="contact comes earlier or later with the place in the run order, whatever the condition",

@@ -6,19 +6,20 @@ from slipstick.clutch.fastmath import compiled
 
 @compiled
 def _formula(current: float, signals: Signals, c: tuple[float, ...]) -> float:
-    width, centre = c[0], c[1]
+    width, centre, rounding = c[0], c[1], c[2]
     x = signals.current - centre
-    return current - width * x / (abs(x) + width + 1e-9)
+    return current - width * x / (abs(x) + rounding)
 
 
 EFFECT = Effect(
     name="valve_deadband",
     title="Valve deadband",
     quantity="valve current",
-    law="u - width x / (|x| + width), x = u - centre",
+    law="u - width x / (|x| + rounding), x = u - centre",
     coefficients=(
-        Coefficient("width", "A", 0.0, 0.0, 0.05, "half the band, and how far it shifts the current beyond", 0.01),
-        Coefficient("centre", "A", 0.3, 0.2, 0.5, "current at the middle of the band", 0.3, True),
+        Coefficient("width", "A", 0.0, 0.0, 0.1, "half the band, and how far it shifts the current beyond", 0.01),
+        Coefficient("centre", "A", 0.2, 0.05, 0.5, "current at the middle of the band", 0.2, True),
+        Coefficient("rounding", "A", 0.05, 0.005, 0.3, "over which the corners of the band are rounded", 0.05, True),
     ),
     source="Merritt, Hydraulic Control Systems, chapter on spool valves: overlap, here with rounded corners",
     signature="near its centre the pressure hardly answers to the current; to either side it is offset",

@@ -9,7 +9,7 @@ def _formula(current: float, signals: Signals, c: tuple[float, ...]) -> float:
     width = min(c[0], signals.current_swing)
     rising = max(signals.current_turn + width, signals.current - c[0])
     falling = min(signals.current_turn - width, signals.current + c[0])
-    return rising if signals.current_direction > 0.0 else falling
+    return current + (rising if signals.current_direction > 0.0 else falling) - signals.current
 
 
 EFFECT = Effect(

@@ -16,7 +16,7 @@ EFFECT = Effect(
     quantity="film torque",
     law="film torque exp(drift run / 100)",
     coefficients=(
-        Coefficient("drift", "1", 0.0, -1.5, 1.5, "exponent gained over 100 engagements", -0.4),
+        Coefficient("drift", "1", 0.0, -6.0, 6.0, "exponent gained over 100 engagements", -0.4),
     ),
     source="Stachowiak and Batchelor, Engineering Tribology, chapter on properties of lubricants: Reynolds law",
     signature="less drag before the plates touch with the place in the run order; the slip phase does not change",

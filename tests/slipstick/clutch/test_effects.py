@@ -9,7 +9,7 @@ import pytest
 
 from slipstick.clutch import effects, ensemble, reference
 from slipstick.clutch.conditions import Conditions, paper_conditions
-from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect
+from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect, Signals
 from slipstick.clutch.lag import delayed
 from slipstick.clutch.model import Model
 
@@ -116,6 +116,15 @@ def test_a_lag_is_exact_for_signals_that_are_straight_between_samples() -> None:
     behind = delayed(values, times, lags)
     np.testing.assert_allclose(behind[0, 1:], np.interp(times[1:], fine[1:], slow), atol=2e-5)
     np.testing.assert_array_equal(behind[1], values[1])
+
+
+@pytest.mark.parametrize("effect", [one for one in effects.CATALOGUE
+                                    if one.quantity not in SENSORS and one.memory is None],
+                         ids=lambda effect: effect.name)
+def test_an_effect_hands_on_what_others_on_its_quantity_have_done(effect: Effect) -> None:
+    signals = Signals(0.3, 4.0, 2.0, 1e-3, 120.0, 15.0, 70.0, 150.0, 0.6, 1.0, 0.1, 0.5, 0.3, 0.0, 100.0, 1e3, 2.0)
+    typical = tuple(one.typical for one in effect.coefficients)
+    assert effect.formula(1.01, signals, typical) != effect.formula(1.0, signals, typical)
 
 
 def test_sensors_change_what_is_read_and_nothing_else() -> None:

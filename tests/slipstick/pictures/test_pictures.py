@@ -121,7 +121,7 @@ def test_one_input_shows_its_density(made: Made) -> None:
 def test_the_curves_hold_the_share_of_the_runs_they_claim(made: Made, family: str) -> None:
     result = made()["result"] | {"families": [family, "normal"], "std": [0.3, 0.2],
                                  "correlation": [[1.0, 0.8], [0.8, 1.0]]}
-    curve = np.array([[row["x"], row["y"]] for row in inputs._curves(result, [0, 1])[0]["data"]["values"]
+    curve = np.array([[row["x"], row["y"]] for row in inputs.curves(result, [0, 1])[0]["data"]["values"]
                       if row["mass"] == "90 %"])
     runs = inputs._inputs(result, [0, 1]).points(np.random.default_rng(1).normal(size=(4000, 2)))
     # A curve around a point turns once about it.

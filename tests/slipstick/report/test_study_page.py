@@ -45,7 +45,7 @@ def test_the_page_says_what_is_missing_and_how_sure_that_is(output: dict[str, An
                    "run-to-run std of pressure bias", "A name means best supported among those known",
                    "c3d4", "fit 2 s", result["settings_digest"]):
         assert phrase in text, phrase
-    assert reading(study_page(STUDY, output)).count("figure") == len(CAPTIONS)
+    assert reading(study_page(STUDY, output)).count("figure") == len(CAPTIONS) - 1  # one needs fits
 
 
 @pytest.mark.parametrize(("name", "lead"), [
@@ -88,6 +88,21 @@ def test_a_tie_names_all_that_are_tied(output: dict[str, Any]) -> None:
         limits.caveats(output["result"], output["evidence"]))
     assert "do not tell it apart from Quadratic load drag." in said(
         words.rounds(output["result"], output["evidence"]))
+
+
+def test_a_tie_tells_what_to_measure_next(output: dict[str, Any], reading: Read) -> None:
+    assert "Experiments that would tell them apart" not in reading(study_page(STUDY, output)).text
+    experiment = {"current_profile": 3, "motor_speed": 238.76, "load_inertia": 4.8000001, "brake_torque": 16.0,
+                  "recorded": False, "apart": 0.2136, "signal": "output_torque", "repetitions": 12}
+    tie = {"effects": ["stribeck_friction", "quadratic_load_drag"], "experiments": [experiment]}
+    output["result"]["further"] = [tie]
+    text = reading(study_page(STUDY, output)).text
+    assert "To tell slip-speed-dependent friction and quadratic load drag apart, run:" in text
+    assert re.search(r"3\s*238.8\s*4.8\s*16\s*no\s*0.21\s*output torque\s*12", text)
+    experiment["repetitions"] = None
+    assert "No experiment near these would tell" in reading(study_page(STUDY, output)).text
+    tie["experiments"] = []
+    assert "lock up under no common condition" in reading(study_page(STUDY, output)).text
 
 
 def test_what_stays_unexplained_is_said_first(output: dict[str, Any], reading: Read) -> None:

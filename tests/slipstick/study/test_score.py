@@ -20,9 +20,22 @@ def test_efficient_scores_leave_nothing_that_a_refit_would_take(linear_fit: Mixe
     integrated = linear_fit.marginal
     onto, information, kept = score._efficient(integrated, 2)  # the third column as if it were a probe
     total = integrated.information.sum(axis=0)
-    np.testing.assert_allclose(onto.T @ total[:, :2], 0, atol=1e-6 * total.max())
+    np.testing.assert_allclose(onto[0].T @ total[:, :2], 0, atol=1e-6 * total.max())
     assert information[0] == pytest.approx(1 / np.linalg.inv(total)[2, 2], rel=1e-6)
     assert 0 < kept[0] < 1
+
+
+def test_a_trend_of_the_scatter_leaves_nothing_of_a_drift_like_it(linear_fit: MixedFit) -> None:
+    run = np.linspace(-1, 1, 60)
+    gram = linear_fit.about.gram.copy()  # the third column becomes the first one, drifting
+    gram[:, :, 2] = gram[:, :, 0] * run[:, None]
+    gram[:, :, :, 2] = gram[:, :, :, 0] * run[:, None]
+    gram[:, :, 2, 2] = gram[:, :, 0, 0] * run**2
+    drifting = replace(linear_fit, about=replace(linear_fit.about, gram=gram)).marginal
+    trend = np.zeros((60, 3, 1))
+    trend[:, 0, 0] = run
+    assert score._efficient(drifting, 2)[2][0] > 0.5
+    assert score._efficient(drifting, 2, trend)[2][0] < 1e-3
 
 
 def test_an_autoregression_is_stationary_and_remembers() -> None:

@@ -1,0 +1,104 @@
+"""A round of a study as JSON: the fit it begins with, what the screening says, and the fits of its candidates."""
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from slipstick.clutch import effects
+from slipstick.study import marginal, mixed
+from slipstick.study.comparison import Comparison
+from slipstick.study.design import Design
+from slipstick.study.mixed import MixedFit
+from slipstick.study.score import Scores
+from slipstick.study.settings import StudySettings
+
+Round = dict[str, Any]
+
+_STATE = tuple(field.name for field in fields(marginal.State))
+_HOPELESS = 0.05
+"""Share of the greatest rise that the screening promises below which a candidate is not fitted."""
+_LITTLE = 0.6
+"""Variance beyond the sensors' noise, as a share of it, that scatter of other parameters also leaves."""
+_WIDE = 0.12
+"""Standard deviation of a multiplier beyond which the scatter may be an effect: the paper's are 0.05 and 0.08."""
+_HIDDEN = 0.02
+"""Share of a signature's square that scatter leaves, below which it hides the effect."""
+_FARTHEST = 3.0
+"""Typical values from neutral at which a candidate's fit starts at most."""
+
+
+def restore(settings: StudySettings, comparison: Comparison, one: dict[str, Any],
+            candidate: str | None = None) -> MixedFit:
+    """The fit of a round, or of one of its candidates, from its JSON."""
+    added = (*one["added"], candidate) if candidate else tuple(one["added"])
+    stored = one["candidates"][candidate] if candidate else one["fit"]
+    state = _state(stored)
+    found = mixed.at(comparison, Design(settings.parameters, settings.scattering, added), state)
+    return replace(found, converged=stored["converged"], iterations=stored["iterations"])
+
+
+def stored(found: MixedFit) -> Round:
+    """A fit as JSON."""
+    state = {name: getattr(found.state, name).tolist() for name in _STATE}
+    return {**state, "converged": found.converged, "iterations": found.iterations}
+
+
+def left(one: Round) -> bool:
+    """Whether a round's fit leaves more in some signal than scatter of other parameters does."""
+    return max(one["fit"]["noise"][:-1], default=1.0) - 1 > _LITTLE
+
+
+def taken(before: Round, after: Round) -> float:
+    """Of the variance beyond the sensor's noise in the signal that a fit helps most, the share that it takes away."""
+    without, over = (np.array(one["noise"])[:-1] - 1 for one in (before, after))
+    if not len(over):
+        return 1.0
+    most = (without - over).argmax()
+    return float((without - over)[most] / max(1e-9, without[most]))
+
+
+def narrowed(before: Round, after: Round) -> float:
+    """Of the variance of the scatter, the greatest share that a fit takes away."""
+    scatter = [np.diag(one["covariance"]) for one in (before, after)]
+    return float(1 - (scatter[1] / scatter[0]).min())
+
+
+def screening(settings: StudySettings, screened: Scores, comparison: Comparison, level: float,
+              scatter: np.ndarray) -> dict[str, Any]:
+    """The screening as JSON, with the candidates to fit, the most promising first.
+
+    These are the ones whose p-value is at most `level`. Where the `scatter` (q,) is so wide that it may be an effect,
+    those that it hides follow, which no screening can see.
+    """
+    values = float(comparison.weights.sum())
+    signature = np.sqrt(2 * screened.gain / values)
+    columns = {"statistic": screened.statistic, "p_value": screened.p_values, "gain": screened.gain,
+               "estimate": screened.estimate, "kept": screened.kept, "signature": signature}
+    probes = [{"effect": one.effect, "coefficient": one.coefficient, "shape": dict(one.shape),
+               **{name: float(column[place]) for name, column in columns.items()}}
+              for place, one in enumerate(screened.probes)]
+    asked_for = (screened.p_values <= level) & (signature >= settings.smallest)
+    hopeful = asked_for & (screened.gain >= _HOPELESS * screened.gain[asked_for].max(initial=0.0))
+    hidden = (screened.seen < _HIDDEN) & bool((scatter > _WIDE).any())
+    shortlist: dict[str, dict[str, Any]] = {}
+    for some, most in ((hopeful, settings.shortlist), (hidden, len(hidden))):
+        for place in np.argsort(-screened.gain):
+            one = screened.probes[place]
+            if some[place] and one.effect not in shortlist and len(shortlist) < most:
+                shortlist[one.effect] = {**candidate(probes[place]), "hidden": not hopeful[place]}
+    return {"p_value": float(screened.p_values.min()), "probes": probes, "shortlist": list(shortlist.values())}
+
+
+def candidate(probe: dict[str, Any]) -> dict[str, Any]:
+    """What to fit after a probe: its effect, the rise it promises, and where to start, in typical values."""
+    start = {}
+    for one in effects.find(probe["effect"]).coefficients:
+        start[one.name] = probe["shape"].get(one.name, one.neutral) / one.typical
+        if one.name == probe["coefficient"]:
+            start[one.name] += float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST))
+    return {"effect": probe["effect"], "gain": probe["gain"], "start": start}
+
+
+def _state(stored: dict[str, Any]) -> marginal.State:
+    return marginal.State(*(np.array(stored[name]) for name in _STATE))

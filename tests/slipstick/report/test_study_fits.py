@@ -1,0 +1,47 @@
+"""The section of a study's report on the same fit on both tables: its numbers in units, or how to get it."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from slipstick.report.study_fits import numbers, same_fit
+
+MODELS = {which: {"parameters": {"pressure_bias": bar, "initial_position": 5e-4},
+                  "units": {"pressure_bias": "bar", "initial_position": "m"}}
+          for which, bar in (("before", 3.2), ("after", 1.6))}
+RESULT: dict[str, Any] = {"answer": {"effects": ["stribeck_friction"]}, "models": MODELS}
+STUDY: dict[str, Any] = {"id": "mine", "links": {"self": "/v1/studies/mine"}}
+
+
+def test_the_numbers_of_both_fits_stand_side_by_side(both_fits: dict[str, dict[str, Any]]) -> None:
+    assert list(numbers(RESULT, both_fits)) == [
+        ("log10 likelihood", "−389.00", "−269.00"),
+        ("mean of pressure bias [bar]", "3.2", "1.6"), ("mean of initial position [m]", "0.0005", "0.0005"),
+        ("std of pressure bias [bar]", "0.16", "0.08"), ("std of initial position [m]", "2.5e−05", "2.5e−05"),
+        ("output noise [ms]", "12", "3")]
+    both_fits["before"]["result"]["log10_likelihood"] = None
+    assert next(numbers(RESULT, both_fits)) == ("log10 likelihood", "−∞", "−269.00")
+
+
+@pytest.mark.parametrize("drawn", [True, False])
+def test_the_section_says_where_its_numbers_come_from(
+        both_fits: dict[str, dict[str, Any]], reading: Callable[[str], Any], drawn: bool) -> None:
+    shown = reading(same_fit(STUDY, RESULT, both_fits, drawn))
+    for phrase in ("The same fit on both tables", "fit fit-before, table table-before, SHA-256 a1b2",
+                   "fit fit-after, table table-after, SHA-256 c3d4"):
+        assert phrase in shown.text
+    assert ("div", {"class": "picture", "id": "picture-surfaces"}) in shown.elements or not drawn
+    assert shown.count("figure") == drawn
+
+
+def test_without_fits_it_says_how_to_get_them(reading: Callable[[str], Any]) -> None:
+    said = reading(same_fit(STUDY, RESULT, None, False)).text
+    for phrase in ("GET /v1/studies/mine/model?which=before", "worker build --model", "POST /v1/fits",
+                   "/v1/studies/mine/report?before=FIT&after=FIT"):
+        assert phrase in said
+    assert "/v1/studies/ID/report" in same_fit({"id": "mine"}, RESULT, None, False)
+
+
+def test_there_is_nothing_to_fit_where_nothing_was_added() -> None:
+    assert same_fit(STUDY, {**RESULT, "answer": {"effects": []}}, None, False) == ""
