@@ -18,8 +18,11 @@ from slipstick.study.design import Design
 from slipstick.study.linearised import Linearised, linearise, predict_at
 from slipstick.study.marginal import Marginal, State, determinant, log_likelihood, marginal, rarity, spread
 
-_ITERATIONS = 20
+_ITERATIONS, _ITERATIONS_ALONG = 15, 8
 _EM = 6  # updates of covariance and noise on one linearisation
+VALLEY = "temperature_gain"
+_ALONG_VALLEY, _BRACKET = 0.04, 3  # first step of its profile, and how often it is doubled
+_VERTICES, _NARROW = 3, 0.004  # of parabolas that are tried, and how near they come to one another
 TOLERANCE = 2.0  # of the log-likelihood, between two linearisations: some hundred thousand in all
 RIDGE = 1e-6  # information on what nothing depends on, such as the shape of an absent effect
 _SMALLEST = 1e-8  # variance of a multiplier below which it does not scatter
@@ -85,29 +88,75 @@ class MixedFit:
 
 
 def fit(comparison: Comparison, design: Design, theta: np.ndarray | None = None,
-        tolerance: float = TOLERANCE) -> MixedFit:
+        tolerance: float = TOLERANCE, profiled: bool = True) -> MixedFit:
     """Fit the design to the comparison from `theta` (p,) on, by default the design's start, and without scatter.
 
-    It is converged where the log-likelihood changes by less than the tolerance.
-
-    Scatter that a wrong model has bent would hold a right one where it is: every fit finds its own.
+    It is converged where the log-likelihood changes by less than the tolerance. Scatter that a wrong model has bent
+    would hold a right one where it is: every fit finds its own. The temperature gain is found by its profile, or
+    held where it begins: with pressure bias and initial position it forms a curved valley, down which Gauss-Newton
+    steps drift.
     """
     counts = np.array([comparison.weights[:, columns].sum() for columns in comparison.channels.values()])
     start = np.array([one.start for one in design.unknowns]) if theta is None else theta
+    place = design.parameters.index(VALLEY) if VALLEY in design.parameters else None
     state, about = _begun(comparison, design, start, counts)
+    best = _climbed(comparison, design, state, about, counts, place, tolerance, _ITERATIONS)
+    if place is not None and profiled:
+        best = _profiled(comparison, best, counts, place, tolerance)
+    return _concluded(comparison, best)
+
+
+def _profiled(comparison: Comparison, begun: MixedFit, counts: np.ndarray, place: int, tolerance: float) -> MixedFit:
+    """The highest of fits with one entry of theta held at several values: a bracket, and the vertex of a parabola."""
+    design, fits = begun.design, {float(begun.state.theta[place]): begun}
+    limits = Limits.of(design)
+    lower, upper = limits.lower[place], limits.upper[place]
+
+    def height(value: float) -> float:
+        if value not in fits:
+            top = max(fits, key=height)
+            theta = fits[top].state.theta.copy()
+            theta[place] = value
+            state = replace(fits[top].state, theta=theta)
+            about = linearise(comparison, design, spread(state, design.scattering))
+            fits[value] = _climbed(comparison, design, state, about, counts, place, tolerance, _ITERATIONS_ALONG)
+        return -_objective(fits[value].about, fits[value].state, design, counts)
+
+    middle, = fits
+    step = _ALONG_VALLEY if height(middle + _ALONG_VALLEY) > height(middle) else -_ALONG_VALLEY
+    value = middle + step
+    for _ in range(_BRACKET):
+        if height(value) < max(map(height, tuple(fits))) or not lower < value + 2 * step < upper:
+            break
+        step *= 2
+        value += step
+        height(value)
+    for _ in range(_VERTICES):
+        three = sorted(sorted(fits, key=lambda one: -height(one))[:3])
+        curved, slope, _ = np.polyfit(np.array(three) - middle, [height(one) for one in three], 2)
+        vertex = float(middle - slope / (2 * curved)) if curved < 0 else middle
+        if not three[0] < vertex < three[-1] or min(abs(vertex - one) for one in three) < _NARROW:
+            break
+        height(vertex)
+    return fits[max(fits, key=height)]
+
+
+def _climbed(comparison: Comparison, design: Design, state: State, about: Linearised, counts: np.ndarray,
+             held: int | None, tolerance: float, most: int) -> MixedFit:
+    """Climb from a state, with one entry of theta held where it is, until the log-likelihood changes little."""
     change, iterations = np.inf, 0
-    while change >= tolerance and iterations < _ITERATIONS:
+    while change >= tolerance and iterations < most:
         before = _objective(about, state, design, counts)
         near = change <= max(_NEAR, tolerance)
         narrowing = _narrowing(comparison, design, about, state) if near else np.zeros(len(state.theta))
-        aim = _aim(about, state, design, narrowing)
+        aim = _aim(about, state, design, narrowing, held)
         state = _search(comparison, design, about, state, aim, narrowing)
         about = linearise(comparison, design, spread(state, design.scattering))
         state = _scattered(about, state, design.scattering, counts)
         after = _objective(about, state, design, counts)
         # No end before the determinant has been heard.
         change, iterations = abs(before - after) if near else max(abs(before - after), tolerance), iterations + 1
-    return _concluded(comparison, MixedFit(design, state, about, np.empty(0), iterations, change < tolerance))
+    return MixedFit(design, state, about, np.empty(0), iterations, change < tolerance)
 
 
 def _begun(comparison: Comparison, design: Design, theta: np.ndarray, counts: np.ndarray) -> tuple[State, Linearised]:
@@ -155,12 +204,14 @@ def _narrowing(comparison: Comparison, design: Design, about: Linearised, state:
     return slope
 
 
-def _aim(about: Linearised, state: State, design: Design, narrowing: np.ndarray) -> np.ndarray:
-    """The theta (p,) that the linearised experiments ask for, within reach."""
+def _aim(about: Linearised, state: State, design: Design, narrowing: np.ndarray, held: int | None) -> np.ndarray:
+    """The theta (p,) that the linearised experiments ask for, within reach, with one entry held."""
     integrated, limits = marginal(about, state, design.scattering), Limits.of(design)
     information = integrated.information.sum(axis=0) + np.diag(limits.precision + RIDGE)
     score = integrated.score.sum(axis=0) + limits.precision * (limits.centre - state.theta) - 0.5 * narrowing
     lower, upper = limits.within(state.theta)
+    if held is not None:
+        lower[held] = upper[held] = 0.0
     return np.asarray(state.theta + bounded(information, score, lower, upper))
 
 

@@ -20,9 +20,9 @@ _HOPELESS = 0.05
 """Share of the greatest rise that the screening promises below which a candidate is not fitted."""
 _LITTLE = 0.6
 """Variance beyond the sensors' noise, as a share of it, that scatter of other parameters also leaves."""
-_WIDE = 0.12
+_WIDE = 0.11
 """Standard deviation of a multiplier beyond which the scatter may be an effect: the paper's are 0.05 and 0.08."""
-_HIDDEN = 0.02
+_HIDDEN = 0.05
 """Share of a signature's square that scatter leaves, below which it hides the effect."""
 _FARTHEST = 3.0
 """Typical values from neutral at which a candidate's fit starts at most."""
@@ -49,6 +49,11 @@ def left(one: Round) -> bool:
     return max(one["fit"]["noise"][:-1], default=1.0) - 1 > _LITTLE
 
 
+def wide(one: Round) -> bool:
+    """Whether a round's fit scatters so much that an effect may be in it."""
+    return bool(np.sqrt(np.diag(one["fit"]["covariance"])).max() > _WIDE)
+
+
 def taken(before: Round, after: Round) -> float:
     """Of the variance beyond the sensor's noise in the signal that a fit helps most, the share that it takes away."""
     without, over = (np.array(one["noise"])[:-1] - 1 for one in (before, after))
@@ -65,11 +70,11 @@ def narrowed(before: Round, after: Round) -> float:
 
 
 def screening(settings: StudySettings, screened: Scores, comparison: Comparison, level: float,
-              scatter: np.ndarray) -> dict[str, Any]:
+              suspicious: bool) -> dict[str, Any]:
     """The screening as JSON, with the candidates to fit, the most promising first.
 
-    These are the ones whose p-value is at most `level`. Where the `scatter` (q,) is so wide that it may be an effect,
-    those that it hides follow, which no screening can see.
+    These are the ones whose p-value is at most `level`. Where the fit is `suspicious`, those that the scatter hides
+    follow, which no screening can see.
     """
     values = float(comparison.weights.sum())
     signature = np.sqrt(2 * screened.gain / values)
@@ -80,24 +85,38 @@ def screening(settings: StudySettings, screened: Scores, comparison: Comparison,
               for place, one in enumerate(screened.probes)]
     asked_for = (screened.p_values <= level) & (signature >= settings.smallest)
     hopeful = asked_for & (screened.gain >= _HOPELESS * screened.gain[asked_for].max(initial=0.0))
-    hidden = (screened.seen < _HIDDEN) & bool((scatter > _WIDE).any())
+    hidden = (screened.seen < _HIDDEN) & suspicious
     shortlist: dict[str, dict[str, Any]] = {}
     for some, most in ((hopeful, settings.shortlist), (hidden, len(hidden))):
         for place in np.argsort(-screened.gain):
-            one = screened.probes[place]
-            if some[place] and one.effect not in shortlist and len(shortlist) < most:
-                shortlist[one.effect] = {**candidate(probes[place]), "hidden": not hopeful[place]}
+            effect = screened.probes[place].effect
+            if some[place] and effect not in shortlist and len(shortlist) < most:
+                shortlist[effect] = {**candidate(probes[place], bool(hidden[place])), "asked_for": bool(hopeful[place])}
     return {"p_value": float(screened.p_values.min()), "probes": probes, "shortlist": list(shortlist.values())}
 
 
-def candidate(probe: dict[str, Any]) -> dict[str, Any]:
-    """What to fit after a probe: its effect, the rise it promises, and where to start, in typical values."""
-    start = {}
-    for one in effects.find(probe["effect"]).coefficients:
-        start[one.name] = probe["shape"].get(one.name, one.neutral) / one.typical
-        if one.name == probe["coefficient"]:
-            start[one.name] += float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST))
-    return {"effect": probe["effect"], "gain": probe["gain"], "start": start}
+def candidate(probe: dict[str, Any], hidden: bool = False) -> dict[str, Any]:
+    """What to fit after a probe: its effect, the rise it promises, and where to start, in typical values.
+
+    Of what is `hidden` the probe says nothing: that starts at its typical value, to either side of neutral.
+    """
+    starts = []
+    for amplitude in (1.0, -1.0) if hidden else (float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST)),):
+        start = {}
+        for one in effects.find(probe["effect"]).coefficients:
+            start[one.name] = probe["shape"].get(one.name, one.neutral) / one.typical
+            if one.name == probe["coefficient"]:
+                start[one.name] = _inside(one, start[one.name], amplitude)
+        if start not in starts:
+            starts.append(start)
+    return {"effect": probe["effect"], "gain": probe["gain"], "starts": starts}
+
+
+def _inside(one: effects.Coefficient, neutral: float, amplitude: float) -> float:
+    """The amplitude away from neutral, or to the other side where a bound is in the way."""
+    lower, upper = sorted((one.lower / one.typical, one.upper / one.typical))
+    wanted = neutral + amplitude
+    return float(np.clip(wanted if lower < wanted < upper else neutral - amplitude, lower, upper))
 
 
 def _state(stored: dict[str, Any]) -> marginal.State:

@@ -8,8 +8,8 @@
 A state is JSON, complete, and the same after a restart. A step is one fit or one screening: a few seconds.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,14 +20,12 @@ from slipstick.study.comparison import Comparison
 from slipstick.study.design import Design
 from slipstick.study.mixed import MixedFit
 from slipstick.study.ranking import Ranked, gained, in_errors, rank
-from slipstick.study.rounds import Round, candidate, left, narrowed, restore, screening, stored, taken
+from slipstick.study.rounds import Round, candidate, left, narrowed, restore, screening, stored, taken, wide
 from slipstick.study.score import score
 from slipstick.study.settings import StudySettings
 
 State = dict[str, Any]
 
-_BEGUN = (0.95, 1.05)
-"""Multiples of nominal from which the first scattering parameter is fitted: its valley is all but flat."""
 _ROUGH = 100.0
 """Log-likelihood to which the first fit of all converges: it only shows the noise."""
 _NEAR = 0.01
@@ -55,10 +53,11 @@ _PATHS = 3
 
 def start(settings: StudySettings, comparison: Comparison) -> State:
     """The state after the fit without any effect."""
-    rough = mixed.fit(comparison, Design(settings.parameters, settings.scattering), tolerance=_ROUGH)
+    design = Design(settings.parameters, settings.scattering)
+    rough = mixed.fit(comparison, design, tolerance=_ROUGH, profiled=False)
     # The residuals show the sensors' noise better than the signals do, whose own bends add to it.
     sharp = comparison.with_noise(rough.about.residuals)
-    first = {"added": [], "fit": stored(_fitted(settings, sharp))}
+    first = {"added": [], "fit": stored(mixed.fit(sharp, design))}
     return {"noise": sharp.noise, "rounds": [first], "others": [], "stopped": None}
 
 
@@ -91,11 +90,10 @@ def _screened(settings: StudySettings, comparison: Comparison, last: Round, know
         return {"p_value": 1.0, "probes": [], "shortlist": []}
     found = restore(settings, comparison, last)
     level = max(settings.significance, _VISIBLE if left(last) else 0.0)
-    scatter = np.sqrt(np.diag(found.state.covariance))
-    screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level, scatter)
+    screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level,
+                         left(last) or wide(last))
     if not last["added"] and screened["shortlist"]:
-        opened = screening(settings, score(comparison, found, _OPEN, settings.seed), comparison, level,
-                           np.zeros(0))
+        opened = screening(settings, score(comparison, found, _OPEN, settings.seed), comparison, level, False)
         screened["open"] = opened
         screened["shortlist"] += opened["shortlist"][:_OPEN_TRIED]
     return screened
@@ -126,7 +124,7 @@ def another(settings: StudySettings, comparison: Comparison, one: Round,
 def _settled(settings: StudySettings, comparison: Comparison, state: State) -> State:
     """Add the best candidate of the last round, if it is good enough."""
     last = state["rounds"][-1]
-    hidden = {one["effect"] for one in last["screening"]["shortlist"] if one["hidden"]}
+    hidden = {one["effect"] for one in last["screening"]["shortlist"] if not one["asked_for"]}
     for best in ranked(settings, comparison, last):
         enough = _SURE_OF_MORE if last["added"] else _SURE_OF_HIDDEN if best.effect in hidden else _SURE
         drift = best.effect not in hidden and effects.find(best.effect).uses_run_order
@@ -140,10 +138,11 @@ def _settled(settings: StudySettings, comparison: Comparison, state: State) -> S
 
 
 def _added(settings: StudySettings, comparison: Comparison, last: Round, effect: str) -> Round:
-    """The round that begins with one candidate more, fitted anew from several places."""
+    """The round that begins with one candidate more, fitted to the end."""
     added, near = [*last["added"], effect], last["candidates"][effect]
-    again = _fitted(settings, comparison, tuple(added), near["theta"][len(settings.parameters):])
-    best = max(again, restore(settings, comparison, last, effect), key=lambda one: one.log_likelihood.sum())
+    design = Design(settings.parameters, settings.scattering, tuple(added))
+    found = (mixed.fit(comparison, design, np.array(near["theta"])), restore(settings, comparison, last, effect))
+    best = max(found, key=lambda one: one.log_likelihood.sum())
     return {"added": added, "fit": stored(best)}
 
 
@@ -183,7 +182,7 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
     visible = left(first)
     opened = [one for one in ranked(settings, comparison, first, listed=False) if one.sure >= _SURE and not one.at_bound
               and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _EXPLAINED)]
-    explained = bool(last["added"]) and not (visible and taken(first["fit"], last["fit"]) < _EXPLAINED)
+    explained = bool(last["added"]) and not (left(last) and taken(first["fit"], last["fit"]) < _EXPLAINED)
     if explained and opened:
         without, found = (restore(settings, comparison, one) for one in (first, last))
         named = gained(comparison, without, found, settings.seed)
@@ -200,19 +199,16 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
 
 
 def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one: Round) -> MixedFit:
-    """The fit with one more effect, as near as ranking needs it."""
+    """The fit with one more effect, as near as ranking needs it: the temperature gain stays what it is without it."""
     design = Design(settings.parameters, settings.scattering, (*last["added"], one["effect"]))
-    values = [one["start"][coefficient.name] for coefficient in effects.find(one["effect"]).coefficients]
-    theta = [*(1.0 for _ in settings.parameters), *last["fit"]["theta"][len(settings.parameters):], *values]
-    return mixed.fit(comparison, design, np.array(theta), max(mixed.TOLERANCE, _NEAR * one["gain"]))
-
-
-def _fitted(settings: StudySettings, comparison: Comparison, added: tuple[str, ...] = (),
-            values: Sequence[float] = ()) -> MixedFit:
-    """The best of the fits from nominal parameters, effect coefficients `values`, and several pressure biases."""
-    design, found = Design(settings.parameters, settings.scattering, added), []
-    for begun in _BEGUN:
-        theta = np.array([*(1.0 for _ in settings.parameters), *values])
-        theta[settings.scattering[0]] = begun
-        found.append(mixed.fit(comparison, design, theta))
-    return max(found, key=lambda one: one.log_likelihood.sum())
+    d, known, nominal = len(settings.parameters), last["fit"]["theta"], np.ones(len(settings.parameters))
+    begun = [nominal] if len(one["starts"]) > 1 else []  # what scatter hides has bent the temperature gain as well
+    if mixed.VALLEY in settings.parameters:
+        place = settings.parameters.index(mixed.VALLEY)
+        begun.append(np.where(np.arange(d) == place, known[place], nominal))
+    found = []
+    for start, parameters in product(one["starts"], begun or [nominal]):
+        values = [start[its.name] for its in effects.find(one["effect"]).coefficients]
+        theta = np.array([*parameters, *known[d:], *values])
+        found.append(mixed.fit(comparison, design, theta, max(mixed.TOLERANCE, _NEAR * one["gain"]), profiled=False))
+    return max(found, key=lambda its: its.log_likelihood.sum())
