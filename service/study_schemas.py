@@ -106,6 +106,12 @@ class Answer(BaseModel):
     sentence: str = Field(description="The answer in words.")
     coefficients: list[CoefficientEstimate] = Field(description="Of all added effects, fitted together.")
     block: str | None = Field(description="Where the first of them acts, or where most is left that nothing explains.")
+    confidence: float | None = Field(
+        description="How often the first name, or one tied with it, was right in studies of hidden effects with "
+                    "evidence of this kind: not how probable it is for your bench. Null where no effect is named.")
+    evidence: Literal["clear", "a rival near", "something left over"] | None = Field(
+        description="Kind of evidence: no untied effect predicts as well to three standard errors; one does; or "
+                    "something is left over that nothing explains.")
     left: LeftOver | None = Field(description="What is still there with all effects added; null: no more than noise "
                                               "and scatter of other parameters leave.")
 

@@ -15,6 +15,7 @@ _CHANNELS = {name: (unit, 1.0) for name, unit in SIGNAL_UNITS.items()} | {"shift
 """Each compared channel -> the unit it is told in, and that over the unit of the result."""
 _UNITS = {"current_profile": "", "motor_speed": " rad/s", "load_inertia": " kg m²", "brake_torque": " N m"}
 _DECADE = 2.302585  # natural units of log-likelihood
+_CHANCE = 0.05  # p-value beyond which nothing is asked for
 _LEAST_P = 1e-3  # that replicates can show
 
 
@@ -23,7 +24,8 @@ def lead(result: Result, evidence: Evidence) -> str:
     first, n, added = result["rounds"][0], result["experiments"], result["answer"]["effects"]
     if result["answer"]["kind"] == "not converged":
         return "The fit without any effect did not come to an end, so that nothing can be read from what it leaves."
-    if not added and not first["ranking"]:
+    quiet = result["answer"]["kind"] == "none" and first["p_value"] > _CHANCE
+    if not added and (quiet or not first["ranking"]):
         return (f"What {n} experiments leave unexplained asks for no effect of the catalogue more than chance would "
                 f"({_p(first['p_value'])}), or for one too small to matter.")
     if not added:
@@ -36,7 +38,15 @@ def lead(result: Result, evidence: Evidence) -> str:
                 f"not name it. {_closed(result)}")
     return (f"With {phrase(evidence, added[:1])} added, the model predicts conditions that its fit has not seen better "
             f"than the best fit without it, by {one['sure']:.0f} standard errors over {n} experiments; it is the best "
-            f"candidate in {_share(one)} of bootstrap samples. {_closed(result)}")
+            f"candidate in {_share(one)} of bootstrap samples. {_closed(result)} {_often(result)}")
+
+
+def _often(result: Result) -> str:
+    """How often such a name was right."""
+    right, kind = result["answer"]["confidence"], result["answer"]["evidence"]
+    meant = {"clear": "no effect that is not tied with it comes near", "a rival near": "another effect comes near",
+             "something left over": "something is left over that nothing explains"}[kind]
+    return f"Where effects were hidden on purpose, {100 * right:.0f} % of such names were right: {meant}."
 
 
 def rounds(result: Result, evidence: Evidence) -> list[tuple[str, str]]:
@@ -49,8 +59,9 @@ def rounds(result: Result, evidence: Evidence) -> list[tuple[str, str]]:
         if placed is None:
             said.append(("Against the catalogue:", _best(one)))
         else:
-            said.append(("How sure:", f"asked for beyond chance ({_p(one['p_value'])}); {placed['sure']:.1f} standard "
-                                      "errors better on held-out experiments than the fit without it; the best in "
+            asked = "asked for beyond chance" if one["p_value"] <= _CHANCE else "hidden by scatter, which it narrows"
+            said.append(("How sure:", f"{asked} ({_p(one['p_value'])}); {placed['sure']:.1f} standard errors better on "
+                                      "held-out experiments than the fit without it; the best in "
                                       f"{_share(placed)} of bootstrap samples. {_rivals(one, name)}"))
     return [*said, ("Then:", _end(result))] if said else []
 

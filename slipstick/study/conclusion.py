@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.clutch import effects
-from slipstick.study import gap, locate, rounds, study
+from slipstick.study import confidence, gap, locate, rounds, study
 from slipstick.study.answer import BLOCKS, coefficients, left, names, placed, term
 from slipstick.study.comparison import Comparison
 from slipstick.study.cut import cut
@@ -24,7 +24,10 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
     seen = cut(comparison, fits[0], settings.seed)
     where = None if seen is None else locate.located(comparison, seen.left)
     tied = _tied(state, rankings)
-    answer = _answer(settings, comparison, state, fits, tied, where)
+    answer = _answer(settings, comparison, state, fits, tied, where) | {"confidence": None, "evidence": None}
+    if answer["kind"] in ("effect", "tie", "several"):
+        kind = confidence.evidence(rankings[0], tied[0], _refuted(state), answer["left"] is not None)
+        answer |= {"evidence": kind, "confidence": confidence.SHARES[kind]}
     result: dict[str, Any] = {
         "answer": answer, "settings_digest": settings.digest, "recordings_digest": comparison.recordings.digest,
         "experiments": len(comparison.measured), "noise": comparison.noise, "stopped": state["stopped"],
@@ -45,12 +48,16 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
 
 def _tied(state: study.State, rankings: list[list[Ranked]]) -> list[list[str]]:
     """For each added effect, those not told apart from it; without what was added too, or begun with in vain."""
-    added, groups = state["rounds"][-1]["added"], []
-    refuted = [*added, *(path["rounds"][1]["added"][0] for path in state["others"])]
+    added, refuted, groups = state["rounds"][-1]["added"], _refuted(state), []
     for name, ranking in zip(added, rankings, strict=False):
         group = [one.effect for one in ranking if one.tied]
         groups.append([one for one in group if one == name or one not in refuted] if name in group else [name])
     return groups
+
+
+def _refuted(state: study.State) -> list[str]:
+    """Effects that are not the first one's rivals: added too, or begun with in vain."""
+    return [*state["rounds"][-1]["added"], *(path["rounds"][1]["added"][0] for path in state["others"])]
 
 
 def _answer(settings: StudySettings, comparison: Comparison, state: study.State, fits: list[MixedFit],

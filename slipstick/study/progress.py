@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from slipstick.study.rounds import pending
 from slipstick.study.settings import StudySettings
 from slipstick.study.study import State, finished
 
@@ -24,8 +25,8 @@ def progress(settings: StudySettings, state: State | None) -> dict[str, Any]:
     effects = sum(name not in last["added"] for name in settings.catalogue)
     if finished(state) or "screening" not in last:
         return _said("conclude" if finished(state) else "screen", last["added"], effects, [], [], p_value)
-    shortlist = [one["effect"] for one in last["screening"]["shortlist"]]
-    waiting = [name for name in shortlist if name not in last["candidates"]]
+    waiting = [one["effect"] for one in pending(last)]
+    shortlist = [*last["candidates"], *waiting]
     return _said("candidates" if waiting else "choose", last["added"], effects, shortlist, waiting, p_value)
 
 

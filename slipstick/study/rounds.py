@@ -24,6 +24,8 @@ _WIDE = 0.11
 """Standard deviation of a multiplier beyond which the scatter may be an effect: the paper's are 0.05 and 0.08."""
 _HIDDEN = 0.05
 """Share of a signature's square that scatter leaves, below which it hides the effect."""
+_EXPLAINS = 0.5
+"""Share of what is left that a fit must take away to explain it."""
 _FARTHEST = 3.0
 """Typical values from neutral at which a candidate's fit starts at most."""
 
@@ -52,6 +54,15 @@ def left(one: Round) -> bool:
 def wide(one: Round) -> bool:
     """Whether a round's fit scatters so much that an effect may be in it."""
     return bool(np.sqrt(np.diag(one["fit"]["covariance"])).max() > _WIDE)
+
+
+def pending(one: Round) -> list[dict[str, Any]]:
+    """Candidates of a round that are still to be fitted; what scatter hides only where nothing else explains it."""
+    listed = {name: fit for name, fit in one["candidates"].items() if effects.find(name).listed}
+    explained = any(not left({"fit": fit}) and not wide({"fit": fit}) and taken(one["fit"], fit) >= _EXPLAINS
+                    for fit in listed.values())
+    return [its for its in one["screening"]["shortlist"] if its["effect"] not in one["candidates"]
+            and (its["asked_for"] or not explained)]
 
 
 def taken(before: Round, after: Round) -> float:

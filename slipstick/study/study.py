@@ -20,7 +20,7 @@ from slipstick.study.comparison import Comparison
 from slipstick.study.design import Design
 from slipstick.study.mixed import MixedFit
 from slipstick.study.ranking import Ranked, gained, in_errors, rank
-from slipstick.study.rounds import Round, candidate, left, narrowed, restore, screening, stored, taken, wide
+from slipstick.study.rounds import Round, candidate, left, narrowed, pending, restore, screening, stored, taken, wide
 from slipstick.study.score import score
 from slipstick.study.settings import StudySettings
 
@@ -75,7 +75,7 @@ def advance(settings: StudySettings, comparison: Comparison, state: State) -> St
         last = {**last, "screening": _screened(settings, comparison, last, known), "candidates": {}}
         state = {**state, "rounds": [*before, last]}
         return state if last["screening"]["shortlist"] else _ended(settings, comparison, state, "nothing more")
-    waiting = [one for one in last["screening"]["shortlist"] if one["effect"] not in last["candidates"]]
+    waiting = pending(last)
     if waiting:
         one = waiting[0]
         found = _candidate(settings, comparison, last, one)
