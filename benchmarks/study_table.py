@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 from scipy.stats import beta
@@ -11,6 +12,8 @@ from scipy.stats import beta
 from benchmarks.results import write
 from benchmarks.study_signatures import signatures
 from slipstick.clutch import effects
+from slipstick.study import confidence
+from slipstick.study.confidence import KINDS
 from tests.validation.hidden import EFFECTS
 
 SAME = {
@@ -122,6 +125,24 @@ def summarise(path: Path) -> None:
                 table.append([name, "90 % interval holds it", *share(sum(inside), len(inside))])
         table.append([name, "seconds", *spread([row["seconds"] for row in some if "seconds" in row])])
     write("study_blind", HEADER, table, "python -m benchmarks.study_blind")
+    calibrate(rows)
+
+
+def calibrate(rows: list[Row]) -> None:
+    """Write the shares that `slipstick.study.confidence` states, from half of the cases; check them on the others."""
+    table, stated = [], {}
+    for kind in KINDS:
+        halves: tuple[list[bool], list[bool]] = ([], [])
+        for row in rows:
+            if named(row) and row["answer"]["evidence"] == kind:
+                halves[crc32(row["case"].encode()) % 2].append(bool(wanted(row) & set(row["answer"]["tied"][0])))
+        made, kept = halves
+        # One more of each: a share of none or all is not known from a few.
+        stated[kind] = round((sum(made) + 1) / (len(made) + 2), 2)
+        table.append([kind, stated[kind], sum(made), len(made), *share(sum(kept), len(kept))])
+    header = ("evidence", "stated", "right", "of", "share of others", "lower", "upper", "others")
+    write("study_confidence", header, table, "python -m benchmarks.study_blind")
+    Path(confidence.__file__).with_name("confidence.json").write_text(json.dumps(stated) + "\n")
 
 
 def _measured(rows: list[Row]) -> dict[str, list[float]]:
@@ -152,7 +173,7 @@ def share(count: int, of: int) -> list[object]:
     """A rate with its Clopper-Pearson interval of 90 %."""
     lower = float(beta.ppf(0.05, count, of - count + 1)) if count else 0.0
     upper = float(beta.ppf(0.95, count + 1, of - count)) if count < of else 1.0
-    return [count / of, lower, upper, of]
+    return [count / of if of else None, lower, upper, of]
 
 
 def spread(values: list[float]) -> list[object]:

@@ -1,14 +1,17 @@
 """How often a name is right: the share of right ones among studies of hidden effects with evidence of the same kind.
 
-`benchmarks.study_blind` measured them; `benchmarks/study_confidence.csv` holds the counts, half of which were set aside
-to check these numbers. A name counts as right where the hidden effect is it, or is tied with it.
+`benchmarks.study_blind` measured them, and writes confidence.json; `benchmarks/study_confidence.csv` checks them on the
+half of its cases that they are not from. A name counts as right where the hidden effect is it, or is tied with it.
 """
 
+import json
 from collections.abc import Sequence
+from pathlib import Path
 
 from slipstick.study.ranking import Ranked
 
-SHARES = {"something left over": 0.3, "a rival near": 0.7, "clear": 0.96}
+KINDS = ("clear", "a rival near", "something left over")
+SHARES: dict[str, float] = json.loads(Path(__file__).with_name("confidence.json").read_text())
 """Kind of evidence -> share of right names."""
 _NEAR = 3.0
 """Standard errors within which an effect that is not tied with the first is still a rival."""

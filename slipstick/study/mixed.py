@@ -133,6 +133,8 @@ def _profiled(comparison: Comparison, begun: MixedFit, counts: np.ndarray, place
         height(value)
     for _ in range(_VERTICES):
         three = sorted(sorted(fits, key=lambda one: -height(one))[:3])
+        if not np.all(np.isfinite([height(one) for one in three])):
+            break
         curved, slope, _ = np.polyfit(np.array(three) - middle, [height(one) for one in three], 2)
         vertex = float(middle - slope / (2 * curved)) if curved < 0 else middle
         if not three[0] < vertex < three[-1] or min(abs(vertex - one) for one in three) < _NARROW:
@@ -145,6 +147,8 @@ def _climbed(comparison: Comparison, design: Design, state: State, about: Linear
              held: int | None, tolerance: float, most: int) -> MixedFit:
     """Climb from a state, with one entry of theta held where it is, until the log-likelihood changes little."""
     change, iterations = np.inf, 0
+    if not np.all(np.isfinite(about.residuals)):  # where it is to begin, engagements blow up
+        return MixedFit(design, state, about, np.empty(0), 0, False)
     while change >= tolerance and iterations < most:
         before = _objective(about, state, design, counts)
         near = change <= max(_NEAR, tolerance)
