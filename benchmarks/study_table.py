@@ -129,31 +129,34 @@ def summarise(path: Path) -> None:
 
 
 def calibrate(rows: list[Row]) -> None:
-    """Write the shares that `slipstick.study.confidence` states, from half of the cases; check them on the others."""
+    """Write the shares that `slipstick.study.confidence` states, and how they come out in two halves of the cases."""
     table, stated = [], {}
     for kind in KINDS:
         halves: tuple[list[bool], list[bool]] = ([], [])
         for row in rows:
             if named(row) and row["answer"]["evidence"] == kind:
                 halves[crc32(row["case"].encode()) % 2].append(bool(wanted(row) & set(row["answer"]["tied"][0])))
-        made, kept = halves
+        both = [*halves[0], *halves[1]]
         # One more of each: a share of none or all is not known from a few.
-        stated[kind] = round((sum(made) + 1) / (len(made) + 2), 2)
-        table.append([kind, stated[kind], sum(made), len(made), *share(sum(kept), len(kept))])
-    header = ("evidence", "stated", "right", "of", "share of others", "lower", "upper", "others")
+        stated[kind] = round((sum(both) + 1) / (len(both) + 2), 2)
+        table.append([kind, stated[kind], *share(sum(both), len(both)),
+                      *(entry for half in halves for entry in (sum(half), len(half)))])
+    header = ("evidence", "stated", "share", "lower", "upper", "of", "in one half", "of it", "in the other", "of it")
     write("study_confidence", header, table, "python -m benchmarks.study_blind")
     Path(confidence.__file__).with_name("confidence.json").write_text(json.dumps(stated) + "\n")
 
 
 def _measured(rows: list[Row]) -> dict[str, list[float]]:
-    """Closure and error of the quantity where the effect is named, and the control's closure."""
-    found: dict[str, list[float]] = {"closure of shifting time": [], "control": [], "error of quantity": []}
+    """Where the effect is named: closures, also of the signal that showed it most, controls', and the law's error."""
+    found: dict[str, list[float]] = {"closure of shifting time": [], "its control": [], "closure of signal": [],
+                                     "control of signal": [], "error of quantity": []}
     for row in rows:
         if not named(row) or named(row)[0] not in wanted(row):
             continue
-        gap, control = row["gap"]["closures"]["shifting_time"], row["gap"]["control"]
-        values = (gap["closure"], control and control["closures"]["shifting_time"]["closure"],
-                  next(iter(row["quantity"].values()), None))
+        gap, control = row["gap"]["closures"], row["gap"]["control"]
+        most = max(gap, key=lambda one: (one != "shifting_time") * gap[one]["rms_before"] / gap[one]["rms_expected"])
+        values = (*(its and its[one]["closure"] for one in ("shifting_time", most)
+                    for its in (gap, control and control["closures"])), next(iter(row["quantity"].values()), None))
         for what, value in zip(found, values, strict=True):
             if value is not None:
                 found[what].append(value)

@@ -1,7 +1,7 @@
 """How often a name is right: the share of right ones among studies of hidden effects with evidence of the same kind.
 
-`benchmarks.study_blind` measured them, and writes confidence.json; `benchmarks/study_confidence.csv` checks them on the
-half of its cases that they are not from. A name counts as right where the hidden effect is it, or is tied with it.
+`benchmarks.study_blind` measured them, and writes confidence.json; `benchmarks/study_confidence.csv` has the counts,
+with intervals and in two halves. A name counts as right where the hidden effect is it, or is tied with it.
 """
 
 import json

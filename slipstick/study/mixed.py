@@ -18,7 +18,7 @@ from slipstick.study.design import Design
 from slipstick.study.linearised import Linearised, linearise, predict_at
 from slipstick.study.marginal import Marginal, State, determinant, log_likelihood, marginal, rarity, spread
 
-_ITERATIONS, _ITERATIONS_ALONG = 15, 8
+_ITERATIONS, _ITERATIONS_ALONG, _ITERATIONS_NEAR = 15, 8, 10  # of a profile's first fit, its others, and without one
 _EM = 6  # updates of covariance and noise on one linearisation
 VALLEY = "temperature_gain"
 _ALONG_VALLEY, _BRACKET = 0.04, 3  # first step of its profile, and how often it is doubled
@@ -100,7 +100,8 @@ def fit(comparison: Comparison, design: Design, theta: np.ndarray | None = None,
     start = np.array([one.start for one in design.unknowns]) if theta is None else theta
     place = design.parameters.index(VALLEY) if VALLEY in design.parameters else None
     state, about = _begun(comparison, design, start, counts)
-    best = _climbed(comparison, design, state, about, counts, place, tolerance, _ITERATIONS)
+    best = _climbed(comparison, design, state, about, counts, place, tolerance,
+                    _ITERATIONS if profiled else _ITERATIONS_NEAR)
     if place is not None and profiled:
         best = _profiled(comparison, best, counts, place, tolerance)
     return _concluded(comparison, best)

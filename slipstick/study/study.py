@@ -9,7 +9,6 @@ A state is JSON, complete, and the same after a restart. A step is one fit or on
 """
 
 from dataclasses import replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -47,7 +46,7 @@ _OPEN_TRIED = 2
 """Open terms that are fitted."""
 _WORTH = 0.8
 """Share of an open term's held-out gain that a named effect must reach: its form need not be quite the true one."""
-_PATHS = 3
+_PATHS = 2
 """First effects to begin with, where the one before leaves something over: two together may look like a third."""
 
 
@@ -90,8 +89,8 @@ def _screened(settings: StudySettings, comparison: Comparison, last: Round, know
         return {"p_value": 1.0, "probes": [], "shortlist": []}
     found = restore(settings, comparison, last)
     level = max(settings.significance, _VISIBLE if left(last) else 0.0)
-    screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level,
-                         left(last) or wide(last))
+    suspicious = wide(last) or (left(last) and not last["added"])
+    screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level, suspicious)
     if not last["added"] and screened["shortlist"]:
         opened = screening(settings, score(comparison, found, _OPEN, settings.seed), comparison, level, False)
         screened["open"] = opened
@@ -202,13 +201,13 @@ def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one
     """The fit with one more effect, as near as ranking needs it: the temperature gain stays what it is without it."""
     design = Design(settings.parameters, settings.scattering, (*last["added"], one["effect"]))
     d, known, nominal = len(settings.parameters), last["fit"]["theta"], np.ones(len(settings.parameters))
-    begun = [nominal] if len(one["starts"]) > 1 else []  # what scatter hides has bent the temperature gain as well
-    if mixed.VALLEY in settings.parameters:
+    hidden = len(one["starts"]) > 1  # what scatter hides has bent the temperature gain as well: that begins at nominal
+    if mixed.VALLEY in settings.parameters and not hidden:
         place = settings.parameters.index(mixed.VALLEY)
-        begun.append(np.where(np.arange(d) == place, known[place], nominal))
+        nominal[place] = known[place]
     found = []
-    for start, parameters in product(one["starts"], begun or [nominal]):
+    for start in one["starts"]:
         values = [start[its.name] for its in effects.find(one["effect"]).coefficients]
-        theta = np.array([*parameters, *known[d:], *values])
+        theta = np.array([*nominal, *known[d:], *values])
         found.append(mixed.fit(comparison, design, theta, max(mixed.TOLERANCE, _NEAR * one["gain"]), profiled=False))
     return max(found, key=lambda its: its.log_likelihood.sum())
