@@ -7,8 +7,9 @@ from scipy.special import ndtri
 
 from slipstick.clutch import effects
 from slipstick.clutch.effects.open_terms import SIGNALS
+from slipstick.study.climb import Limits
 from slipstick.study.comparison import Comparison
-from slipstick.study.mixed import Limits, MixedFit
+from slipstick.study.mixed import MixedFit
 from slipstick.study.ranking import Ranked
 
 BLOCKS = {"pressure": "pressure", "output_torque": "torque", "output_speed": "output speed",
@@ -16,7 +17,7 @@ BLOCKS = {"pressure": "pressure", "output_torque": "torque", "output_speed": "ou
 """Signal that shows a block of the model -> the block."""
 
 
-def left(comparison: Comparison, found: MixedFit) -> dict[str, Any]:
+def left_over(comparison: Comparison, found: MixedFit) -> dict[str, Any]:
     """The signal that a fit leaves most of, and how much: RMS in units of its noise."""
     levels = dict(zip(comparison.channels, np.sqrt(found.state.noise).tolist(), strict=True))
     signal = max((name for name in levels if name != "shifting_time"), key=lambda name: levels[name])

@@ -15,17 +15,17 @@ from slipstick.clutch import ensemble
 from slipstick.clutch.conditions import Conditions
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study.comparison import WIDTH, Comparison
+from slipstick.study.climb import RIDGE, Limits
+from slipstick.study.comparison import BLIND, WIDTH, Comparison
 from slipstick.study.linearised import linearise
 from slipstick.study.marginal import marginal, rarity, spread
-from slipstick.study.mixed import RIDGE, Limits, MixedFit
+from slipstick.study.mixed import MixedFit
 
 _SURE, _MOST = 5.0, 1000
 """Standard errors by which repetitions shall tell two models apart, and the most of them that help anybody."""
 _REFITS, _REACH = 6, 0.1
 """Gauss-Newton steps to the scatter of an engagement, and the longest: ties come to rest in three or four."""
 _DRAWS = 32  # of the scatter of a run
-_BLIND = 1.5  # averages of the torque before the first and after the last lock-up that count nothing: they jump
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def beside(right: Comparison, other: Comparison) -> Comparison:
     if time is not None:
         first, last = np.sort([right.measured[:, -1:], other.measured[:, -1:]], axis=0)
         centre = averaged(time, WIDTH)
-        blind = _BLIND * (centre[1] - centre[0])
+        blind = BLIND * (centre[1] - centre[0])
         weights[:, right.channels["output_torque"]] = (centre < first - blind) | (centre > last + blind)
     return replace(right, weights=weights)
 

@@ -22,7 +22,7 @@ WIDTH = 8
 FEWEST = 12
 """Experiments without which a study has nothing to count."""
 _FEWEST_AVERAGES = 8
-_BLIND = 1.5  # compared values of the torque around the measured lock-up that count nothing
+BLIND = 1.5  # compared values of the torque around the measured lock-up that count nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +55,11 @@ class Comparison:
         for name, columns in self.channels.items():
             scale[columns] = self.noise[name]
         return scale
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Values of each channel that count: (channels,)."""
+        return np.array([self.weights[:, columns].sum() for columns in self.channels.values()])
 
     def take(self, places: np.ndarray) -> "Comparison":
         """Only the experiments at `places`."""
@@ -115,7 +120,7 @@ def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:
     measured = np.concatenate([*values, time[:, None]], axis=1)
     weights = np.ones_like(measured)
     centre = averaged(signals.time, WIDTH)
-    near = np.abs(centre - time[:, None]) < _BLIND * (centre[1] - centre[0])
+    near = np.abs(centre - time[:, None]) < BLIND * (centre[1] - centre[0])
     weights[:, channels["output_torque"]] = ~near
     blank = Comparison(recordings, channels, measured, weights, {"shifting_time": shifting_time_noise})
     return blank.with_noise(measured)

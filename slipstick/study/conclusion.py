@@ -6,7 +6,7 @@ import numpy as np
 
 from slipstick.clutch import effects
 from slipstick.study import confidence, gap, locate, rounds, study
-from slipstick.study.answer import BLOCKS, coefficients, left, names, placed, term
+from slipstick.study.answer import BLOCKS, coefficients, left_over, names, placed, term
 from slipstick.study.comparison import Comparison
 from slipstick.study.cut import cut
 from slipstick.study.further import further
@@ -63,7 +63,7 @@ def _refuted(state: study.State) -> list[str]:
 def _answer(settings: StudySettings, comparison: Comparison, state: study.State, fits: list[MixedFit],
             tied: list[list[str]], where: dict[str, Any] | None) -> dict[str, Any]:
     last = state["rounds"][-1]
-    added, over = last["added"], left(comparison, fits[-1]) if rounds.left(last) else None
+    added, over = last["added"], left_over(comparison, fits[-1]) if rounds.left(last["fit"]) else None
     said: dict[str, Any] = {"kind": "none", "effects": added, "tied": tied, "block": None, "left": over,
                             "coefficients": coefficients(fits[-1], settings.level),
                             "sentence": "Nothing is missing that these recordings could show"}

@@ -11,6 +11,8 @@ import numpy as np
 from slipstick.clutch import effects, parameters
 from slipstick.clutch.model import Model
 
+VALLEY = "temperature_gain"
+"""With pressure bias and initial position it forms a curved valley."""
 _PRIOR = 0.1
 """Standard deviation of a parameter's multiplier about nominal before any recording: nothing where the data speak."""
 _PARAMETER, _AMPLITUDE, _SHAPE = (1e-3, 0.1), (0.05, 1.0), (0.02, 0.3)
@@ -48,6 +50,11 @@ class Design:
     scattering: tuple[int, ...] = ()
     added: tuple[str, ...] = ()
     base: Model = field(default_factory=Model)
+
+    @property
+    def valley(self) -> int | None:
+        """Place of the parameter that fits find by its profile; None where it does not move."""
+        return self.parameters.index(VALLEY) if VALLEY in self.parameters else None
 
     @property
     def coefficients(self) -> list[tuple[str, effects.Coefficient]]:

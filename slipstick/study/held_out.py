@@ -7,9 +7,10 @@ fitted on. The fit without a fold is one Newton step from the fit to all, in the
 import numpy as np
 
 from slipstick.clutch.conditions import Conditions
+from slipstick.study.climb import RIDGE, Limits, bounded
 from slipstick.study.comparison import Comparison
 from slipstick.study.marginal import log_likelihood
-from slipstick.study.mixed import RIDGE, Limits, MixedFit, bounded
+from slipstick.study.mixed import MixedFit
 
 _FEWEST = 3
 """Groups that make folds; recordings of fewer kinds are split at random."""

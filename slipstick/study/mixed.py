@@ -1,7 +1,6 @@
 """A mixed-effects fit: parameters and coefficients common to all experiments, and scatter from run to run.
 
-The marginal likelihood (see `marginal`) is climbed by Gauss-Newton steps in theta, with the slope of the determinant
-added, and by expectation-maximization in the covariance.
+The marginal likelihood (see `marginal`) is climbed (see `climb`) at several values of the temperature gain.
 
 The noise of each channel is estimated with the rest, and is at least its sensor's: what a model cannot describe counts
 as noise, and so does not drag its parameters to where they make no sense.
@@ -10,50 +9,19 @@ as noise, and so does not drag its parameters to where they make no sense.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from slipstick.errors import InvalidValue
+from slipstick.study.climb import Climb, Limits, climb, objective
 from slipstick.study.comparison import Comparison
 from slipstick.study.design import Design
-from slipstick.study.linearised import Linearised, linearise, predict_at
-from slipstick.study.marginal import Marginal, State, determinant, log_likelihood, marginal, rarity, spread
+from slipstick.study.linearised import Linearised, linearise
+from slipstick.study.marginal import Marginal, State, log_likelihood, marginal, spread
 
 _ITERATIONS, _ITERATIONS_ALONG, _ITERATIONS_NEAR = 15, 8, 10  # of a profile's first fit, its others, and without one
-_EM = 6  # updates of covariance and noise on one linearisation
-VALLEY = "temperature_gain"
 _ALONG_VALLEY, _BRACKET = 0.04, 3  # first step of its profile, and how often it is doubled
 _VERTICES, _NARROW = 3, 0.004  # of parabolas that are tried, and how near they come to one another
 TOLERANCE = 2.0  # of the log-likelihood, between two linearisations: some hundred thousand in all
-RIDGE = 1e-6  # information on what nothing depends on, such as the shape of an absent effect
-_SMALLEST = 1e-8  # variance of a multiplier below which it does not scatter
 _FIRST = 0.03**2  # variance of a multiplier at the start
-_DAMPINGS = (0.0, 1e-3, 3e-2)
-_SHARES = (1.0, 0.25, 0.05)  # of a step in theta that are tried
-_RELAXATIONS = 2  # of the modes, before a smaller step is tried
-_WEAK, _ALONG = 2, 0.02  # directions along which the determinant's slope is taken, and the step
-_NEAR = 100.0  # change of the log-likelihood below which that slope matters
-_REACH = 0.1  # farthest that a mode moves in one step
-
-
-@dataclass(frozen=True, eq=False)
-class Limits:
-    """Bounds, longest step and prior of each entry of theta, all (p,)."""
-
-    lower: np.ndarray
-    upper: np.ndarray
-    reach: np.ndarray
-    centre: np.ndarray
-    precision: np.ndarray
-
-    def within(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the largest step (p,) from theta that bounds and reach allow."""
-        return np.maximum(self.lower - theta, -self.reach), np.minimum(self.upper - theta, self.reach)
-
-    @classmethod
-    def of(cls, design: Design) -> "Limits":
-        """Those of the design's unknowns."""
-        return cls(*np.array([[one.lower, one.upper, one.reach, one.start, one.precision]
-                              for one in design.unknowns]).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,82 +64,65 @@ def fit(comparison: Comparison, design: Design, theta: np.ndarray | None = None,
     held where it begins: with pressure bias and initial position it forms a curved valley, down which Gauss-Newton
     steps drift.
     """
-    counts = np.array([comparison.weights[:, columns].sum() for columns in comparison.channels.values()])
     start = np.array([one.start for one in design.unknowns]) if theta is None else theta
-    place = design.parameters.index(VALLEY) if VALLEY in design.parameters else None
-    state, about = _begun(comparison, design, start, counts)
-    best = _climbed(comparison, design, state, about, counts, place, tolerance,
-                    _ITERATIONS if profiled else _ITERATIONS_NEAR)
-    if place is not None and profiled:
-        best = _profiled(comparison, best, counts, place, tolerance)
-    return _concluded(comparison, best)
+    most = _ITERATIONS if profiled else _ITERATIONS_NEAR
+    found = climb(comparison, design, *_begun(comparison, design, start), design.valley, tolerance, most)
+    if profiled and design.valley is not None:
+        found = _profiled(comparison, design, found, design.valley, tolerance)
+    return _concluded(comparison, design, found)
 
 
-def _profiled(comparison: Comparison, begun: MixedFit, counts: np.ndarray, place: int, tolerance: float) -> MixedFit:
-    """The highest of fits with one entry of theta held at several values: a bracket, and the vertex of a parabola."""
-    design, fits = begun.design, {float(begun.state.theta[place]): begun}
+def _profiled(comparison: Comparison, design: Design, begun: Climb, place: int, tolerance: float) -> Climb:
+    """The highest of climbs with one entry of theta held at several values: a bracket, and vertices of parabolas."""
     limits = Limits.of(design)
     lower, upper = limits.lower[place], limits.upper[place]
+    middle = float(begun.state.theta[place])
+    climbs: dict[float, Climb] = {}
+    heights: dict[float, float] = {}
+
+    def keep(value: float, one: Climb) -> None:
+        climbs[value], heights[value] = one, -objective(comparison, design, one.about, one.state)
 
     def height(value: float) -> float:
-        if value not in fits:
-            top = max(fits, key=height)
-            theta = fits[top].state.theta.copy()
+        if value not in heights:
+            top = climbs[max(heights, key=heights.__getitem__)].state
+            theta = top.theta.copy()
             theta[place] = value
-            state = replace(fits[top].state, theta=theta)
+            state = replace(top, theta=theta)
             about = linearise(comparison, design, spread(state, design.scattering))
-            fits[value] = _climbed(comparison, design, state, about, counts, place, tolerance, _ITERATIONS_ALONG)
-        return -_objective(fits[value].about, fits[value].state, design, counts)
+            keep(value, climb(comparison, design, state, about, place, tolerance, _ITERATIONS_ALONG))
+        return heights[value]
 
-    middle, = fits
+    keep(middle, begun)
     step = _ALONG_VALLEY if height(middle + _ALONG_VALLEY) > height(middle) else -_ALONG_VALLEY
     value = middle + step
     for _ in range(_BRACKET):
-        if height(value) < max(map(height, tuple(fits))) or not lower < value + 2 * step < upper:
+        if height(value) < max(heights.values()) or not lower < value + 2 * step < upper:
             break
         step *= 2
         value += step
         height(value)
     for _ in range(_VERTICES):
-        three = sorted(sorted(fits, key=lambda one: -height(one))[:3])
-        if not np.all(np.isfinite([height(one) for one in three])):
+        three = sorted(sorted(heights, key=lambda one: -heights[one])[:3])
+        if not np.all(np.isfinite([heights[one] for one in three])):
             break
-        curved, slope, _ = np.polyfit(np.array(three) - middle, [height(one) for one in three], 2)
+        curved, slope, _ = np.polyfit(np.array(three) - middle, [heights[one] for one in three], 2)
         vertex = float(middle - slope / (2 * curved)) if curved < 0 else middle
         if not three[0] < vertex < three[-1] or min(abs(vertex - one) for one in three) < _NARROW:
             break
         height(vertex)
-    return fits[max(fits, key=height)]
+    return climbs[max(heights, key=heights.__getitem__)]
 
 
-def _climbed(comparison: Comparison, design: Design, state: State, about: Linearised, counts: np.ndarray,
-             held: int | None, tolerance: float, most: int) -> MixedFit:
-    """Climb from a state, with one entry of theta held where it is, until the log-likelihood changes little."""
-    change, iterations = np.inf, 0
-    if not np.all(np.isfinite(about.residuals)):  # where it is to begin, engagements blow up
-        return MixedFit(design, state, about, np.empty(0), 0, False)
-    while change >= tolerance and iterations < most:
-        before = _objective(about, state, design, counts)
-        near = change <= max(_NEAR, tolerance)
-        narrowing = _narrowing(comparison, design, about, state) if near else np.zeros(len(state.theta))
-        aim = _aim(about, state, design, narrowing, held)
-        state = _search(comparison, design, about, state, aim, narrowing)
-        about = linearise(comparison, design, spread(state, design.scattering))
-        state = _scattered(about, state, design.scattering, counts)
-        after = _objective(about, state, design, counts)
-        # No end before the determinant has been heard.
-        change, iterations = abs(before - after) if near else max(abs(before - after), tolerance), iterations + 1
-    return MixedFit(design, state, about, np.empty(0), iterations, change < tolerance)
-
-
-def _begun(comparison: Comparison, design: Design, theta: np.ndarray, counts: np.ndarray) -> tuple[State, Linearised]:
+def _begun(comparison: Comparison, design: Design, theta: np.ndarray) -> tuple[State, Linearised]:
     """The state at theta without scatter, and with the noise that it leaves; nearer to neutral where it blows up."""
     n, q, centre = len(comparison.measured), len(design.scattering), Limits.of(design).centre
     while True:
-        state = State(theta, np.zeros((n, q)), _FIRST * np.eye(q), np.ones(len(counts)))
+        state = State(theta, np.zeros((n, q)), _FIRST * np.eye(q), np.ones(len(comparison.channels)))
         about = linearise(comparison, design, spread(state, design.scattering))
         if np.all(np.isfinite(about.residuals)):
-            return replace(state, noise=np.maximum(1.0, about.gram[:, :, -1, -1].sum(axis=1) / counts)), about
+            misfit = about.gram[:, :, -1, -1].sum(axis=1) / comparison.counts
+            return replace(state, noise=np.maximum(1.0, misfit)), about
         nearer = np.where(np.arange(len(theta)) < len(design.parameters), theta, (theta + centre) / 2)
         if np.allclose(nearer, theta):
             raise InvalidValue("The simulation blows up at the parameters of the study",
@@ -182,120 +133,10 @@ def _begun(comparison: Comparison, design: Design, theta: np.ndarray, counts: np
 def at(comparison: Comparison, design: Design, state: State) -> MixedFit:
     """What a fit that ended at `state` had found."""
     about = linearise(comparison, design, spread(state, design.scattering))
-    return _concluded(comparison, MixedFit(design, state, about, np.empty(0), 0, True))
+    return _concluded(comparison, design, Climb(state, about, 0, True))
 
 
-def _concluded(comparison: Comparison, found: MixedFit) -> MixedFit:
-    return replace(found, log_likelihood=log_likelihood(comparison, found.marginal, found.state.noise))
-
-
-def _narrowing(comparison: Comparison, design: Design, about: Linearised, state: State) -> np.ndarray:
-    """Slope (p,) of the logarithm of the determinant, along the directions in theta that are known least.
-
-    Pressure bias, initial position and temperature gain form a curved valley. Its ends are told apart by how wide it
-    is for each experiment, which only the determinant says and a Gauss-Newton step neglects.
-    """
-    integrated, places = marginal(about, state, design.scattering), list(design.scattering)
-    precision = np.diag(Limits.of(design).precision + RIDGE)
-    weak = np.linalg.eigh(integrated.information.sum(axis=0) + precision)[1][:, :_WEAK]
-    gram, slope = about.weighted(state.noise), np.zeros(len(state.theta))
-    for direction in weak.T:
-        moved = integrated.gain @ (gram[:, places, :-1] @ direction)[..., None]
-        there = replace(state, theta=state.theta + _ALONG * direction, modes=state.modes - _ALONG * moved[..., 0])
-        moved_to = linearise(comparison, design, spread(there, design.scattering), columns=places)
-        inner = moved_to.weighted(state.noise)[:, :-1, :-1]
-        change = determinant(inner, state.covariance) - integrated.logdet
-        slope += np.nan_to_num(change).sum() / _ALONG * direction
-    return slope
-
-
-def _aim(about: Linearised, state: State, design: Design, narrowing: np.ndarray, held: int | None) -> np.ndarray:
-    """The theta (p,) that the linearised experiments ask for, within reach, with one entry held."""
-    integrated, limits = marginal(about, state, design.scattering), Limits.of(design)
-    information = integrated.information.sum(axis=0) + np.diag(limits.precision + RIDGE)
-    score = integrated.score.sum(axis=0) + limits.precision * (limits.centre - state.theta) - 0.5 * narrowing
-    lower, upper = limits.within(state.theta)
-    if held is not None:
-        lower[held] = upper[held] = 0.0
-    return np.asarray(state.theta + bounded(information, score, lower, upper))
-
-
-def _search(comparison: Comparison, design: Design, about: Linearised, state: State, aim: np.ndarray,
-            narrowing: np.ndarray) -> State:
-    """On the way to the theta `aim`, as far as heights fall; every experiment takes the best of several modes."""
-    def heights(predicted: np.ndarray, modes: np.ndarray) -> np.ndarray:
-        squares = ((comparison.measured - predicted) / comparison.scale) ** 2 * comparison.weights
-        each = sum(squares[:, columns].sum(axis=1) / factor for factor, columns in
-                   zip(state.noise, comparison.channels.values(), strict=True))
-        return np.asarray(np.nan_to_num(each + rarity(modes, state.covariance), nan=np.inf))
-
-    def tried(theta: np.ndarray, base: np.ndarray, candidates: list[np.ndarray]) -> tuple[np.ndarray, float]:
-        """The best modes of each experiment, and the sum of their heights."""
-        modes = np.array([base, *candidates])
-        points = np.array([spread(replace(state, theta=theta, modes=one), design.scattering) for one in modes])
-        predicted = predict_at(comparison, design, points)
-        found = np.array([heights(one, its) for one, its in zip(predicted, modes, strict=True)])
-        return modes[found.argmin(axis=0), np.arange(len(base))], float(found.min(axis=0).sum())
-
-    before, places = float(heights(comparison.measured - about.residuals, state.modes).sum()), list(design.scattering)
-    for share in _SHARES:
-        theta = state.theta + share * (aim - state.theta)
-        gram = about.weighted(state.noise)
-        slope = gram[:, places, -1] - gram[:, places, :-1] @ (theta - state.theta)
-        modes, height = tried(theta, state.modes, _damped(gram[:, places][:, :, places], slope, state))
-        for _ in range(_RELAXATIONS):
-            if height + narrowing @ (theta - state.theta) < before:
-                return replace(state, theta=theta, modes=modes)
-            if not np.isfinite(height):
-                break
-            now = replace(state, theta=theta, modes=modes)
-            there = linearise(comparison, design, spread(now, design.scattering), columns=places)
-            gram = there.weighted(state.noise)
-            modes, height = tried(theta, modes, _damped(gram[:, :-1, :-1], gram[:, :-1, -1], now))
-    return state
-
-
-def _damped(inner: np.ndarray, slope: np.ndarray, state: State) -> list[np.ndarray]:
-    """Modes (n, q) to try, by Levenberg-Marquardt at several dampings, from G_i' G_i (n, q, q) and G_i' r_i (n, q).
-
-    Pressure bias and initial position form a curved valley, along which a whole step climbs its wall.
-    """
-    found, precision = [], np.linalg.inv(state.covariance)
-    for damping in _DAMPINGS:
-        diagonal = damping * np.einsum("nqq->nq", inner)
-        curvature = inner + precision + diagonal[:, :, None] * np.eye(inner.shape[1])
-        change = np.linalg.solve(curvature, (slope - state.modes @ precision)[..., None])[..., 0]
-        found.append(state.modes + np.clip(change, -_REACH, _REACH))
-    return found
-
-
-def _scattered(about: Linearised, state: State, scattering: tuple[int, ...], counts: np.ndarray) -> State:
-    """The state with the covariance and the noise that its modes and residuals show: expectation-maximization."""
-    places, square = list(scattering), about.gram[:, :, -1, -1].sum(axis=1)
-    for _ in range(_EM):
-        posterior = marginal(about, state, scattering).gain
-        covariance = state.modes.T @ state.modes / len(state.modes) + posterior.mean(axis=0)
-        open_ = np.einsum("nqr,cnrq->c", posterior, about.gram[:, :, places][:, :, :, places], optimize=True)
-        state = replace(state, covariance=np.diag(np.diag(covariance) + _SMALLEST),
-                        noise=np.maximum(1.0, (square + open_) / counts))
-    return state
-
-
-def _objective(about: Linearised, state: State, design: Design, counts: np.ndarray) -> float:
-    """Minus the logarithm of the joint density of data and modes, with the determinant of Laplace's approximation."""
-    if not np.all(np.isfinite(about.residuals)):
-        return np.inf
-    limits = Limits.of(design)
-    square = about.gram[:, :, -1, -1].sum(axis=1) @ (1 / state.noise)
-    modes = rarity(state.modes, state.covariance).sum()
-    prior = (limits.precision * (state.theta - limits.centre) ** 2).sum()
-    logdet = marginal(about, state, design.scattering).logdet.sum()
-    return float(0.5 * (square + modes + logdet + prior + counts @ np.log(state.noise)))
-
-
-def bounded(information: np.ndarray, score: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """The step (p,) between `lower` and `upper` that raises a quadratic log-likelihood most."""
-    values, vectors = np.linalg.eigh(information)
-    roots = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
-    crack = np.maximum(upper, lower + 1e-12)  # lsq_linear wants one
-    return np.asarray(lsq_linear((vectors * roots).T, vectors.T @ score / roots, (lower, crack), method="bvls").x)
+def _concluded(comparison: Comparison, design: Design, found: Climb) -> MixedFit:
+    integrated = marginal(found.about, found.state, design.scattering)
+    return MixedFit(design, found.state, found.about, log_likelihood(comparison, integrated, found.state.noise),
+                    found.iterations, found.converged)

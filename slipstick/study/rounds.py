@@ -14,6 +14,7 @@ from slipstick.study.score import Scores
 from slipstick.study.settings import StudySettings
 
 Round = dict[str, Any]
+Fit = dict[str, Any]
 
 _STATE = tuple(field.name for field in fields(marginal.State))
 _HOPELESS = 0.05
@@ -30,42 +31,46 @@ _FARTHEST = 3.0
 """Typical values from neutral at which a candidate's fit starts at most."""
 
 
-def restore(settings: StudySettings, comparison: Comparison, one: dict[str, Any],
+def design(settings: StudySettings, *added: str) -> Design:
+    """What moves in a fit with the effects added."""
+    return Design(settings.parameters, settings.scattering, added)
+
+
+def restore(settings: StudySettings, comparison: Comparison, one: Round,
             candidate: str | None = None) -> MixedFit:
     """The fit of a round, or of one of its candidates, from its JSON."""
     added = (*one["added"], candidate) if candidate else tuple(one["added"])
     stored = one["candidates"][candidate] if candidate else one["fit"]
     state = _state(stored)
-    found = mixed.at(comparison, Design(settings.parameters, settings.scattering, added), state)
+    found = mixed.at(comparison, design(settings, *added), state)
     return replace(found, converged=stored["converged"], iterations=stored["iterations"])
 
 
-def stored(found: MixedFit) -> Round:
+def stored(found: MixedFit) -> Fit:
     """A fit as JSON."""
     state = {name: getattr(found.state, name).tolist() for name in _STATE}
     return {**state, "converged": found.converged, "iterations": found.iterations}
 
 
-def left(one: Round) -> bool:
-    """Whether a round's fit leaves more in some signal than scatter of other parameters does."""
-    return max(one["fit"]["noise"][:-1], default=1.0) - 1 > _LITTLE
+def left(fit: Fit) -> bool:
+    """Whether a fit leaves more in some signal than scatter of other parameters does."""
+    return max(fit["noise"][:-1], default=1.0) - 1 > _LITTLE
 
 
-def wide(one: Round) -> bool:
-    """Whether a round's fit scatters so much that an effect may be in it."""
-    return bool(np.sqrt(np.diag(one["fit"]["covariance"])).max() > _WIDE)
+def wide(fit: Fit) -> bool:
+    """Whether a fit scatters so much that an effect may be in it."""
+    return bool(np.sqrt(np.diag(fit["covariance"])).max() > _WIDE)
 
 
 def pending(one: Round) -> list[dict[str, Any]]:
     """Candidates of a round that are still to be fitted; what scatter hides only where nothing else explains it."""
-    listed = {name: fit for name, fit in one["candidates"].items() if effects.find(name).listed}
-    explained = any(not left({"fit": fit}) and not wide({"fit": fit}) and taken(one["fit"], fit) >= _EXPLAINS
-                    for fit in listed.values())
+    listed = [fit for name, fit in one["candidates"].items() if effects.find(name).listed]
+    explained = any(not left(fit) and not wide(fit) and taken(one["fit"], fit) >= _EXPLAINS for fit in listed)
     return [its for its in one["screening"]["shortlist"] if its["effect"] not in one["candidates"]
             and (its["asked_for"] or not explained)]
 
 
-def taken(before: Round, after: Round) -> float:
+def taken(before: Fit, after: Fit) -> float:
     """Of the variance beyond the sensor's noise in the signal that a fit helps most, the share that it takes away."""
     without, over = (np.array(one["noise"])[:-1] - 1 for one in (before, after))
     if not len(over):
@@ -74,7 +79,7 @@ def taken(before: Round, after: Round) -> float:
     return float((without - over)[most] / max(1e-9, without[most]))
 
 
-def narrowed(before: Round, after: Round) -> float:
+def narrowed(before: Fit, after: Fit) -> float:
     """Of the variance of the scatter, the greatest share that a fit takes away."""
     scatter = [np.diag(one["covariance"]) for one in (before, after)]
     return float(1 - (scatter[1] / scatter[0]).min())

@@ -111,9 +111,7 @@ def score(comparison: Comparison, found: MixedFit, catalogue: Sequence[str], see
         p_values[~drifts] = shares(onto[:, :, ~drifts], memory)
     if drifts.any():
         # Scatter that wanders looks like a drift. Two ways to allow for it, and the price of having two.
-        trend = np.zeros((*each.shape[:1], p + len(tried), len(found.design.scattering)))
-        trend[:, found.design.scattering] = np.linspace(-1, 1, len(order))[np.argsort(order), None, None] * np.eye(
-            len(found.design.scattering))
+        trend = _trend(order, found.design.scattering, p + len(tried))
         apart = _efficient(integrated, p, trend)[0]
         either = [shares(onto[:, :, drifts], max(memory, _WANDERING)), shares(apart[:, :, drifts], memory)]
         p_values[drifts] = np.minimum(1.0, 2 * np.min(either, axis=0))
@@ -125,6 +123,14 @@ def score(comparison: Comparison, found: MixedFit, catalogue: Sequence[str], see
 def _projected(integrated: Marginal, onto: np.ndarray) -> np.ndarray:
     """Scores (n, c) of each experiment along its combinations `onto` (n, m, c)."""
     return np.asarray(np.einsum("nm,nmc->nc", integrated.score, onto))
+
+
+def _trend(order: np.ndarray, scattering: tuple[int, ...], m: int) -> np.ndarray:
+    """Moves (n, m, q) of the scattering entries along with the place in the `order` (n,) of the runs, -1 to 1."""
+    along = np.linspace(-1, 1, len(order))[np.argsort(order)]
+    moves = np.zeros((len(order), m, len(scattering)))
+    moves[:, scattering] = along[:, None, None] * np.eye(len(scattering))
+    return moves
 
 
 def _efficient(integrated: Marginal, p: int,

@@ -16,10 +16,22 @@ import numpy as np
 from slipstick.clutch import effects
 from slipstick.study import mixed
 from slipstick.study.comparison import Comparison
-from slipstick.study.design import Design
 from slipstick.study.mixed import MixedFit
 from slipstick.study.ranking import Ranked, gained, in_errors, rank
-from slipstick.study.rounds import Round, candidate, left, narrowed, pending, restore, screening, stored, taken, wide
+from slipstick.study.rounds import (
+    Fit,
+    Round,
+    candidate,
+    design,
+    left,
+    narrowed,
+    pending,
+    restore,
+    screening,
+    stored,
+    taken,
+    wide,
+)
 from slipstick.study.score import score
 from slipstick.study.settings import StudySettings
 
@@ -52,11 +64,10 @@ _PATHS = 2
 
 def start(settings: StudySettings, comparison: Comparison) -> State:
     """The state after the fit without any effect."""
-    design = Design(settings.parameters, settings.scattering)
-    rough = mixed.fit(comparison, design, tolerance=_ROUGH, profiled=False)
+    rough = mixed.fit(comparison, design(settings), tolerance=_ROUGH, profiled=False)
     # The residuals show the sensors' noise better than the signals do, whose own bends add to it.
     sharp = comparison.with_noise(rough.about.residuals)
-    first = {"added": [], "fit": stored(mixed.fit(sharp, design))}
+    first = {"added": [], "fit": stored(mixed.fit(sharp, design(settings)))}
     return {"noise": sharp.noise, "rounds": [first], "others": [], "stopped": None}
 
 
@@ -88,8 +99,8 @@ def _screened(settings: StudySettings, comparison: Comparison, last: Round, know
     if not known:
         return {"p_value": 1.0, "probes": [], "shortlist": []}
     found = restore(settings, comparison, last)
-    level = max(settings.significance, _VISIBLE if left(last) else 0.0)
-    suspicious = wide(last) or (left(last) and not last["added"])
+    level = max(settings.significance, _VISIBLE if left(last["fit"]) else 0.0)
+    suspicious = wide(last["fit"]) or (left(last["fit"]) and not last["added"])
     screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level, suspicious)
     if not last["added"] and screened["shortlist"]:
         opened = screening(settings, score(comparison, found, _OPEN, settings.seed), comparison, level, False)
@@ -139,8 +150,8 @@ def _settled(settings: StudySettings, comparison: Comparison, state: State) -> S
 def _added(settings: StudySettings, comparison: Comparison, last: Round, effect: str) -> Round:
     """The round that begins with one candidate more, fitted to the end."""
     added, near = [*last["added"], effect], last["candidates"][effect]
-    design = Design(settings.parameters, settings.scattering, tuple(added))
-    found = (mixed.fit(comparison, design, np.array(near["theta"])), restore(settings, comparison, last, effect))
+    again = mixed.fit(comparison, design(settings, *added), np.array(near["theta"]))
+    found = (again, restore(settings, comparison, last, effect))
     best = max(found, key=lambda one: one.log_likelihood.sum())
     return {"added": added, "fit": stored(best)}
 
@@ -149,7 +160,7 @@ def _ended(settings: StudySettings, comparison: Comparison, state: State, why: s
     """Begin anew with another first effect where this path leaves something over; else judge the best path."""
     rounds = state["rounds"]
     paths = [*state["others"], {"rounds": rounds, "stopped": why}]
-    if len(rounds) > 1 and left(rounds[-1]) and len(paths) < _PATHS:
+    if len(rounds) > 1 and left(rounds[-1]["fit"]) and len(paths) < _PATHS:
         begun = [one["rounds"][1]["added"][0] for one in paths]
         for other in ranked(settings, comparison, rounds[0]):
             if other.effect not in begun and other.sure >= _SURE and not other.at_bound:
@@ -163,7 +174,7 @@ def _ended(settings: StudySettings, comparison: Comparison, state: State, why: s
     return _judge(settings, comparison, {**state, **paths[best], "others": others})
 
 
-def _much(before: Round, after: Round) -> bool:
+def _much(before: Fit, after: Fit) -> bool:
     """Whether a fit takes away so much that it is more than what the form of the effects before it leaves over."""
     return max(taken(before, after), narrowed(before, after)) >= _TAKEN
 
@@ -178,10 +189,10 @@ def _better(settings: StudySettings, comparison: Comparison, one: Round, other: 
 def _judge(settings: StudySettings, comparison: Comparison, state: State) -> State:
     """Take back all names where they explain too little; put an open term in their place where one explains more."""
     first, last = state["rounds"][0], state["rounds"][-1]
-    visible = left(first)
+    visible = left(first["fit"])
     opened = [one for one in ranked(settings, comparison, first, listed=False) if one.sure >= _SURE and not one.at_bound
               and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _EXPLAINED)]
-    explained = bool(last["added"]) and not (left(last) and taken(first["fit"], last["fit"]) < _EXPLAINED)
+    explained = bool(last["added"]) and not (left(last["fit"]) and taken(first["fit"], last["fit"]) < _EXPLAINED)
     if explained and opened:
         without, found = (restore(settings, comparison, one) for one in (first, last))
         named = gained(comparison, without, found, settings.seed)
@@ -199,15 +210,14 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
 
 def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one: Round) -> MixedFit:
     """The fit with one more effect, as near as ranking needs it: the temperature gain stays what it is without it."""
-    design = Design(settings.parameters, settings.scattering, (*last["added"], one["effect"]))
+    with_it = design(settings, *last["added"], one["effect"])
     d, known, nominal = len(settings.parameters), last["fit"]["theta"], np.ones(len(settings.parameters))
     hidden = len(one["starts"]) > 1  # what scatter hides has bent the temperature gain as well: that begins at nominal
-    if mixed.VALLEY in settings.parameters and not hidden:
-        place = settings.parameters.index(mixed.VALLEY)
-        nominal[place] = known[place]
+    if with_it.valley is not None and not hidden:
+        nominal[with_it.valley] = known[with_it.valley]
     found = []
     for start in one["starts"]:
         values = [start[its.name] for its in effects.find(one["effect"]).coefficients]
         theta = np.array([*nominal, *known[d:], *values])
-        found.append(mixed.fit(comparison, design, theta, max(mixed.TOLERANCE, _NEAR * one["gain"]), profiled=False))
+        found.append(mixed.fit(comparison, with_it, theta, max(mixed.TOLERANCE, _NEAR * one["gain"]), profiled=False))
     return max(found, key=lambda its: its.log_likelihood.sum())

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.conditions import paper_conditions
+from slipstick.study.climb import Limits
 from slipstick.study.held_out import folds, without
-from slipstick.study.mixed import Limits, MixedFit
+from slipstick.study.mixed import MixedFit
 
 
 def test_folds_leave_out_every_motor_speed_and_every_profile_once() -> None:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from slipstick.study.climb import bounded
 from slipstick.study.linearised import Linearised
-from slipstick.study.mixed import State, bounded, marginal
+from slipstick.study.mixed import State, marginal
 
 N, VALUES, P, SCATTERING = 5, (6, 4), 3, (0, 2)
 
