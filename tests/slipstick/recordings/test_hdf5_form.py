@@ -102,7 +102,7 @@ def group_for_dataset(file):
     (text_for_numbers, "'shifting_time' is of type"), (group_for_dataset, "'shifting_time' is a group"),
     (drop("shifting_time"), "'shifting_time' is missing"), (drop("conditions"), "'conditions' is missing"),
     (drop("signals/output_torque"), "'signals/output_torque' is missing"),
-], ids=str)
+])
 def test_what_is_wrong_is_named(copy, damage, says):
     with h5py.File(copy, "r+") as file:
         damage(file)
