@@ -1,6 +1,7 @@
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -24,3 +25,19 @@ def marks() -> Callable[[Spec, str], list[ElementTree.Element]]:
         return [path for group in groups if f"mark-{kind} role-mark" in group.get("class", "") for path in group]
 
     return found
+
+
+def encoded(view: Any) -> Iterator[Spec]:
+    if isinstance(view, dict):
+        yield from (view["encoding"][at] for at in "xy" if at in view.get("encoding", ()))
+        for part in view.values():
+            yield from encoded(part)
+    elif isinstance(view, list):
+        for part in view:
+            yield from encoded(part)
+
+
+@pytest.fixture(scope="session")
+def scales() -> Callable[[Spec], Iterator[Spec]]:
+    """Every x and y that is encoded somewhere in a picture."""
+    return encoded

@@ -5,7 +5,7 @@ import math
 import socket
 import struct
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 from xml.etree import ElementTree
 
@@ -19,6 +19,7 @@ from slipstick.pictures.theme import SCHEMA
 
 Made = Callable[..., dict[str, Any]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]
+Scales = Callable[[Spec], Iterator[Spec]]
 SEVEN = ("current_delay", "current_bias", "current_gain", "pressure_bias", "temperature_gain", "initial_position",
          "friction_coefficient")
 DATA = {"comparison": "symbol", "inputs": "line", "profiles": "line", "densities": "area", "engagement": "line",
@@ -43,16 +44,7 @@ def test_a_fit_has_all_pictures_and_each_can_be_drawn(drawn: dict[str, Spec], ma
         assert marks(spec, DATA[name])
 
 
-def test_every_axis_that_is_shown_has_a_title(drawn: dict[str, Spec]) -> None:
-    def scales(view: Any) -> Any:
-        if isinstance(view, dict):
-            yield from (view["encoding"][at] for at in "xy" if at in view.get("encoding", ()))
-            for part in view.values():
-                yield from scales(part)
-        elif isinstance(view, list):
-            for part in view:
-                yield from scales(part)
-
+def test_every_axis_that_is_shown_has_a_title(drawn: dict[str, Spec], scales: Scales) -> None:
     titles = {"".join(scale["title"]) for spec in drawn.values() for scale in scales(spec) if scale.get("title")}
     for unit in ("[s]", "[ms]", "[A]", "[bar]", "[mm]", "[rad/s]", "[N m]", "[multiple of nominal]"):
         assert any(title.endswith(unit) for title in titles), unit

@@ -13,6 +13,7 @@ from slipstick.pictures.study import CAPTIONS, Spec, likelihood, study_pictures
 
 Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]
+Scales = Callable[[Spec], Iterator[Spec]]
 DATA = {"law": "line", "where": "rect", "screening": "symbol", "ranking": "symbol", "residual": "line",
         "signals": "line", "gap": "symbol", "likelihood": "symbol"}
 """Name of a picture -> the marks that its data are drawn as."""
@@ -33,17 +34,6 @@ def texts(marks: list[ElementTree.Element]) -> list[str]:
     return [word for mark in marks for word in mark.itertext()]
 
 
-def scales(view: Any) -> Iterator[Spec]:
-    """Every x and y that is encoded somewhere in a picture."""
-    if isinstance(view, dict):
-        yield from (view["encoding"][at] for at in "xy" if at in view.get("encoding", ()))
-        for part in view.values():
-            yield from scales(part)
-    elif isinstance(view, list):
-        for part in view:
-            yield from scales(part)
-
-
 def test_a_study_has_all_pictures_and_each_can_be_drawn(output: dict[str, Any], marks: Marks) -> None:
     drawn = draw(output)
     assert list(drawn) == ALONE
@@ -53,7 +43,7 @@ def test_a_study_has_all_pictures_and_each_can_be_drawn(output: dict[str, Any], 
         json.dumps(spec, allow_nan=False)
 
 
-def test_every_quantity_is_shown_with_its_unit(output: dict[str, Any]) -> None:
+def test_every_quantity_is_shown_with_its_unit(output: dict[str, Any], scales: Scales) -> None:
     titles = {scale["title"] for spec in draw(output).values() for scale in scales(spec) if scale.get("title")}
     for unit in ("[rad/s]", "[10⁻⁴ N m/Pa]", "[noise levels]", "[bar]", "[N m]", "[s]", "[ms]", "[%]"):
         assert any(title.endswith(unit) for title in titles), unit
@@ -214,7 +204,8 @@ def test_too_few_values_for_a_curve_leave_it_out(output: dict[str, Any]) -> None
     assert not {"law", "residual"} & draw(output).keys()
 
 
-def test_conditions_of_many_values_are_not_written_side_by_side(output: dict[str, Any], marks: Marks) -> None:
+def test_conditions_of_many_values_are_not_written_side_by_side(
+        output: dict[str, Any], marks: Marks, scales: Scales) -> None:
     output["evidence"]["conditions"]["motor_speed"] = [100.0 + place for place in range(24)]
     for who in ("before", "after"):
         groups = output["evidence"]["where"][who]["by_condition"]
