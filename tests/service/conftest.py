@@ -4,10 +4,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import httpx
 import pytest
 import uvicorn
+from dbos import DBOSClient
 
 from service.app import create_app
 from service.settings import Settings
@@ -15,6 +18,9 @@ from slipstick.library import Library
 from slipstick.table import Table
 
 Serving = Callable[[Settings], AbstractContextManager[str]]
+Kept = dict[str, tuple[dict[str, Any], dict[str, Any] | None]]
+"""Id of a job -> its order, and what it left, None while it runs."""
+Keeping = Callable[[Path, Kept], AbstractContextManager[httpx.Client]]
 
 
 @contextmanager
@@ -31,9 +37,32 @@ def _serving(settings: Settings) -> Iterator[str]:
     thread.join()
 
 
+@contextmanager
+def _keeping(tables: Path, kept: Kept) -> Iterator[httpx.Client]:
+    """Serve the folder with a store that holds jobs as if a worker had run them; yield a client."""
+    jobs = {name: SimpleNamespace(
+        workflow_id=name, status="SUCCESS" if output else "PENDING", input={"args": [order]}, output=output,
+        error=None, created_at=1_790_000_000_000, completed_at=None, executor_id="worker-1")
+        for name, (order, output) in kept.items()}
+
+    def listed(_: DBOSClient, *, workflow_ids: list[str], name: str) -> list[SimpleNamespace]:
+        return [jobs[one] for one in workflow_ids if one in jobs]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(DBOSClient, "list_workflows", listed)
+        with _serving(Settings(tables=tables, jobs=f"sqlite:///{tables}/jobs.sqlite")) as address, \
+                httpx.Client(base_url=address, timeout=30) as client:
+            yield client
+
+
 @pytest.fixture(scope="session")
 def serving() -> Serving:
     return _serving
+
+
+@pytest.fixture(scope="session")
+def keeping() -> Keeping:
+    return _keeping
 
 
 @pytest.fixture(scope="session")

@@ -3,52 +3,34 @@
 import json
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from types import SimpleNamespace
+from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 
-from service.job_store import JobStore
-from service.settings import Settings
-from slipstick.errors import UnknownName
 from slipstick.pictures import CAPTIONS
 from slipstick.report import page
 from slipstick.uncertainty.settings import FitSettings
 
-Serving = Callable[[Settings], AbstractContextManager[str]]
+Keeping = Callable[[Path, dict[str, Any]], AbstractContextManager[httpx.Client]]
 ORDER = {"table": "nominal", "table_digest": "a1b2", "recordings": "measured", "recordings_digest": "c3d4",
          "simulate": False, "parameters": ["pressure_bias", "initial_position"], "outside": "clip",
          "settings": json.loads(json.dumps(FitSettings(seed=7).to_dict()))}
 
 
-def fit(name: str, status: str, output: dict[str, Any] | None, **order: Any) -> SimpleNamespace:
-    return SimpleNamespace(workflow_id=name, status=status, input={"args": [ORDER | order]}, output=output, error=None,
-                           created_at=1_790_000_000_000, completed_at=None, executor_id="worker-1")
-
-
 @pytest.fixture(scope="module")
-def client(made: Callable[..., dict[str, Any]], serving: Serving,
+def client(made: Callable[..., dict[str, Any]], keeping: Keeping,
            tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
     classic = made()
     classic["result"]["method"] = "classic"
-    kept = {one.workflow_id: one for one in (
-        fit("done", "SUCCESS", made()), fit("classic", "SUCCESS", classic), fit("running", "PENDING", None),
-        fit("foreign", "SUCCESS", classic, recordings_digest="e5f6"),
-        fit("bounded", "SUCCESS", classic, settings=ORDER["settings"] | {"std_bounds": [[0.01, 0.1]]}),
-        fit("narrower", "SUCCESS", classic, parameters=["pressure_bias"]))}
-
-    def find(_: JobStore, name: str) -> SimpleNamespace:
-        if name not in kept:
-            raise UnknownName.of("fit", name, kept)
-        return kept[name]
-
-    folder = tmp_path_factory.mktemp("reports")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(JobStore, "find", find)
-        with serving(Settings(tables=folder, jobs=f"sqlite:///{folder}/jobs.sqlite")) as address, \
-                httpx.Client(base_url=address, timeout=30) as client:
-            yield client
+    bounded = ORDER["settings"] | {"std_bounds": [[0.01, 0.1]]}
+    fits = {"done": (ORDER, made()), "classic": (ORDER, classic), "running": (ORDER, None),
+            "foreign": (ORDER | {"recordings_digest": "e5f6"}, classic),
+            "bounded": (ORDER | {"settings": bounded}, classic),
+            "narrower": (ORDER | {"parameters": ["pressure_bias"]}, classic)}
+    with keeping(tmp_path_factory.mktemp("reports"), fits) as client:
+        yield client
 
 
 def test_the_report_is_the_page_of_the_fit(client: httpx.Client, made: Callable[..., dict[str, Any]]) -> None:

@@ -5,18 +5,15 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import asdict, fields
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, get_args
 
 import h5py
 import httpx
 import pytest
 
-from service.job_store import JobStore
 from service.settings import Settings
 from service.study_schemas import ModelSpec, Studied, StudyProgress, StudySettingsBody
 from slipstick.clutch.model import Model
-from slipstick.errors import UnknownName
 from slipstick.recordings import Recordings
 from slipstick.study import study
 from slipstick.study.comparison import compare
@@ -61,26 +58,12 @@ def output(few_recordings: Path, steps: list[study.State | None]) -> dict[str, A
 
 
 @pytest.fixture(scope="module")
-def done(output: dict[str, Any], serving, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    """A service whose store holds the study `done`, as if a worker had run it, and `running`."""
+def done(output: dict[str, Any], keeping, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    """A service whose store holds the study `done`."""
     order = {"recordings": "few", "recordings_digest": "c3d4",
              "settings": json.loads(json.dumps(asdict(StudySettings.from_dict(SETTINGS))))}
-    kept = {name: SimpleNamespace(
-        workflow_id=name, status=status, input={"args": [order]}, output=left, error=None,
-        created_at=1_790_000_000_000, completed_at=None, executor_id="worker-1")
-        for name, status, left in (("done", "SUCCESS", output), ("running", "PENDING", None))}
-
-    def find(store: JobStore, name: str) -> SimpleNamespace:
-        if name not in kept:
-            raise UnknownName.of(store.workflow, name, kept)
-        return kept[name]
-
-    folder = tmp_path_factory.mktemp("reports")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(JobStore, "find", find)
-        with serving(Settings(tables=folder, jobs=f"sqlite:///{folder}/jobs.sqlite")) as address, \
-                httpx.Client(base_url=address, timeout=30) as client:
-            yield client
+    with keeping(tmp_path_factory.mktemp("reports"), {"done": (order, output)}) as client:
+        yield client
 
 
 def task(few_recordings: Path) -> tuple[StudySettings, Any]:
