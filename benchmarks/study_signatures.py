@@ -47,13 +47,14 @@ def found(name: str) -> list[object]:
     """The effect's row of the table, at the strength that it comes to."""
     effect = EFFECTS[name]
     strength, (plain, _) = effect.typical, refitted(Case(seed=SEED, count=54))
+    rows: dict[float, list[object]] = {}
     for _ in range(ROUNDS):
         with_it, scatter = refitted(Case({name: strength}, seed=SEED, count=54))
         left = {one: float(np.sqrt(max(0.0, with_it[one] / plain[one] - 1))) for one in CHANNELS}
-        row = [name, effect.block, strength, effect.unit, *left.values(), *scatter]
-        factor = np.clip(1 / max(1e-9, *(left[one] for one in CHANNELS[:-1])), 0.2, 2.0)
-        strength = float(np.clip(strength * factor, LEAST * effect.typical, MOST * effect.typical))
-    return row
+        most = max(1e-9, *(left[one] for one in CHANNELS[:-1]))
+        rows[most] = [name, effect.block, strength, effect.unit, *left.values(), *scatter]
+        strength = float(np.clip(strength * np.clip(1 / most, 0.2, 2.0), LEAST * effect.typical, MOST * effect.typical))
+    return rows[min(rows, key=lambda most: abs(np.log(most)))]
 
 
 @cache

@@ -21,6 +21,8 @@ class StudySettingsBody(Strict):
         examples=[["pressure_bias", "initial_position", "friction_coefficient"]])
     scatter: Names = Field(default=None, max_length=4, description="Those of them that also vary from run to run.",
                            examples=[["pressure_bias", "initial_position"]])
+    widest_scatter: float | None = Field(
+        default=None, description="Largest standard deviation from run to run, as a share of the nominal value.")
     catalogue: Names = Field(
         default=None, max_length=200, description="The effects to try, by the names of docs/effects.md.",
         examples=[["stribeck_friction", "centrifugal_pressure", "quadratic_load_drag"]])

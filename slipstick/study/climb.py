@@ -70,7 +70,7 @@ def climb(comparison: Comparison, design: Design, state: State, about: Linearise
         aim = _aim(about, state, design, narrowing, held)
         state = _search(comparison, design, about, state, aim, narrowing)
         about = linearise(comparison, design, spread(state, design.scattering))
-        state = _scattered(comparison, about, state, design.scattering)
+        state = _scattered(comparison, about, state, design)
         after = objective(comparison, design, about, state)
         # No end before the determinant has been heard.
         change, iterations = abs(before - after) if near else max(abs(before - after), tolerance), iterations + 1
@@ -169,14 +169,14 @@ def _damped(inner: np.ndarray, slope: np.ndarray, state: State) -> list[np.ndarr
     return found
 
 
-def _scattered(comparison: Comparison, about: Linearised, state: State, scattering: tuple[int, ...]) -> State:
+def _scattered(comparison: Comparison, about: Linearised, state: State, design: Design) -> State:
     """The state with the covariance and the noise that its modes and residuals show: expectation-maximization."""
-    places, square = list(scattering), about.gram[:, :, -1, -1].sum(axis=1)
+    places, square = list(design.scattering), about.gram[:, :, -1, -1].sum(axis=1)
     for _ in range(_EM):
-        posterior = marginal(about, state, scattering).gain
+        posterior = marginal(about, state, design.scattering).gain
         covariance = state.modes.T @ state.modes / len(state.modes) + posterior.mean(axis=0)
         open_ = np.einsum("nqr,cnrq->c", posterior, about.gram[:, :, places][:, :, :, places], optimize=True)
-        state = replace(state, covariance=np.diag(np.diag(covariance) + _SMALLEST),
+        state = replace(state, covariance=np.diag(np.clip(np.diag(covariance), _SMALLEST, design.widest**2)),
                         noise=np.maximum(1.0, (square + open_) / comparison.counts))
     return state
 
@@ -186,4 +186,9 @@ def bounded(information: np.ndarray, score: np.ndarray, lower: np.ndarray, upper
     values, vectors = np.linalg.eigh(information)
     roots = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
     crack = np.maximum(upper, lower + 1e-12)  # lsq_linear wants one
-    return np.asarray(lsq_linear((vectors * roots).T, vectors.T @ score / roots, (lower, crack), method="bvls").x)
+    problem = (vectors * roots).T, vectors.T @ score / roots, (lower, crack)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = lsq_linear(*problem, method="bvls").x
+    if not np.all(np.isfinite(step)):  # bvls divides zero by zero where nothing pulls at an entry that is at its bound
+        step = lsq_linear(*problem, method="trf").x
+    return np.clip(step, lower, crack)

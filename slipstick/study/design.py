@@ -13,6 +13,8 @@ from slipstick.clutch.model import Model
 
 VALLEY = "temperature_gain"
 """With pressure bias and initial position it forms a curved valley."""
+WIDEST = 0.15
+"""Standard deviation of a multiplier from run to run above which it is no scatter: the paper's are 0.05 and 0.08."""
 _PRIOR = 0.1
 """Standard deviation of a parameter's multiplier about nominal before any recording: nothing where the data speak."""
 _PARAMETER, _AMPLITUDE, _SHAPE = (1e-3, 0.1), (0.05, 1.0), (0.02, 0.3)
@@ -42,13 +44,14 @@ class Unknown:
 class Design:
     """The moving `parameters` first, then the coefficients of the `added` effects in their order.
 
-    Those at the places `scattering` also differ from experiment to experiment. The effects of `base` stay as they are,
-    unless they are among the added ones.
+    Those at the places `scattering` also differ from experiment to experiment, with a standard deviation of at most
+    `widest`. The effects of `base` stay as they are, unless they are among the added ones.
     """
 
     parameters: tuple[str, ...] = parameters.UNCERTAIN
     scattering: tuple[int, ...] = ()
     added: tuple[str, ...] = ()
+    widest: float = WIDEST
     base: Model = field(default_factory=Model)
 
     @property

@@ -1,7 +1,8 @@
 """The gap between model and recordings on held-out conditions, before and after an effect is added.
 
 closure = 1 - (MSE_after - V) / (MSE_before - V): MSE that of the shifting time or of a signal on conditions that the
-fit has not seen, V what sensor noise and run-to-run scatter alone would leave, both by the model with the effect.
+fit has not seen, V what sensor noise and the scatter of all parameters from run to run alone would leave, by the model
+with the effect.
 """
 
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from slipstick.study import variation
 from slipstick.study.comparison import Comparison
 from slipstick.study.held_out import folds, without
 from slipstick.study.linearised import predict_at
@@ -38,22 +40,23 @@ def predict(comparison: Comparison, found: MixedFit, seed: int) -> Prediction:
     """Predict every experiment by the fits to conditions of other kinds, the mean over the folds it is left out in."""
     n, channels = len(comparison.measured), comparison.channels
     square, variance, time, count = np.zeros((n, len(channels))), np.zeros((n, len(channels))), np.zeros(n), np.zeros(n)
-    theta = qmc.Sobol(len(found.design.scattering), rng=seed).random(_DRAWS)
-    draws = found.state.modes.mean(axis=0) + ndtri(theta) @ np.linalg.cholesky(found.scatter).T
+    d, spread = len(found.design.parameters), variation.covariance(comparison.recordings.conditions, found)
+    draws = ndtri(qmc.Sobol(d, rng=seed).random(_DRAWS)) @ np.linalg.cholesky(spread).T
+    draws[:, list(found.design.scattering)] += found.state.modes.mean(axis=0)
     noise = [comparison.noise[name] ** 2 for name in channels]
     for rows in folds(comparison.recordings.conditions, seed):
         places = np.flatnonzero(rows)
         part = comparison.take(places)
         points = np.tile(without(found, rows), (_DRAWS, len(places), 1))
-        points[:, :, list(found.design.scattering)] += draws[:, None, :]
+        points[:, :, :d] += draws[:, None, :]
         predicted = predict_at(part, found.design, points)
         mean = predicted.mean(axis=0)
         wrong = (part.measured - mean) ** 2 * part.weights
-        spread = predicted.var(axis=0, ddof=1) * part.weights
+        scattered = predicted.var(axis=0, ddof=1) * part.weights
         for at, columns in enumerate(channels.values()):
             kept = part.weights[:, columns].sum(axis=1)
             square[places, at] += wrong[:, columns].sum(axis=1) / kept
-            variance[places, at] += spread[:, columns].sum(axis=1) / kept + noise[at]
+            variance[places, at] += scattered[:, columns].sum(axis=1) / kept + noise[at]
         time[places] += mean[:, -1]
         count[places] += 1
     return Prediction(square / count[:, None], variance / count[:, None], time / count)

@@ -23,6 +23,8 @@ _LITTLE = 0.6
 """Variance beyond the sensors' noise, as a share of it, that scatter of other parameters also leaves."""
 _WIDE = 0.11
 """Standard deviation of a multiplier beyond which the scatter may be an effect: the paper's are 0.05 and 0.08."""
+_FAR = 0.2
+"""Distance of a multiplier from nominal, two standard deviations of its prior, beyond which it may be an effect."""
 _HIDDEN = 0.05
 """Share of a signature's square that scatter leaves, below which it hides the effect."""
 _EXPLAINS = 0.5
@@ -33,7 +35,7 @@ _FARTHEST = 3.0
 
 def design(settings: StudySettings, *added: str) -> Design:
     """What moves in a fit with the effects added."""
-    return Design(settings.parameters, settings.scattering, added)
+    return Design(settings.parameters, settings.scattering, added, settings.widest_scatter)
 
 
 def restore(settings: StudySettings, comparison: Comparison, one: Round,
@@ -62,12 +64,20 @@ def wide(fit: Fit) -> bool:
     return bool(np.sqrt(np.diag(fit["covariance"])).max() > _WIDE)
 
 
+def bent(settings: StudySettings, fit: Fit) -> bool:
+    """Whether a fit moves a parameter so far that an effect may be in it."""
+    return bool(np.abs(np.array(fit["theta"][:len(settings.parameters)]) - 1).max() > _FAR)
+
+
 def pending(one: Round) -> list[dict[str, Any]]:
-    """Candidates of a round that are still to be fitted; what scatter hides only where nothing else explains it."""
+    """Candidates of a round that are still to be fitted."""
+    return [its for its in one["screening"]["shortlist"] if its["effect"] not in one["candidates"]]
+
+
+def explained(one: Round) -> bool:
+    """Whether a candidate that has been fitted leaves nothing that scatter may hide."""
     listed = [fit for name, fit in one["candidates"].items() if effects.find(name).listed]
-    explained = any(not left(fit) and not wide(fit) and taken(one["fit"], fit) >= _EXPLAINS for fit in listed)
-    return [its for its in one["screening"]["shortlist"] if its["effect"] not in one["candidates"]
-            and (its["asked_for"] or not explained)]
+    return any(not left(fit) and not wide(fit) and taken(one["fit"], fit) >= _EXPLAINS for fit in listed)
 
 
 def taken(before: Fit, after: Fit) -> float:
@@ -83,6 +93,12 @@ def narrowed(before: Fit, after: Fit) -> float:
     """Of the variance of the scatter, the greatest share that a fit takes away."""
     scatter = [np.diag(one["covariance"]) for one in (before, after)]
     return float(1 - (scatter[1] / scatter[0]).min())
+
+
+def straightened(settings: StudySettings, before: Fit, after: Fit) -> float:
+    """Of the squared distance of the parameters from nominal, where that is far, the share that a fit takes away."""
+    distance = [((np.array(one["theta"][:len(settings.parameters)]) - 1) ** 2).sum() for one in (before, after)]
+    return float(1 - distance[1] / distance[0]) if bent(settings, before) else 0.0
 
 
 def screening(settings: StudySettings, screened: Scores, comparison: Comparison, level: float,
@@ -114,7 +130,7 @@ def screening(settings: StudySettings, screened: Scores, comparison: Comparison,
 def candidate(probe: dict[str, Any], hidden: bool = False) -> dict[str, Any]:
     """What to fit after a probe: its effect, the rise it promises, and where to start, in typical values.
 
-    Of what is `hidden` the probe says nothing: that starts at its typical value, to either side of neutral.
+    Of what scatter has `hidden` the probe says nothing: that starts at its typical value, to either side of neutral.
     """
     starts = []
     for amplitude in (1.0, -1.0) if hidden else (float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST)),):
@@ -125,7 +141,7 @@ def candidate(probe: dict[str, Any], hidden: bool = False) -> dict[str, Any]:
                 start[one.name] = _inside(one, start[one.name], amplitude)
         if start not in starts:
             starts.append(start)
-    return {"effect": probe["effect"], "gain": probe["gain"], "starts": starts}
+    return {"effect": probe["effect"], "gain": probe["gain"], "starts": starts, "hidden": hidden}
 
 
 def _inside(one: effects.Coefficient, neutral: float, amplitude: float) -> float:

@@ -8,21 +8,24 @@ from typing import Any
 
 from slipstick.clutch import effects, parameters
 from slipstick.errors import InvalidValue, UnknownName
+from slipstick.study.design import WIDEST
 
 
 @dataclass(frozen=True)
 class StudySettings:
     """What moves, what is tried, and when something is called missing; raises `InvalidValue`, `UnknownName`.
 
-    `parameters` are fitted together with every candidate, those of `scatter` also vary from run to run. `catalogue`
-    names the effects to try, all by default. A screening goes on to fit the candidates whose p-value is at most
-    `significance` and whose signature is `smallest` noise levels or more, `shortlist` of them. `shifting_time_noise` is
-    the standard deviation of that measurement in s, `level` that of intervals.
+    `parameters` are fitted together with every candidate, those of `scatter` also vary from run to run, by a standard
+    deviation of at most `widest_scatter` of their nominal value: what asks for more is missing. `catalogue` names the
+    effects to try, all by default. A screening goes on to fit the candidates whose p-value is at most `significance`
+    and whose signature is `smallest` noise levels or more, `shortlist` of them. `shifting_time_noise` is the standard
+    deviation of that measurement in s, `level` that of intervals.
     """
 
     seed: int = 1
     parameters: tuple[str, ...] = (*parameters.UNCERTAIN, "film_coefficient")
     scatter: tuple[str, ...] = ("pressure_bias", "initial_position")
+    widest_scatter: float = WIDEST
     catalogue: tuple[str, ...] = tuple(effect.name for effect in effects.CATALOGUE if effect.listed)
     shortlist: int = 5
     most_effects: int = 3
@@ -48,7 +51,7 @@ class StudySettings:
                 raise InvalidValue(f"{name} is {getattr(self, name)}", "Give a whole number")
             if not getattr(self, name) >= least:
                 raise InvalidValue(f"{name} is {getattr(self, name)}", f"Give at least {least}")
-        for name in ("significance", "level"):
+        for name in ("significance", "level", "widest_scatter"):
             if not 0 < getattr(self, name) < 1:
                 raise InvalidValue(f"{name} is {getattr(self, name)}", "Give a number between 0 and 1")
         if not 0 < self.shifting_time_noise < 1:

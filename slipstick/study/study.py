@@ -21,14 +21,17 @@ from slipstick.study.ranking import Ranked, gained, in_errors, rank
 from slipstick.study.rounds import (
     Fit,
     Round,
+    bent,
     candidate,
     design,
+    explained,
     left,
     narrowed,
     pending,
     restore,
     screening,
     stored,
+    straightened,
     taken,
     wide,
 )
@@ -47,10 +50,12 @@ _SURE_OF_MORE = 5.0
 """Standard errors by which a candidate must improve held-out predictions: one that the screening asks for, one that
 scatter hides, and one beside another, which must be more than what the first one's form leaves over."""
 _TAKEN = 0.5
-"""Share of what the effects before it leave, in a signal or in the scatter, that a later one must take away: less may
-be no more than what their form is wrong by. A drift need not: no other effect's form leaves one."""
-_EXPLAINED = 0.4
-"""Share of what is left in a signal that all names together, or an open term, must take away."""
+"""Share of what the effects before it leave, in a signal, in the scatter or in parameters far from nominal, that a
+later one must take away: less may be no more than what their form is wrong by. A drift need not: no other effect's form
+leaves one."""
+_EXPLAINED, _ABOUT = 0.9, 0.4
+"""Share of what is left in a signal that all names together must take away where something visible stays, and an open
+term, which is only about right."""
 _VISIBLE = 0.05
 """Significance that is enough where the residuals themselves say that something is missing."""
 _OPEN = tuple(effect.name for effect in effects.CATALOGUE if not effect.listed)
@@ -81,11 +86,16 @@ def advance(settings: StudySettings, comparison: Comparison, state: State) -> St
     comparison = observed(comparison, state)
     *before, last = state["rounds"]
     if "screening" not in last:
-        known = [name for name in settings.catalogue if name not in last["added"]]
-        last = {**last, "screening": _screened(settings, comparison, last, known), "candidates": {}}
+        tried = [*last["added"], *(path["rounds"][1]["added"][0] for path in state["others"])]
+        known = [name for name in settings.catalogue if name not in tried]
+        last = {**last, "screening": _screened(settings, comparison, last, known), "candidates": {}, "hidden": False}
         state = {**state, "rounds": [*before, last]}
         return state if last["screening"]["shortlist"] else _ended(settings, comparison, state, "nothing more")
     waiting = pending(last)
+    if waiting and not waiting[0]["asked_for"] and not last["hidden"]:
+        # What scatter hides is worth its time only where nothing that is asked for will do.
+        will_do = _best(settings, comparison, last) is not None if last["added"] else explained(last)
+        waiting, last = [] if will_do else waiting, {**last, "hidden": True}
     if waiting:
         one = waiting[0]
         found = _candidate(settings, comparison, last, one)
@@ -100,12 +110,12 @@ def _screened(settings: StudySettings, comparison: Comparison, last: Round, know
         return {"p_value": 1.0, "probes": [], "shortlist": []}
     found = restore(settings, comparison, last)
     level = max(settings.significance, _VISIBLE if left(last["fit"]) else 0.0)
-    suspicious = wide(last["fit"]) or (left(last["fit"]) and not last["added"])
+    suspicious = wide(last["fit"]) or (not last["added"] and (left(last["fit"]) or bent(settings, last["fit"])))
     screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level, suspicious)
     if not last["added"] and screened["shortlist"]:
         opened = screening(settings, score(comparison, found, _OPEN, settings.seed), comparison, level, False)
-        screened["open"] = opened
-        screened["shortlist"] += opened["shortlist"][:_OPEN_TRIED]
+        both = [*screened["shortlist"], *opened["shortlist"][:_OPEN_TRIED]]
+        screened |= {"open": opened, "shortlist": sorted(both, key=lambda one: not one["asked_for"])}
     return screened
 
 
@@ -134,17 +144,24 @@ def another(settings: StudySettings, comparison: Comparison, one: Round,
 def _settled(settings: StudySettings, comparison: Comparison, state: State) -> State:
     """Add the best candidate of the last round, if it is good enough."""
     last = state["rounds"][-1]
+    best = _best(settings, comparison, last)
+    if best is None:
+        return _ended(settings, comparison, state, "nothing that predicts better")
+    state = {**state, "rounds": [*state["rounds"], _added(settings, comparison, last, best)]}
+    return _ended(settings, comparison, state, "enough") if len(state["rounds"]) > settings.most_effects else state
+
+
+def _best(settings: StudySettings, comparison: Comparison, last: Round) -> str | None:
+    """The best of the candidates fitted that are good enough to be added."""
     hidden = {one["effect"] for one in last["screening"]["shortlist"] if not one["asked_for"]}
-    for best in ranked(settings, comparison, last):
-        enough = _SURE_OF_MORE if last["added"] else _SURE_OF_HIDDEN if best.effect in hidden else _SURE
-        drift = best.effect not in hidden and effects.find(best.effect).uses_run_order
-        first = not last["added"] and best.effect not in hidden
-        takes = first or drift or _much(last["fit"], last["candidates"][best.effect])
-        if best.sure >= enough and not best.at_bound and takes:
-            state = {**state, "rounds": [*state["rounds"], _added(settings, comparison, last, best.effect)]}
-            full = len(state["rounds"]) > settings.most_effects
-            return _ended(settings, comparison, state, "enough") if full else state
-    return _ended(settings, comparison, state, "nothing that predicts better")
+    for one in ranked(settings, comparison, last):
+        enough = _SURE_OF_MORE if last["added"] else _SURE_OF_HIDDEN if one.effect in hidden else _SURE
+        drift = one.effect not in hidden and effects.find(one.effect).uses_run_order
+        first = not last["added"] and one.effect not in hidden
+        takes = first or drift or _much(settings, last["fit"], last["candidates"][one.effect])
+        if one.sure >= enough and not one.at_bound and takes:
+            return one.effect
+    return None
 
 
 def _added(settings: StudySettings, comparison: Comparison, last: Round, effect: str) -> Round:
@@ -174,16 +191,16 @@ def _ended(settings: StudySettings, comparison: Comparison, state: State, why: s
     return _judge(settings, comparison, {**state, **paths[best], "others": others})
 
 
-def _much(before: Fit, after: Fit) -> bool:
+def _much(settings: StudySettings, before: Fit, after: Fit) -> bool:
     """Whether a fit takes away so much that it is more than what the form of the effects before it leaves over."""
-    return max(taken(before, after), narrowed(before, after)) >= _TAKEN
+    return max(taken(before, after), narrowed(before, after), straightened(settings, before, after)) >= _TAKEN
 
 
 def _better(settings: StudySettings, comparison: Comparison, one: Round, other: Round) -> bool:
     """Whether the end of another path is so much better that its effects are more than what a form leaves over."""
     now, then = (restore(settings, comparison, each) for each in (one, other))
     surely = in_errors(gained(comparison, now, then, settings.seed)) >= _SURE_OF_MORE
-    return surely and _much(one["fit"], other["fit"])
+    return surely and _much(settings, one["fit"], other["fit"])
 
 
 def _judge(settings: StudySettings, comparison: Comparison, state: State) -> State:
@@ -191,15 +208,14 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
     first, last = state["rounds"][0], state["rounds"][-1]
     visible = left(first["fit"])
     opened = [one for one in ranked(settings, comparison, first, listed=False) if one.sure >= _SURE and not one.at_bound
-              and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _EXPLAINED)]
-    explained = bool(last["added"]) and not (left(last["fit"]) and taken(first["fit"], last["fit"]) < _EXPLAINED)
-    if explained and opened:
+              and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _ABOUT)]
+    named = bool(last["added"]) and not (left(last["fit"]) and taken(first["fit"], last["fit"]) < _EXPLAINED)
+    if named and opened:
         without, found = (restore(settings, comparison, one) for one in (first, last))
-        named = gained(comparison, without, found, settings.seed)
+        gain = gained(comparison, without, found, settings.seed)
         worth = _WORTH if len(last["added"]) == 1 else 1.0
-        explained = bool(named.sum() >= worth * opened[0].gain.sum()
-                         or in_errors(opened[0].gain - named) < _SURE)
-    if explained:
+        named = bool(gain.sum() >= worth * opened[0].gain.sum() or in_errors(opened[0].gain - gain) < _SURE)
+    if named:
         return state
     if opened:
         term = {"added": [opened[0].effect], "fit": first["candidates"][opened[0].effect]}
@@ -212,8 +228,8 @@ def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one
     """The fit with one more effect, as near as ranking needs it: the temperature gain stays what it is without it."""
     with_it = design(settings, *last["added"], one["effect"])
     d, known, nominal = len(settings.parameters), last["fit"]["theta"], np.ones(len(settings.parameters))
-    hidden = len(one["starts"]) > 1  # what scatter hides has bent the temperature gain as well: that begins at nominal
-    if with_it.valley is not None and not hidden:
+    # What scatter hides has bent the temperature gain as well: that begins at nominal.
+    if with_it.valley is not None and not one["hidden"]:
         nominal[with_it.valley] = known[with_it.valley]
     found = []
     for start in one["starts"]:

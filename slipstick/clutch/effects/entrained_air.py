@@ -16,7 +16,7 @@ EFFECT = Effect(
     quantity="clearance",
     law="clearance + stroke p / (1 bar + p), p = max(0, pressure)",
     coefficients=(
-        Coefficient("stroke", "m", 0.0, -4e-4, 4e-4, "piston stroke that the air fills at no pressure", 1e-4),
+        Coefficient("stroke", "m", 0.0, -1e-3, 1e-3, "piston stroke that the air fills at no pressure", 1e-4),
     ),
     source="Merritt, Hydraulic Control Systems, chapter on fluid properties: isothermal compression of entrained air",
     signature="contact comes later, most where the pressure is high as the plates meet",

@@ -1,5 +1,7 @@
 """Seal friction: the piston's seals rub against its motion."""
 
+from math import sqrt
+
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
 
@@ -7,16 +9,17 @@ from slipstick.clutch.fastmath import compiled
 @compiled
 def _formula(rate: float, signals: Signals, c: tuple[float, ...]) -> float:
     drag = c[0]
-    return rate - drag * rate / (abs(rate) + 1e-3)
+    # Friction only resists: what drives the piston by less than the drag moves it hardly, and never back.
+    return rate - drag * rate / sqrt(rate * rate + drag * drag + 1e-14)
 
 
 EFFECT = Effect(
     name="seal_friction",
     title="Seal friction of the piston",
     quantity="piston rate",
-    law="rate - drag rate / (|rate| + 1 mm/s)",
+    law="rate - drag rate / sqrt(rate^2 + drag^2)",
     coefficients=(
-        Coefficient("drag", "m/s", 0.0, -1e-3, 9e-4, "rate lost to the seals at all but small rates", 6e-4),
+        Coefficient("drag", "m/s", 0.0, 0.0, 4e-3, "rate lost to the seals at all but small rates", 1e-3),
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Coulomb friction, smooth about zero",
     signature="the piston creeps at the hold pressure: contact comes later, most after weak fill pulses",
