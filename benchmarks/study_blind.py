@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba import set_num_threads
 from scipy.stats import chi2
 
 from benchmarks.study_quantity import error
@@ -115,7 +116,9 @@ def main() -> None:
     few = [one for one in waiting if one[1].count <= 54]
     order = np.random.default_rng(0).permutation(len(few))  # an unfinished run is a fair sample
     waiting[:len(few)] = [few[place] for place in order]
-    with ProcessPoolExecutor(os.cpu_count()) as pool, FILE.open("a") as file:
+    # A study on each core, and not each on all of them.
+    each = ProcessPoolExecutor(os.cpu_count(), initializer=set_num_threads, initargs=(1,))
+    with each as pool, FILE.open("a") as file:
         for future in as_completed([pool.submit(answered, *one) for one in waiting]):
             found = future.result()
             file.write(json.dumps(found) + "\n")
