@@ -52,7 +52,8 @@ class Containers:
         for source, target in copied():
             place = Path(self.mapped(target)) if target.startswith("/data/") else self.app
             if (ROOT / source).is_dir():
-                shutil.copytree(ROOT / source, place / source, ignore=shutil.ignore_patterns("__pycache__"))
+                # With what is compiled, which takes a minute to make again; less what another process may be writing.
+                shutil.copytree(ROOT / source, place / source, ignore=shutil.ignore_patterns("*.pyc*", "*.tmp.*"))
             else:
                 place.mkdir(parents=True, exist_ok=True)
                 shutil.copy(ROOT / source, place)

@@ -1,4 +1,5 @@
 import shutil
+import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -99,3 +100,17 @@ def table(library: Library) -> Table:
 def worker(settings: Settings, address: str, launch: Callable[..., object]) -> None:
     """A worker for the fits of the service under test."""
     launch("worker", "serve-jobs", "--tables", str(settings.tables), "--jobs", settings.jobs)
+
+
+@pytest.fixture(scope="module")
+def brief(shelf: Path, few_recordings: Path, serving: Serving, launch: Callable[..., subprocess.Popen[bytes]],
+          tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, httpx.Client]]:
+    """Tables, service and worker of their own, with so few recordings that a study of them takes seconds."""
+    folder = tmp_path_factory.mktemp("brief")
+    tables, jobs = folder / "tables", f"sqlite:///{folder}/jobs.sqlite"
+    shutil.copytree(shelf, tables)
+    shutil.copy(few_recordings / "few.h5", tables / "measured.h5")
+    with serving(Settings(tables=tables, jobs=jobs)) as address, httpx.Client(base_url=address, timeout=30) as client:
+        worker = launch("worker", "serve-jobs", "--tables", str(tables), "--jobs", jobs)
+        yield tables, client
+        worker.kill()

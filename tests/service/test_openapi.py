@@ -1,6 +1,7 @@
 """The OpenAPI document is complete, its examples work, and the answers are what it says they are."""
 
 import time
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -10,6 +11,11 @@ import pytest
 from service.problems import MEDIA_TYPE
 
 METHODS = ("get", "post", "put", "patch", "delete")
+
+
+@pytest.fixture(scope="module")
+def client(brief: tuple[Path, httpx.Client]) -> httpx.Client:
+    return brief[1]
 
 
 @pytest.fixture(scope="module")
@@ -50,8 +56,7 @@ def test_every_field_is_described(document: dict[str, Any]) -> None:
 
 
 def test_every_example_works_and_its_answer_fits_its_schema(
-        client: httpx.Client, document: dict[str, Any], operations: list[tuple[str, str, dict[str, Any]]],
-        worker: None) -> None:
+        client: httpx.Client, document: dict[str, Any], operations: list[tuple[str, str, dict[str, Any]]]) -> None:
     for method, path, operation in operations:
         if path.endswith(("/result", "/report", "/model")) or "/pictures" in path:
             _await_example(client, path)
