@@ -11,7 +11,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 
 
 def test_the_page_works_without_the_internet(browser: webdriver.Chrome, requested: Callable[[], list[str]],
-                                             address: str, worker: None, tmp_path: Path) -> None:
+                                             address: str, tmp_path: Path) -> None:
     browser.get(f"{address}/docs")
     wait = WebDriverWait(browser, 20)
     blocks = wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, ".opblock"))

@@ -282,13 +282,13 @@ def test_families_correlation_and_the_classic_grid(problem: Problem) -> None:
 def test_seven_inputs(truth: Candidate) -> None:
     """Seven inputs of linear conditions: no tensor grid, and polynomials about the candidate to climb on."""
     random = np.random.default_rng(7)
-    slope = random.uniform(-0.2, 0.2, (24, 7))
+    slope = random.uniform(-0.2, 0.2, (16, 7))
 
     def model(points: np.ndarray, conditions: np.ndarray) -> np.ndarray:
         return 1.0 + (points - 1.0) @ conditions.T
 
-    drawn = random.normal(1.0, 0.05, (24, 7))
-    measured = 1.0 + np.sum((drawn - 1.0) * slope, axis=1) + 0.003 * random.standard_normal(24)
+    drawn = random.normal(1.0, 0.05, (16, 7))
+    measured = 1.0 + np.sum((drawn - 1.0) * slope, axis=1) + 0.003 * random.standard_normal(16)
     seven = Problem(model, slope, measured, np.full(7, 0.5), np.full(7, 1.5), tuple("abcdefg"))
     settings = replace(QUICK, order=1, generations=5)
     result = conclude(settings, seven, run(settings, seven))
