@@ -107,7 +107,7 @@ def summarise(path: Path) -> None:
     for row in rows:
         kind, what, *rest = row["case"].split("/")
         if kind == "effect":
-            names = [f"effect, strength {rest[0]}, noise {rest[1]}"]
+            names = ["effect, all", f"effect, strength {rest[0]}, noise {rest[1]}"]
         elif kind.startswith("effect-"):
             names = [f"effect, {kind.removeprefix('effect-')}"]
         else:

@@ -36,7 +36,7 @@ PHYSICAL = (
     Effect("valve_deadband", "pressure", "valve_current", "current", "difference", "A", 0.03,
            lambda s, u: -s * np.tanh((np.maximum(u - 0.1, 0) / 0.2) ** 1.2)),
     Effect("seal_friction", "torque", "net_pressure", "driving_pressure", "difference", "bar", 0.8,
-           lambda s, p: -s * np.tanh(p / s) * (0.85 + 0.15 * np.exp(-np.abs(p) / 1.5))),
+           lambda s, p: -s * np.tanh(p / max(s, 1e-9)) * (0.85 + 0.15 * np.exp(-np.abs(p) / 1.5))),
     Effect("spring_stiffening", "torque", "spring_rate", "piston", "ratio", "1", 0.8,
            lambda s, x: 1 + s * np.maximum(x / 0.002, 0) ** 2.4),
     Effect("quadratic_load_drag", "output speed", "load_torque", "output_speed", "difference", "N m s^2", 0.01,
