@@ -57,7 +57,7 @@ def _tied(state: study.State, rankings: list[list[Ranked]]) -> list[list[str]]:
 
 def _refuted(state: study.State) -> list[str]:
     """Effects that are not the first one's rivals: added too, or begun with in vain."""
-    return [*state["rounds"][-1]["added"], *(path["rounds"][1]["added"][0] for path in state["others"])]
+    return [*state["rounds"][-1]["added"], *study.begun(state["others"])]
 
 
 def _answer(settings: StudySettings, comparison: Comparison, state: study.State, fits: list[MixedFit],

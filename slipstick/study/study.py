@@ -86,7 +86,7 @@ def advance(settings: StudySettings, comparison: Comparison, state: State) -> St
     comparison = observed(comparison, state)
     *before, last = state["rounds"]
     if "screening" not in last:
-        tried = [*last["added"], *(path["rounds"][1]["added"][0] for path in state["others"])]
+        tried = {*last["added"], *begun(state["others"])}
         known = [name for name in settings.catalogue if name not in tried]
         last = {**last, "screening": _screened(settings, comparison, last, known), "candidates": {}, "hidden": False}
         state = {**state, "rounds": [*before, last]}
@@ -178,9 +178,9 @@ def _ended(settings: StudySettings, comparison: Comparison, state: State, why: s
     rounds = state["rounds"]
     paths = [*state["others"], {"rounds": rounds, "stopped": why}]
     if len(rounds) > 1 and left(rounds[-1]["fit"]) and len(paths) < _PATHS:
-        begun = [one["rounds"][1]["added"][0] for one in paths]
+        tried = begun(paths)
         for other in ranked(settings, comparison, rounds[0]):
-            if other.effect not in begun and other.sure >= _SURE and not other.at_bound:
+            if other.effect not in tried and other.sure >= _SURE and not other.at_bound:
                 return {**state, "rounds": [rounds[0], _added(settings, comparison, rounds[0], other.effect)],
                         "others": paths}
     best = 0
@@ -189,6 +189,11 @@ def _ended(settings: StudySettings, comparison: Comparison, state: State, why: s
             best = place
     others = [one for place, one in enumerate(paths) if place != best]
     return _judge(settings, comparison, {**state, **paths[best], "others": others})
+
+
+def begun(paths: list[dict[str, Any]]) -> list[str]:
+    """The effects that paths began with."""
+    return [path["rounds"][1]["added"][0] for path in paths]
 
 
 def _much(settings: StudySettings, before: Fit, after: Fit) -> bool:
