@@ -85,6 +85,11 @@ def both(row: Row) -> bool:
     return wanted(row) <= set(named(row))
 
 
+def more(row: Row) -> bool:
+    """Is an effect named that is not hidden?"""
+    return bool(set(named(row)) - wanted(row))
+
+
 def visible(row: Row) -> bool:
     """Do all hidden effects leave something that recordings show, at typical strength?"""
     return all(signatures().get(name, 0.0) >= VISIBLE for name in row["hidden"])
@@ -92,9 +97,10 @@ def visible(row: Row) -> bool:
 
 JUDGES: dict[str, dict[str, Judge]] = {
     "effect": {"right first": right, "right class": right_class, "right block": right_block,
-               "regression right": regressed},
+               "one named that is not hidden": more, "regression right": regressed},
     "null": {"false alarm": alarm, "regression names": lambda row: bool(row.get("regression", {}).get("effect"))},
-    "pair": {"both named": both, "one of them first": right, "right class first": right_class},
+    "pair": {"both named": both, "one of them first": right, "right class first": right_class,
+             "one named that is not hidden": more},
     "outside": {"right block": right_block, "false name": lambda row: bool(named(row)), "nothing missing":
                 lambda row: not alarm(row)},
 }

@@ -96,6 +96,14 @@ class LeftOver(BaseModel):
     noise_levels: float = Field(description="RMS of its residuals in units of its noise: 1 is nothing.")
 
 
+class Form(BaseModel):
+    """A form that an open term may have."""
+
+    quantity: str = Field(description="Quantity of the model that the term is in.")
+    form: str = Field(description="What it grows with.")
+    share: float = Field(description="Share of random halves of the experiments in which it promises most.")
+
+
 class Answer(BaseModel):
     """What is missing from the model."""
 
@@ -107,6 +115,8 @@ class Answer(BaseModel):
     tied: list[list[str]] = Field(description="For each of them, all that the recordings do not tell apart from it.")
     sentence: str = Field(description="The answer in words.")
     coefficients: list[CoefficientEstimate] = Field(description="Of all added effects, fitted together.")
+    forms: list[Form] = Field(description="Of an open term the forms that the recordings allow, the most often chosen "
+                                          "first: the data support no more digits than these have in common.")
     block: str | None = Field(description="Where the first of them acts, or where most is left that nothing explains.")
     confidence: float | None = Field(
         description="How often the first name, or one tied with it, was right in studies of hidden effects with "
@@ -130,6 +140,7 @@ class Screened(BaseModel):
     estimate: float = Field(description="The coefficient where it would be greatest, in typical values.")
     kept: float = Field(description="Share of its signature that a refit of everything else leaves.")
     signature: float = Field(description="What is left of it in the recordings, RMS over all values in noise levels.")
+    selected: float = Field(description="Share of random halves of the experiments in which it promises most.")
 
 
 class Candidate(BaseModel):

@@ -52,17 +52,21 @@ def _often(result: Result) -> str:
 def rounds(result: Result, evidence: Evidence) -> list[tuple[str, str]]:
     """Of each added effect what it is and how sure, and why the study ended; nothing where nothing was added."""
     said: list[tuple[str, str]] = []
-    for name, one in zip(result["answer"]["effects"], result["rounds"], strict=False):
+    for group, one in zip(result["answer"]["tied"], result["rounds"], strict=False):
+        name = group[0]
         what, placed = evidence["effects"][name], _placed(one, name)
         said.append((f"{what['title']}:", f"the {what['quantity']} is {what['law']} ({what['source']}). Its mark: "
                                           f"{what['signature']}."))
         if placed is None:
-            said.append(("Against the catalogue:", _best(one)))
+            chosen = (f"{each['form']} in the {each['quantity']} in {100 * each['share']:.0f} %"
+                      for each in result["answer"]["forms"])
+            said += [("Its form:", f"random halves of the experiments choose {listed(list(chosen))}."),
+                     ("Against the catalogue:", _best(one))]
         else:
             asked = "asked for beyond chance" if one["p_value"] <= _CHANCE else "hidden by scatter, which it narrows"
             said.append(("How sure:", f"{asked} ({_p(one['p_value'])}); {placed['sure']:.1f} standard errors better on "
                                       "held-out experiments than the fit without it; the best in "
-                                      f"{_share(placed)} of bootstrap samples. {_rivals(one, name)}"))
+                                      f"{_share(placed)} of bootstrap samples. {_rivals(one, group)}"))
     return [*said, ("Then:", _end(result))] if said else []
 
 
@@ -147,12 +151,15 @@ def _best(one: Mapping[str, Any]) -> str:
             "without it.")
 
 
-def _rivals(one: Mapping[str, Any], effect: str) -> str:
-    others = [each for each in one["ranking"] if each["effect"] != effect]
-    tied = [each["title"] for each in others if each["tied"]]
+def _rivals(one: Mapping[str, Any], group: list[str]) -> str:
+    others = [each for each in one["ranking"] if each["effect"] != group[0]]
+    tied = [each["title"] for each in others if each["effect"] in group]
     if tied:
         return f"These recordings do not tell it apart from {listed(tied)}."
-    return f"The next, {others[0]['title']}, trails by {others[0]['behind']:.1f} standard errors." if others else ""
+    if not others:
+        return ""
+    beside = ", and is told from it by what was added beside it" if others[0]["tied"] else ""
+    return f"The next, {others[0]['title']}, trails by {others[0]['behind']:.1f} standard errors{beside}."
 
 
 def _closed(result: Result) -> str:

@@ -15,6 +15,8 @@ from slipstick.study.ranking import Ranked
 BLOCKS = {"pressure": "pressure", "output_torque": "torque", "output_speed": "output speed",
           "input_speed": "input speed"}
 """Signal that shows a block of the model -> the block."""
+_CHOSEN = 0.05
+"""Share of halves of the experiments that must choose a form for it to be told."""
 
 
 def left_over(comparison: Comparison, found: MixedFit) -> dict[str, Any]:
@@ -59,8 +61,20 @@ def names(added: list[str]) -> str:
 
 def term(found: list[dict[str, Any]]) -> str:
     """An open term in words of mathematics, from its coefficients."""
-    size, signal, power = found
-    name, reference = SIGNALS[round(signal["value"])]
-    grows = f"({name} / {reference})" + (f"^{power['value']:.0f}" if power["value"] > 1.5 else "")
-    unit = "" if size["unit"] == "1" else f" {size['unit']}"
-    return f"{size['value']:.2g}{unit} {grows}"
+    size, signal, power = (one["value"] for one in found)
+    unit = "" if found[0]["unit"] == "1" else f" {found[0]['unit']}"
+    return f"{size:.2g}{unit} {form(signal, power)}"
+
+
+def forms(screening: dict[str, Any]) -> list[dict[str, Any]]:
+    """The forms of open terms that halves of the experiments choose, the most often chosen first."""
+    chosen = sorted(screening["open"]["probes"], key=lambda one: -float(one["selected"]))
+    return [{"quantity": effects.find(one["effect"]).quantity, "share": one["selected"],
+             "form": form(one["shape"]["signal"], one["shape"]["power"])}
+            for one in chosen if one["selected"] >= _CHOSEN]
+
+
+def form(signal: float, power: float) -> str:
+    """What an open term grows with."""
+    name, reference = SIGNALS[round(signal)]
+    return f"({name} / {reference})" + (f"^{power:.0f}" if power > 1.5 else "")

@@ -6,13 +6,14 @@ import numpy as np
 
 from slipstick.clutch import effects
 from slipstick.study import confidence, gap, locate, rounds, study
-from slipstick.study.answer import BLOCKS, coefficients, left_over, names, placed, term
+from slipstick.study.answer import BLOCKS, coefficients, forms, left_over, names, placed, term
 from slipstick.study.comparison import Comparison
 from slipstick.study.cut import cut
 from slipstick.study.further import further
 from slipstick.study.mixed import MixedFit
 from slipstick.study.ranking import Ranked
 from slipstick.study.settings import StudySettings
+from slipstick.study.ties import Tie, ties
 
 
 def conclude(settings: StudySettings, comparison: Comparison, state: study.State) -> dict[str, Any]:
@@ -23,7 +24,8 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
     added = state["rounds"][-1]["added"]
     seen = cut(comparison, fits[0], settings.seed)
     where = None if seen is None else locate.located(comparison, seen.left)
-    tied = _tied(state, rankings)
+    groups = ties(settings, comparison, added, rankings, fits[-1], _refuted(state))
+    tied = [list(one) for one in groups]
     answer = _answer(settings, comparison, state, fits, tied, where) | {"confidence": None, "evidence": None}
     if answer["kind"] in ("effect", "tie", "several"):
         kind = confidence.evidence(rankings[0], tied[0], _refuted(state), answer["left"] is not None)
@@ -39,20 +41,11 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
                    for one, found, ranking in zip(state["rounds"], fits, rankings, strict=True)],
         "models": {"before": fits[0].design.model(fits[0].state.theta).spec(),
                    "after": fits[-1].design.model(fits[-1].state.theta).spec()},
-        "where": where, "gap": None, "further": _further(settings, comparison, answer["tied"], rankings),
+        "where": where, "gap": None, "further": _further(settings, comparison, groups),
     }
     if added:
         result["gap"] = _gap(settings, comparison, fits, state, rankings[0])
     return result
-
-
-def _tied(state: study.State, rankings: list[list[Ranked]]) -> list[list[str]]:
-    """For each added effect, those not told apart from it; without what was added too, or begun with in vain."""
-    added, refuted, groups = state["rounds"][-1]["added"], _refuted(state), []
-    for name, ranking in zip(added, rankings, strict=False):
-        group = [one.effect for one in ranking if one.tied]
-        groups.append([one for one in group if one == name or one not in refuted] if name in group else [name])
-    return groups
 
 
 def _refuted(state: study.State) -> list[str]:
@@ -65,7 +58,7 @@ def _answer(settings: StudySettings, comparison: Comparison, state: study.State,
     last = state["rounds"][-1]
     added, over = last["added"], left_over(comparison, fits[-1]) if rounds.left(last["fit"]) else None
     said: dict[str, Any] = {"kind": "none", "effects": added, "tied": tied, "block": None, "left": over,
-                            "coefficients": coefficients(fits[-1], settings.level),
+                            "coefficients": coefficients(fits[-1], settings.level), "forms": [],
                             "sentence": "Nothing is missing that these recordings could show"}
     if not added and state["stopped"] == "unlisted":
         block = None if where is None else BLOCKS[where["worst"]["block"]]
@@ -76,9 +69,9 @@ def _answer(settings: StudySettings, comparison: Comparison, state: study.State,
         return said if fits[0].converged else {**said, "kind": "not converged"}
     first = effects.find(added[0])
     if not first.listed:
-        return {**said, "kind": "unlisted", "block": first.block, "sentence":
-                f"Something is missing in the {first.quantity}, and no effect of the catalogue explains it: "
-                f"about {term(said['coefficients'])}"}
+        return {**said, "kind": "unlisted", "block": first.block, "forms": forms(state["rounds"][0]["screening"]),
+                "sentence": f"Something is missing in the {first.quantity}, and no effect of the catalogue explains "
+                            f"it: about {term(said['coefficients'])}"}
     kind = "several" if len(added) > 1 else "tie" if len(tied[0]) > 1 else "effect"
     phrases = [names(group) if len(group) == 1 else
                f"one of {len(group)} that these recordings do not tell apart: {names(group)}" for group in tied]
@@ -96,15 +89,10 @@ def _best_probes(one: dict[str, Any]) -> list[dict[str, Any]]:
     return sorted(best.values(), key=lambda probe: -probe["gain"])
 
 
-def _further(settings: StudySettings, comparison: Comparison, groups: list[list[str]],
-             rankings: list[list[Ranked]]) -> list[dict[str, Any]]:
+def _further(settings: StudySettings, comparison: Comparison, groups: list[Tie]) -> list[dict[str, Any]]:
     """Of each tie its effects, and the experiments that would tell them apart."""
-    found = []
-    for group, ranking in zip(groups, rankings, strict=False):
-        if len(group) > 1:
-            fits = [one.found for one in ranking if one.effect in group]
-            found.append({"effects": group, "experiments": further(comparison, fits, settings.seed)})
-    return found
+    return [{"effects": list(tie), "experiments": further(comparison, list(tie.values()), settings.seed)}
+            for tie in groups if len(tie) > 1]
 
 
 def _gap(settings: StudySettings, comparison: Comparison, fits: list[MixedFit], state: study.State,

@@ -75,6 +75,11 @@ class Design:
                                   both))
         return moving + [_unknown(effect, one) for effect, one in self.coefficients]
 
+    def of_each(self, theta: np.ndarray) -> dict[str, np.ndarray]:
+        """The entries of theta (p,) that are the coefficients of each added effect."""
+        named = np.array([name for name, _ in self.coefficients])
+        return {name: theta[len(self.parameters):][named == name] for name in self.added}
+
     def vectors(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameter vectors (m, 20) and effect coefficients (m, c) at `points` (m, p)."""
         m, d = len(points), len(self.parameters)

@@ -12,7 +12,7 @@ from slipstick.study.mixed import MixedFit
 
 _BOOTSTRAP = 1000
 _AT_BOUND = 1e-3
-_APART = 2.0
+APART = 2.0
 """Standard errors by which a candidate must trail the best to be told apart from it."""
 
 
@@ -20,10 +20,10 @@ _APART = 2.0
 class Ranked:
     """A candidate's place. `gain` (n,): held-out log-likelihood of each experiment above that of the fit without it.
 
-    `behind` is how far it trails the best, in standard errors of the difference over experiments, `share` how often
-    it is the best of all in a bootstrap over experiments, `bic` the rise of the criterion over the fit without it
-    (n experiments; less is better), `rise` that of the log-likelihood it was fitted to. `at_bound`: an amplitude ran
-    into its bound, so that its value is the bound's and no result.
+    `behind` is how far it trails the best, in standard errors of the difference over experiments (`in_errors`),
+    `share` how often it is the best of all in a bootstrap over experiments, `bic` the rise of the criterion over the
+    fit without it (n experiments; less is better), `rise` that of the log-likelihood it was fitted to. `at_bound`: an
+    amplitude ran into its bound, so that its value is the bound's and no result.
     """
 
     effect: str
@@ -43,7 +43,7 @@ class Ranked:
     @property
     def tied(self) -> bool:
         """Whether it cannot be told apart from the best."""
-        return self.behind < _APART and not self.at_bound
+        return self.behind < APART and not self.at_bound
 
 
 def gained(comparison: Comparison, without: MixedFit, found: MixedFit, seed: int) -> np.ndarray:
@@ -59,7 +59,7 @@ def rank(comparison: Comparison, without: MixedFit, candidates: Mapping[str, Mix
     before = held_out(comparison, without, left_out)
     gains = np.array([held_out(comparison, one, left_out) - before for one in candidates.values()])
     n = len(before)
-    stuck = np.array([_at_bound(effect, found) for effect, found in candidates.items()])
+    stuck = np.array([at_bound(effect, found) for effect, found in candidates.items()])
     judged = np.where(stuck[:, None] & ~stuck.all(), -1e9, gains)
     best = gains[judged.sum(axis=1).argmax()]
     drawn = np.random.default_rng(seed).multinomial(n, np.full(n, 1 / n), _BOOTSTRAP)
@@ -73,7 +73,8 @@ def rank(comparison: Comparison, without: MixedFit, candidates: Mapping[str, Mix
     return sorted(ranked, key=lambda one: (one.at_bound, -one.gain.sum()))
 
 
-def _at_bound(effect: str, found: MixedFit) -> bool:
+def at_bound(effect: str, found: MixedFit) -> bool:
+    """Whether an amplitude of the effect added last ran into its bound."""
     last = effects.find(effect).coefficients
     moved = zip(found.state.theta[-len(last):], found.design.unknowns[-len(last):], last, strict=True)
     return any(min(value - one.lower, one.upper - value) < _AT_BOUND * (one.upper - one.lower)
@@ -81,6 +82,11 @@ def _at_bound(effect: str, found: MixedFit) -> bool:
 
 
 def in_errors(differences: np.ndarray) -> float:
-    """The sum of differences between experiments over its standard error; 0 where there is none."""
-    spread = differences.std(ddof=1) * np.sqrt(len(differences))
-    return float(differences.sum() / spread) if spread > 0 else 0.0
+    """How sure differences of log-likelihood between experiments are of their sign: the mean in standard errors.
+
+    Each counts as log(1 + nats), with its sign: where a fit goes badly wrong it is off by thousands of nats, and one
+    such experiment would hide all others in the error. 0 where there are no differences.
+    """
+    said = np.sign(differences) * np.log1p(np.abs(differences))
+    spread = said.std(ddof=1) * np.sqrt(len(said))
+    return float(said.sum() / spread) if spread > 0 else 0.0

@@ -31,6 +31,8 @@ _EXPLAINS = 0.5
 """Share of what is left that a fit must take away to explain it."""
 _FARTHEST = 3.0
 """Typical values from neutral at which a candidate's fit starts at most."""
+_STARTS = 3
+"""Points from which a candidate is fitted at most."""
 
 
 def design(settings: StudySettings, *added: str) -> Design:
@@ -111,7 +113,8 @@ def screening(settings: StudySettings, screened: Scores, comparison: Comparison,
     values = float(comparison.weights.sum())
     signature = np.sqrt(2 * screened.gain / values)
     columns = {"statistic": screened.statistic, "p_value": screened.p_values, "gain": screened.gain,
-               "estimate": screened.estimate, "kept": screened.kept, "signature": signature}
+               "estimate": screened.estimate, "kept": screened.kept, "signature": signature,
+               "selected": screened.selected(settings.seed)}
     probes = [{"effect": one.effect, "coefficient": one.coefficient, "shape": dict(one.shape),
                **{name: float(column[place]) for name, column in columns.items()}}
               for place, one in enumerate(screened.probes)]
@@ -123,25 +126,29 @@ def screening(settings: StudySettings, screened: Scores, comparison: Comparison,
         for place in np.argsort(-screened.gain):
             effect = screened.probes[place].effect
             if some[place] and effect not in shortlist and len(shortlist) < most:
-                shortlist[effect] = {**candidate(probes[place], bool(hidden[place])), "asked_for": bool(hopeful[place])}
+                shortlist[effect] = {**candidate(probes, effect, bool(hidden[place])),
+                                     "asked_for": bool(hopeful[place])}
     return {"p_value": float(screened.p_values.min()), "probes": probes, "shortlist": list(shortlist.values())}
 
 
-def candidate(probe: dict[str, Any], hidden: bool = False) -> dict[str, Any]:
-    """What to fit after a probe: its effect, the rise it promises, and where to start, in typical values.
+def candidate(probes: list[dict[str, Any]], effect: str, hidden: bool = False) -> dict[str, Any]:
+    """What to fit of an effect after its probes: the rise they promise, and where to start, in typical values.
 
-    Of what scatter has `hidden` the probe says nothing: that starts at its typical value, to either side of neutral.
+    It starts at the shapes that promise most. Of what scatter has `hidden` a probe says nothing: that starts at its
+    typical value, to either side of neutral.
     """
-    starts = []
-    for amplitude in (1.0, -1.0) if hidden else (float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST)),):
-        start = {}
-        for one in effects.find(probe["effect"]).coefficients:
-            start[one.name] = probe["shape"].get(one.name, one.neutral) / one.typical
-            if one.name == probe["coefficient"]:
-                start[one.name] = _inside(one, start[one.name], amplitude)
-        if start not in starts:
-            starts.append(start)
-    return {"effect": probe["effect"], "gain": probe["gain"], "starts": starts, "hidden": hidden}
+    mine = sorted((one for one in probes if one["effect"] == effect), key=lambda one: -float(one["gain"]))
+    starts: list[dict[str, float]] = []
+    for probe in mine[:1] if hidden else mine:
+        for amplitude in (1.0, -1.0) if hidden else (float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST)),):
+            start = {}
+            for one in effects.find(effect).coefficients:
+                start[one.name] = probe["shape"].get(one.name, one.neutral) / one.typical
+                if one.name == probe["coefficient"]:
+                    start[one.name] = _inside(one, start[one.name], amplitude)
+            if start not in starts:
+                starts.append(start)
+    return {"effect": effect, "gain": mine[0]["gain"], "starts": starts[:_STARTS], "hidden": hidden}
 
 
 def _inside(one: effects.Coefficient, neutral: float, amplitude: float) -> float:

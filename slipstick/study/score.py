@@ -25,6 +25,7 @@ _SHAPES = 3
 _WANDERING = 0.9
 """Memory from run to run that scatter is granted before a drift is named: a wandering of some runs looks like one."""
 REPLICATES = 999
+_HALVES = 200
 _AT_ONCE = 50
 
 
@@ -56,6 +57,18 @@ class Scores:
     def gain(self) -> np.ndarray:
         """Rise of the natural log-likelihood in linear approximation, (c,)."""
         return np.asarray(0.5 * self.each.sum(axis=0) ** 2 / self.information)
+
+    def selected(self, seed: int) -> np.ndarray:
+        """How often each probe promises most in random halves of the experiments, (c,): stability selection.
+
+        Meinshausen and Buhlmann, J. R. Statist. Soc. B 72, 417, 2010, in complementary pairs of halves (Shah and
+        Samworth, ibid. 75, 55, 2013).
+        """
+        rng, n = np.random.default_rng(seed), len(self.each)
+        first = np.array([rng.permutation(n) < n // 2 for _ in range(_HALVES // 2)])
+        sums = np.concatenate([first, ~first]) @ self.each
+        wins = (sums**2 / self.information).argmax(axis=1)
+        return np.asarray(np.bincount(wins, minlength=len(self.information)) / len(sums))
 
     @property
     def estimate(self) -> np.ndarray:

@@ -53,12 +53,15 @@ _TAKEN = 0.5
 """Share of what the effects before it leave, in a signal, in the scatter or in parameters far from nominal, that a
 later one must take away: less may be no more than what their form is wrong by. A drift need not: no other effect's form
 leaves one."""
-_EXPLAINED, _ABOUT = 0.9, 0.4
-"""Share of what is left in a signal that all names together must take away where something visible stays, and an open
-term, which is only about right."""
+_EXPLAINED, _MOSTLY, _ABOUT = 0.9, 0.75, 0.4
+"""Share of what is left in a signal that all names together must take away where something visible stays, where that
+is less than the sensors' own noise, and an open term, which is only about right."""
+_TWICE = 2.0
+"""Variance of residuals over that of the noise where half of it is the sensors'."""
 _VISIBLE = 0.05
 """Significance that is enough where the residuals themselves say that something is missing."""
-_OPEN = tuple(effect.name for effect in effects.CATALOGUE if not effect.listed)
+OPEN = tuple(effect.name for effect in effects.CATALOGUE if not effect.listed)
+"""Open terms, one for each quantity: what is tried where no name will do."""
 _OPEN_TRIED = 2
 """Open terms that are fitted."""
 _WORTH = 0.8
@@ -113,7 +116,7 @@ def _screened(settings: StudySettings, comparison: Comparison, last: Round, know
     suspicious = wide(last["fit"]) or (not last["added"] and (left(last["fit"]) or bent(settings, last["fit"])))
     screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level, suspicious)
     if not last["added"] and screened["shortlist"]:
-        opened = screening(settings, score(comparison, found, _OPEN, settings.seed), comparison, level, False)
+        opened = screening(settings, score(comparison, found, OPEN, settings.seed), comparison, level, False)
         both = [*screened["shortlist"], *opened["shortlist"][:_OPEN_TRIED]]
         screened |= {"open": opened, "shortlist": sorted(both, key=lambda one: not one["asked_for"])}
     return screened
@@ -138,7 +141,7 @@ def another(settings: StudySettings, comparison: Comparison, one: Round,
     if not others:
         return None
     best = max(others, key=lambda probe: float(probe["gain"]))
-    return best["effect"], _candidate(settings, comparison, one, candidate(best))
+    return best["effect"], _candidate(settings, comparison, one, candidate(others, best["effect"]))
 
 
 def _settled(settings: StudySettings, comparison: Comparison, state: State) -> State:
@@ -174,15 +177,11 @@ def _added(settings: StudySettings, comparison: Comparison, last: Round, effect:
 
 
 def _ended(settings: StudySettings, comparison: Comparison, state: State, why: str) -> State:
-    """Begin anew with another first effect where this path leaves something over; else judge the best path."""
-    rounds = state["rounds"]
-    paths = [*state["others"], {"rounds": rounds, "stopped": why}]
-    if len(rounds) > 1 and left(rounds[-1]["fit"]) and len(paths) < _PATHS:
-        tried = begun(paths)
-        for other in ranked(settings, comparison, rounds[0]):
-            if other.effect not in tried and other.sure >= _SURE and not other.at_bound:
-                return {**state, "rounds": [rounds[0], _added(settings, comparison, rounds[0], other.effect)],
-                        "others": paths}
+    """Begin anew with another first effect where this path asks for it; else judge the best path."""
+    paths = [*state["others"], {"rounds": state["rounds"], "stopped": why}]
+    other = _another(settings, comparison, paths)
+    if other is not None:
+        return {**state, "rounds": other, "others": paths}
     best = 0
     for place in range(1, len(paths)):
         if _better(settings, comparison, paths[best]["rounds"][-1], paths[place]["rounds"][-1]):
@@ -191,9 +190,50 @@ def _ended(settings: StudySettings, comparison: Comparison, state: State, why: s
     return _judge(settings, comparison, {**state, **paths[best], "others": others})
 
 
+def _another(settings: StudySettings, comparison: Comparison, paths: list[dict[str, Any]]) -> list[Round] | None:
+    """The beginning of another path, if the last one asks for it: two effects together may look like a third.
+
+    Where an effect is not needed beside those added after it, the next of these takes its place; where something is
+    left over, the path begins with the next best effect.
+    """
+    rounds = paths[-1]["rounds"]
+    added = rounds[-1]["added"]
+    for place, after in enumerate(added[1:]):
+        begins = [*added[:place], after]
+        new = all(path["rounds"][-1]["added"][:len(begins)] != begins for path in paths)
+        if new and not _needed(settings, comparison, rounds[-1], place):
+            return _going_on(settings, comparison, rounds[:place + 1], after)
+    if added and left(rounds[-1]["fit"]) and len(paths) < _PATHS:
+        for other in ranked(settings, comparison, rounds[0]):
+            if other.effect not in begun(paths) and other.sure >= _SURE and not other.at_bound:
+                return _going_on(settings, comparison, rounds[:1], other.effect)
+    return None
+
+
+def _needed(settings: StudySettings, comparison: Comparison, last: Round, place: int) -> bool:
+    """Whether the effects of a round explain less without the one at a place. No other's form leaves a drift."""
+    if effects.find(last["added"][place]).uses_run_order:
+        return True
+    rest = [*last["added"][:place], *last["added"][place + 1:]]
+    theta = np.array(last["fit"]["theta"])
+    beside = design(settings, *last["added"]).of_each(theta)
+    start = np.concatenate([theta[:len(settings.parameters)], *(beside[name] for name in rest)])
+    without = {"added": rest, "fit": stored(mixed.fit(comparison, design(settings, *rest), start, profiled=False))}
+    return _better(settings, comparison, without, last)
+
+
+def _going_on(settings: StudySettings, comparison: Comparison, rounds: list[Round], effect: str) -> list[Round]:
+    """The rounds of a path, and the one that begins with an effect more, whatever the last of them adds."""
+    *before, last = rounds
+    if effect not in last["candidates"]:
+        found = _candidate(settings, comparison, last, candidate(last["screening"]["probes"], effect))
+        last = {**last, "candidates": {**last["candidates"], effect: stored(found)}}
+    return [*before, last, _added(settings, comparison, last, effect)]
+
+
 def begun(paths: list[dict[str, Any]]) -> list[str]:
     """The effects that paths began with."""
-    return [path["rounds"][1]["added"][0] for path in paths]
+    return [path["rounds"][1]["added"][0] for path in paths if len(path["rounds"]) > 1]
 
 
 def _much(settings: StudySettings, before: Fit, after: Fit) -> bool:
@@ -202,7 +242,12 @@ def _much(settings: StudySettings, before: Fit, after: Fit) -> bool:
 
 
 def _better(settings: StudySettings, comparison: Comparison, one: Round, other: Round) -> bool:
-    """Whether the end of another path is so much better that its effects are more than what a form leaves over."""
+    """Whether the end of another path is so much better that its effects are more than what a form leaves over.
+
+    Fewer of the same effects are better where the others add no more than that.
+    """
+    if set(other["added"]) < set(one["added"]):
+        return not _better(settings, comparison, other, one)
     now, then = (restore(settings, comparison, each) for each in (one, other))
     surely = in_errors(gained(comparison, now, then, settings.seed)) >= _SURE_OF_MORE
     return surely and _much(settings, one["fit"], other["fit"])
@@ -214,7 +259,7 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
     visible = left(first["fit"])
     opened = [one for one in ranked(settings, comparison, first, listed=False) if one.sure >= _SURE and not one.at_bound
               and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _ABOUT)]
-    named = bool(last["added"]) and not (left(last["fit"]) and taken(first["fit"], last["fit"]) < _EXPLAINED)
+    named = bool(last["added"]) and _explain(first["fit"], last["fit"])
     if named and opened:
         without, found = (restore(settings, comparison, one) for one in (first, last))
         gain = gained(comparison, without, found, settings.seed)
@@ -229,6 +274,12 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
     return {**state, "rounds": [first], "stopped": "unlisted" if unexplained else state["stopped"]}
 
 
+def _explain(before: Fit, after: Fit) -> bool:
+    """Whether the names of a path explain enough of what there was."""
+    enough = _MOSTLY if max(after["noise"][:-1], default=1.0) < _TWICE else _EXPLAINED
+    return not left(after) or taken(before, after) >= enough
+
+
 def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one: Round) -> MixedFit:
     """The fit with one more effect, as near as ranking needs it: the temperature gain stays what it is without it."""
     with_it = design(settings, *last["added"], one["effect"])
@@ -236,9 +287,12 @@ def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one
     # What scatter hides has bent the temperature gain as well: that begins at nominal.
     if with_it.valley is not None and not one["hidden"]:
         nominal[with_it.valley] = known[with_it.valley]
-    found = []
+    listed, found = effects.find(one["effect"]).listed, []
     for start in one["starts"]:
         values = [start[its.name] for its in effects.find(one["effect"]).coefficients]
         theta = np.array([*nominal, *known[d:], *values])
         found.append(mixed.fit(comparison, with_it, theta, max(mixed.TOLERANCE, _NEAR * one["gain"]), profiled=False))
+        # Another shape is worth its time only where one leaves something; an open term is only about right.
+        if not one["hidden"] and (not listed or not left(stored(found[-1]))):
+            break
     return max(found, key=lambda its: its.log_likelihood.sum())

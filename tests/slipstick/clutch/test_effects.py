@@ -102,8 +102,8 @@ def test_default_steps_are_short_enough_for_every_effect() -> None:
     for effect in effects.CATALOGUE:
         default, tight = (ensemble.shifting_times(acting([effect]), CONDITIONS, accuracy=accuracy)[0]
                           for accuracy in (ensemble.DEFAULT, ensemble.TIGHT))
-        # A sixth of what the measurement of a shifting time is taken to be off by: seal friction needs 3.6e-4.
-        assert np.abs(default - tight).max() < 5e-4, effect.name
+        # A tenth of what the measurement of a shifting time is taken to be off by; seal friction needs 3.6e-4.
+        assert np.abs(default - tight).max() < (4e-4 if effect.name == "seal_friction" else 3e-4), effect.name
 
 
 def test_a_lag_is_exact_for_signals_that_are_straight_between_samples() -> None:

@@ -74,7 +74,11 @@ def test_an_unlisted_term_is_not_called_a_name(output: dict[str, Any], reading: 
     output["result"]["answer"] |= {"kind": "unlisted", "effects": [term], "tied": [[term]], "coefficients": [
         {"effect": term, "coefficient": "signal", "unit": "1", "value": 4.0, "lower": 4.0, "upper": 4.0,
          "at_bound": False}]}
+    output["result"]["answer"]["forms"] = [
+        {"quantity": "friction coefficient", "form": "(plate slip / 50 rad/s)", "share": 0.62},
+        {"quantity": "friction coefficient", "form": "(plate slip / 50 rad/s)^2", "share": 0.38}]
     text = reading(study_page(STUDY, output)).text
+    assert "choose (plate slip / 50 rad/s) in the friction coefficient in 62 % and (plate slip / 50 rad/s)^2" in text
     assert "The term describes what is missing and does not name it." in text
     assert "one of a few forms" in text
     assert "Slip-speed-dependent friction, the best of its effects, is" in text
@@ -88,6 +92,14 @@ def test_a_tie_names_all_that_are_tied(output: dict[str, Any]) -> None:
         limits.caveats(output["result"], output["evidence"]))
     assert "do not tell it apart from Quadratic load drag." in said(
         words.rounds(output["result"], output["evidence"]))
+
+
+def test_a_rival_of_one_round_that_was_told_apart_later_is_no_tie(output: dict[str, Any]) -> None:
+    ranking = output["result"]["rounds"][0]["ranking"]
+    ranking[1:] = [{**ranking[0], "effect": "thermal_fade", "title": "Thermal fade", "behind": 1.2, "tied": True}]
+    text = said(words.rounds(output["result"], output["evidence"]))
+    assert "trails by 1.2 standard errors, and is told from it by what was added beside it." in text
+    assert "do not tell it apart" not in text
 
 
 def test_a_tie_tells_what_to_measure_next(output: dict[str, Any], reading: Read) -> None:

@@ -38,6 +38,22 @@ def test_a_trend_of_the_scatter_leaves_nothing_of_a_drift_like_it(linear_fit: Mi
     assert score._efficient(drifting, 2, trend)[2][0] < 1e-3
 
 
+def test_halves_of_the_experiments_choose_the_form_that_all_show_and_share_what_few_do() -> None:
+    rng, n = np.random.default_rng(6), 60
+    each = 0.1 * rng.standard_normal((n, 4))
+    each[:, 0] += 1.0  # every experiment says the first
+    one = score.Scores((), each, np.ones(4), np.ones(4), np.ones(4), np.ones(4))
+    np.testing.assert_allclose(one.selected(1), [1, 0, 0, 0])
+    each[:, 1] = each[:, 0] + 0.3 * rng.standard_normal(n)  # and the second is hardly another
+    shared = replace(one, each=each).selected(1)
+    assert shared.sum() == pytest.approx(1)
+    assert shared[2:].max() == 0
+    assert 0.1 < shared[1] < 0.9
+    each[:, 0] = each[:, 1] = 0.0
+    each[0, 2] = 50.0  # one experiment alone is in half of the halves, the others are chance
+    assert 0.5 <= replace(one, each=each).selected(1)[2] < 0.8
+
+
 def test_an_autoregression_is_stationary_and_remembers() -> None:
     drawn = score.autoregression(np.random.default_rng(1), (20_000, 2), 0.8)
     assert drawn.std() == pytest.approx(1, rel=0.05)
