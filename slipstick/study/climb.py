@@ -34,8 +34,13 @@ class Limits:
     precision: np.ndarray
 
     def within(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the largest step (p,) from theta that bounds and reach allow."""
-        return np.maximum(self.lower - theta, -self.reach), np.minimum(self.upper - theta, self.reach)
+        """The least and the largest step (p,) from theta that bounds and reach allow.
+
+        What has no prior may double: of some effects a strong one is ten times what is typical.
+        """
+        held = (self.precision > 0) | (self.reach == 0)
+        reach = np.where(held, self.reach, np.maximum(self.reach, np.abs(theta - self.centre)))
+        return np.maximum(self.lower - theta, -reach), np.minimum(self.upper - theta, reach)
 
     @classmethod
     def of(cls, design: Design) -> "Limits":

@@ -53,11 +53,9 @@ _TAKEN = 0.5
 """Share of what the effects before it leave, in a signal, in the scatter or in parameters far from nominal, that a
 later one must take away: less may be no more than what their form is wrong by. A drift need not: no other effect's form
 leaves one."""
-_EXPLAINED, _MOSTLY, _ABOUT = 0.9, 0.75, 0.4
-"""Share of what is left in a signal that all names together must take away where something visible stays, where that
-is less than the sensors' own noise, and an open term, which is only about right."""
-_TWICE = 2.0
-"""Variance of residuals over that of the noise where half of it is the sensors'."""
+_EXPLAINED, _ABOUT = 0.9, 0.4
+"""Share of what is left in a signal that all names together must take away where something visible stays, and an open
+term, which is only about right."""
 _VISIBLE = 0.05
 """Significance that is enough where the residuals themselves say that something is missing."""
 OPEN = tuple(effect.name for effect in effects.CATALOGUE if not effect.listed)
@@ -259,7 +257,7 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
     visible = left(first["fit"])
     opened = [one for one in ranked(settings, comparison, first, listed=False) if one.sure >= _SURE and not one.at_bound
               and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _ABOUT)]
-    named = bool(last["added"]) and _explain(first["fit"], last["fit"])
+    named = bool(last["added"]) and not (left(last["fit"]) and taken(first["fit"], last["fit"]) < _EXPLAINED)
     if named and opened:
         without, found = (restore(settings, comparison, one) for one in (first, last))
         gain = gained(comparison, without, found, settings.seed)
@@ -272,12 +270,6 @@ def _judge(settings: StudySettings, comparison: Comparison, state: State) -> Sta
         return {**state, "rounds": [first, term], "stopped": "unlisted"}
     unexplained = visible and first["screening"]["shortlist"]
     return {**state, "rounds": [first], "stopped": "unlisted" if unexplained else state["stopped"]}
-
-
-def _explain(before: Fit, after: Fit) -> bool:
-    """Whether the names of a path explain enough of what there was."""
-    enough = _MOSTLY if max(after["noise"][:-1], default=1.0) < _TWICE else _EXPLAINED
-    return not left(after) or taken(before, after) >= enough
 
 
 def _candidate(settings: StudySettings, comparison: Comparison, last: Round, one: Round) -> MixedFit:
