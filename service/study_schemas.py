@@ -151,9 +151,12 @@ class Candidate(BaseModel):
     block: str = Field(description="Block of the model that it acts in.")
     held_out_gain: float = Field(
         description="Mean rise of the natural log-likelihood of an experiment that its fit has not seen.")
-    sure: float = Field(description="The same summed over the experiments, in its standard errors.")
-    behind: float = Field(description="How far it trails the best in that sum, in standard errors of the difference.")
-    tied: bool = Field(description="Whether it cannot be told apart from the best.")
+    error: float = Field(description="Standard error of that mean.")
+    sure: float = Field(description="How sure the experiments are that it is a rise: the mean in standard errors, each "
+                                    "experiment counted as log(1 + nats) with its sign.")
+    behind: float = Field(description="How far it trails the best, counted alike; 0 if the most say it is ahead.")
+    tied: bool = Field(description="Whether it cannot be told apart from the best with what this round has added; "
+                                   "the answer's `tied` counts what was added later too.")
     bootstrap_share: float = Field(description="How often it is the best in a bootstrap over experiments.")
     bic: float = Field(description="Rise of the BIC over the fit without it, one observation an experiment.")
     rise: float = Field(description="Rise of the natural log-likelihood that it was fitted to.")

@@ -17,8 +17,9 @@ _RANKING = ("candidate", "block", "gain [decades]", "ahead [s.e.]", "behind [s.e
 _CLOSED = ("Closed: 1 − (after² − right²) / (before² − right²), where right is what sensor noise and scatter from run "
            "to run leave of the model with the effect. Before is the best refit without it, on the same data and "
            "folds.")
-_RANKED = ("Gain: held-out log10 likelihood per experiment above the fit without the candidate. Ahead: that in "
-           "standard errors over experiments. Behind: how far it trails the best, tied below two standard errors. "
+_RANKED = ("Gain: held-out log10 likelihood per experiment above the fit without the candidate. Ahead: how sure the "
+           "experiments are of it, in standard errors, each counted as log(1 + nats) so that no one drowns the others. "
+           "Behind: how far it trails the best, counted alike; tied below two, before what later rounds added. "
            "Share: how often it is the best in a bootstrap. BIC: change, with one observation an experiment; less is "
            "better.")
 

@@ -24,7 +24,10 @@ def lead(result: Result, evidence: Evidence) -> str:
     first, n, added = result["rounds"][0], result["experiments"], result["answer"]["effects"]
     if result["answer"]["kind"] == "not converged":
         return "The fit without any effect did not come to an end, so that nothing can be read from what it leaves."
-    quiet = result["answer"]["kind"] == "none" and first["p_value"] > _CHANCE
+    if not added and result["answer"]["kind"] == "unlisted":
+        return (f"Something is left unexplained ({_p(first['p_value'])}), and every effect of the catalogue leaves too "
+                f"much of it to be named. {_best(first)}")
+    quiet = first["p_value"] > _CHANCE
     if not added and (quiet or not first["ranking"]):
         return (f"What {n} experiments leave unexplained asks for no effect of the catalogue more than chance would "
                 f"({_p(first['p_value'])}), or for one too small to matter.")
@@ -33,9 +36,9 @@ def lead(result: Result, evidence: Evidence) -> str:
                 f"predicts experiments better that its fit has not seen. {_best(first)}")
     one = _placed(first, added[0])
     if one is None:
-        return (f"No effect of the catalogue predicts conditions that its fit has not seen as well as a bare term in "
-                f"the {evidence['effects'][added[0]]['quantity']} does. The term describes what is missing and does "
-                f"not name it. {_closed(result)}")
+        return (f"No effect of the catalogue explains enough of what is missing; a bare term in the "
+                f"{evidence['effects'][added[0]]['quantity']} stands for it. The term describes what is missing and "
+                f"does not name it. {_closed(result)}")
     return (f"With {phrase(evidence, added[:1])} added, the model predicts conditions that its fit has not seen better "
             f"than the best fit without it, by {one['sure']:.0f} standard errors over {n} experiments; it is the best "
             f"candidate in {_share(one)} of bootstrap samples. {_closed(result)} {_often(result)}")
@@ -52,21 +55,23 @@ def _often(result: Result) -> str:
 def rounds(result: Result, evidence: Evidence) -> list[tuple[str, str]]:
     """Of each added effect what it is and how sure, and why the study ended; nothing where nothing was added."""
     said: list[tuple[str, str]] = []
-    for group, one in zip(result["answer"]["tied"], result["rounds"], strict=False):
+    answer = result["answer"]
+    for group, one in zip(answer["tied"], result["rounds"], strict=False):
         name = group[0]
         what, placed = evidence["effects"][name], _placed(one, name)
         said.append((f"{what['title']}:", f"the {what['quantity']} is {what['law']} ({what['source']}). Its mark: "
                                           f"{what['signature']}."))
         if placed is None:
             chosen = (f"{each['form']} in the {each['quantity']} in {100 * each['share']:.0f} %"
-                      for each in result["answer"]["forms"])
+                      for each in answer["forms"])
             said += [("Its form:", f"random halves of the experiments choose {listed(list(chosen))}."),
                      ("Against the catalogue:", _best(one))]
         else:
             asked = "asked for beyond chance" if one["p_value"] <= _CHANCE else "hidden by scatter, which it narrows"
             said.append(("How sure:", f"{asked} ({_p(one['p_value'])}); {placed['sure']:.1f} standard errors better on "
                                       "held-out experiments than the fit without it; the best in "
-                                      f"{_share(placed)} of bootstrap samples. {_rivals(one, group)}"))
+                                      f"{_share(placed)} of bootstrap samples. "
+                                      f"{_rivals(one, group, answer['effects'])}"))
     return [*said, ("Then:", _end(result))] if said else []
 
 
@@ -151,15 +156,17 @@ def _best(one: Mapping[str, Any]) -> str:
             "without it.")
 
 
-def _rivals(one: Mapping[str, Any], group: list[str]) -> str:
-    others = [each for each in one["ranking"] if each["effect"] != group[0]]
-    tied = [each["title"] for each in others if each["effect"] in group]
+def _rivals(one: Mapping[str, Any], group: list[str], added: list[str]) -> str:
+    """What is tied with the first of a group, and else what comes next of all that was not added."""
+    tied = [each["title"] for each in one["ranking"] if each["effect"] in group[1:]]
     if tied:
         return f"These recordings do not tell it apart from {listed(tied)}."
+    places = [each["effect"] for each in one["ranking"]]
+    others = [each for each in one["ranking"][places.index(group[0]):] if each["effect"] not in added]
     if not others:
         return ""
     beside = ", and is told from it by what was added beside it" if others[0]["tied"] else ""
-    return f"The next, {others[0]['title']}, trails by {others[0]['behind']:.1f} standard errors{beside}."
+    return f"The next, {others[0]['title']}, trails the best by {others[0]['behind']:.1f} standard errors{beside}."
 
 
 def _closed(result: Result) -> str:

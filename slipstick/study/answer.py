@@ -49,7 +49,8 @@ def coefficients(found: MixedFit, level: float) -> list[dict[str, Any]]:
 def placed(one: Ranked, level: float) -> dict[str, Any]:
     """A candidate's place in the ranking as JSON."""
     return {"effect": one.effect, "title": effects.find(one.effect).title, "block": effects.find(one.effect).block,
-            "held_out_gain": float(one.gain.mean()), "sure": one.sure, "behind": one.behind, "tied": one.tied,
+            "held_out_gain": float(one.gain.mean()), "error": float(one.gain.std(ddof=1) / np.sqrt(len(one.gain))),
+            "sure": one.sure, "behind": one.behind, "tied": one.tied,
             "bootstrap_share": one.share, "bic": one.bic, "rise": one.rise, "converged": one.found.converged,
             "noise": np.sqrt(one.found.state.noise).tolist(), "coefficients": coefficients(one.found, level)}
 
@@ -71,7 +72,7 @@ def forms(screening: dict[str, Any]) -> list[dict[str, Any]]:
     chosen = sorted(screening["open"]["probes"], key=lambda one: -float(one["selected"]))
     return [{"quantity": effects.find(one["effect"]).quantity, "share": one["selected"],
              "form": form(one["shape"]["signal"], one["shape"]["power"])}
-            for one in chosen if one["selected"] >= _CHOSEN]
+            for place, one in enumerate(chosen) if place == 0 or one["selected"] >= _CHOSEN]
 
 
 def form(signal: float, power: float) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from slipstick.clutch import effects
 from slipstick.study import confidence, gap, locate, rounds, study
 from slipstick.study.answer import BLOCKS, coefficients, forms, left_over, names, placed, term
+from slipstick.study.candidates import outside, ranked
 from slipstick.study.comparison import Comparison
 from slipstick.study.cut import cut
 from slipstick.study.further import further
@@ -20,15 +21,15 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
     """All that a study has found."""
     comparison = study.observed(comparison, state)
     fits = [rounds.restore(settings, comparison, one) for one in state["rounds"]]
-    rankings = [study.ranked(settings, comparison, one) if one.get("candidates") else [] for one in state["rounds"]]
+    rankings = [ranked(settings, comparison, one) if one.get("candidates") else [] for one in state["rounds"]]
     added = state["rounds"][-1]["added"]
     seen = cut(comparison, fits[0], settings.seed)
     where = None if seen is None else locate.located(comparison, seen.left)
-    groups = ties(settings, comparison, added, rankings, fits[-1], _refuted(state))
+    groups = ties(settings, comparison, added, rankings, fits[-1])
     tied = [list(one) for one in groups]
     answer = _answer(settings, comparison, state, fits, tied, where) | {"confidence": None, "evidence": None}
     if answer["kind"] in ("effect", "tie", "several"):
-        kind = confidence.evidence(rankings[0], tied[0], _refuted(state), answer["left"] is not None)
+        kind = confidence.evidence(rankings[0], added[0], added[1:], answer["left"] is not None)
         answer |= {"evidence": kind, "confidence": confidence.SHARES[kind]}
     result: dict[str, Any] = {
         "answer": answer, "settings_digest": settings.digest, "recordings_digest": comparison.recordings.digest,
@@ -46,11 +47,6 @@ def conclude(settings: StudySettings, comparison: Comparison, state: study.State
     if added:
         result["gap"] = _gap(settings, comparison, fits, state, rankings[0])
     return result
-
-
-def _refuted(state: study.State) -> list[str]:
-    """Effects that are not the first one's rivals: added too, or begun with in vain."""
-    return [*state["rounds"][-1]["added"], *study.begun(state["others"])]
 
 
 def _answer(settings: StudySettings, comparison: Comparison, state: study.State, fits: list[MixedFit],
@@ -104,7 +100,7 @@ def _gap(settings: StudySettings, comparison: Comparison, fits: list[MixedFit], 
                              "before": before.time.tolist(), "after": after.time.tolist(), "control": None}
     named = {effects.find(name).quantity for name in added}
     others = [one for one in ranking if effects.find(one.effect).quantity not in named]
-    spent = (others[0].effect, others[0].found) if others else study.another(settings, comparison, first, named)
+    spent = (others[0].effect, others[0].found) if others else outside(settings, comparison, first, named)
     if spent is not None:
         effect, fitted = spent
         control = gap.predict(comparison, fitted, settings.seed)

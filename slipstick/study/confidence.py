@@ -8,7 +8,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from slipstick.study.ranking import Ranked
+from slipstick.study.ranking import APART, Ranked, rivals
 
 KINDS = ("clear", "a rival near", "something left over")
 SHARES: dict[str, float] = json.loads(Path(__file__).with_name("confidence.json").read_text())
@@ -17,12 +17,12 @@ _NEAR = 3.0
 """Standard errors within which an effect that is not tied with the first is still a rival."""
 
 
-def evidence(ranking: Sequence[Ranked], group: Sequence[str], refuted: Sequence[str], over: bool) -> str:
-    """The kind of evidence for the first of the effects named.
+def evidence(ranking: Sequence[Ranked], name: str, others: Sequence[str], over: bool) -> str:
+    """The kind of evidence for the first effect named, by the ranking of its round.
 
-    `group` are those tied with it, `refuted` what was begun with in vain or added later. `over`: something is left.
+    `others` were added later. `over`: something is left. What is nearer than a tie is one, or was told apart since.
     """
     if over:
         return "something left over"
-    rivals = [one for one in ranking if one.effect not in (*group, *refuted) and not one.at_bound]
-    return "a rival near" if any(one.behind < _NEAR for one in rivals) else "clear"
+    near, tied = (len(rivals(ranking, name, others, within)) for within in (_NEAR, APART))
+    return "a rival near" if near > tied else "clear"

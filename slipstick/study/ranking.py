@@ -1,6 +1,6 @@
 """Candidates against each other: held-out log-likelihood first, then BIC, then how often each wins in a bootstrap."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +68,7 @@ def rank(comparison: Comparison, without: MixedFit, candidates: Mapping[str, Mix
     for (effect, found), gain, share, bound in zip(candidates.items(), gains, wins, stuck, strict=True):
         rise = float(found.log_likelihood.sum() - without.log_likelihood.sum())
         more = len(found.state.theta) - len(without.state.theta)
-        ranked.append(Ranked(effect, found, gain, in_errors(best - gain), float(share),
+        ranked.append(Ranked(effect, found, gain, max(0.0, in_errors(best - gain)), float(share),
                              float(more * np.log(n) - 2 * rise), rise, bool(bound)))
     return sorted(ranked, key=lambda one: (one.at_bound, -one.gain.sum()))
 
@@ -79,6 +79,16 @@ def at_bound(effect: str, found: MixedFit) -> bool:
     moved = zip(found.state.theta[-len(last):], found.design.unknowns[-len(last):], last, strict=True)
     return any(min(value - one.lower, one.upper - value) < _AT_BOUND * (one.upper - one.lower)
                for value, one, its in moved if not its.shape)
+
+
+def rivals(ranking: Sequence[Ranked], name: str, others: Sequence[str], near: float) -> list[Ranked]:
+    """Candidates of a round that trail the one named by less than `near` standard errors, and are none of the `others`.
+
+    None where it was no candidate, as an open term is not beside the catalogue's.
+    """
+    own = next((one for one in ranking if one.effect == name), None)
+    return [] if own is None else [one for one in ranking if one.effect not in (name, *others) and not one.at_bound
+                                   and in_errors(own.gain - one.gain) < near]
 
 
 def in_errors(differences: np.ndarray) -> float:

@@ -134,10 +134,12 @@ def screening(settings: StudySettings, screened: Scores, comparison: Comparison,
 def candidate(probes: list[dict[str, Any]], effect: str, hidden: bool = False) -> dict[str, Any]:
     """What to fit of an effect after its probes: the rise they promise, and where to start, in typical values.
 
-    It starts at the shapes that promise most. Of what scatter has `hidden` a probe says nothing: that starts at its
-    typical value, to either side of neutral.
+    It starts at the shapes that promise most, an open term at the one that most halves of the experiments choose. Of
+    what scatter has `hidden` a probe says nothing: that starts at its typical value, to either side of neutral.
     """
-    mine = sorted((one for one in probes if one["effect"] == effect), key=lambda one: -float(one["gain"]))
+    listed = effects.find(effect).listed
+    mine = sorted((one for one in probes if one["effect"] == effect),
+                  key=lambda one: (0.0 if listed else -float(one["selected"]), -float(one["gain"])))
     starts: list[dict[str, float]] = []
     for probe in mine[:1] if hidden else mine:
         for amplitude in (1.0, -1.0) if hidden else (float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST)),):
@@ -148,7 +150,7 @@ def candidate(probes: list[dict[str, Any]], effect: str, hidden: bool = False) -
                     start[one.name] = _inside(one, start[one.name], amplitude)
             if start not in starts:
                 starts.append(start)
-    return {"effect": effect, "gain": mine[0]["gain"], "starts": starts[:_STARTS], "hidden": hidden}
+    return {"effect": effect, "gain": max(one["gain"] for one in mine), "starts": starts[:_STARTS], "hidden": hidden}
 
 
 def _inside(one: effects.Coefficient, neutral: float, amplitude: float) -> float:

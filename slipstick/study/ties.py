@@ -7,7 +7,7 @@ import numpy as np
 from slipstick.study import mixed
 from slipstick.study.comparison import Comparison
 from slipstick.study.mixed import MixedFit
-from slipstick.study.ranking import APART, Ranked, at_bound, gained, in_errors
+from slipstick.study.ranking import APART, Ranked, at_bound, gained, in_errors, rivals
 from slipstick.study.rounds import design
 from slipstick.study.settings import StudySettings
 
@@ -16,33 +16,28 @@ Tie = dict[str, MixedFit]
 
 
 def ties(settings: StudySettings, comparison: Comparison, added: Sequence[str], rankings: Sequence[Sequence[Ranked]],
-         last: MixedFit, refuted: Sequence[str]) -> list[Tie]:
+         last: MixedFit) -> list[Tie]:
     """For each of the effects `added`, those tied with it; `rankings` are those of their rounds, `last` their fit.
 
     Of several, each may have been tied in its own round only because others were still missing: every rival is fitted
-    in its place beside all others. `refuted` are no rivals: they were added too, or begun with in vain.
+    in its place beside all others.
     """
     found = []
     for place, (name, ranking) in enumerate(zip(added, rankings, strict=False)):
-        group = {one.effect: one.found for one in ranking if one.tied}
-        rivals = {rival: fit for rival, fit in group.items() if rival not in refuted} if name in group else {}
-        if rivals and len(added) > 1:
-            others = [*added[:place], *added[place + 1:]]
-            rivals = _beside(settings, comparison, others, last, rivals)
-        found.append({name: group.get(name, last), **rivals})
+        others = [*added[:place], *added[place + 1:]]
+        tie = {name: last}
+        for one in rivals(ranking, name, others, APART):
+            fit = _beside(settings, comparison, others, last, one) if others else one.found
+            if in_errors(gained(comparison, fit, last, settings.seed)) < APART and not at_bound(one.effect, fit):
+                tie[one.effect] = fit
+        found.append(tie)
     return found
 
 
 def _beside(settings: StudySettings, comparison: Comparison, others: Sequence[str], last: MixedFit,
-            rivals: Tie) -> Tie:
-    """Of rivals those that, beside the `others`, predict as well as the fit `last`, and are not at a bound."""
-    tied, d = {}, len(settings.parameters)
-    beside = last.design.of_each(last.state.theta)
-    for rival, fit in rivals.items():
-        own = fit.design.of_each(fit.state.theta)[rival]
-        start = np.concatenate([last.state.theta[:d], *(beside[its] for its in others), own])
-        found = mixed.fit(comparison, design(settings, *others, rival), start, profiled=False)
-        behind = in_errors(gained(comparison, found, last, settings.seed))
-        if behind < APART and not at_bound(rival, found):
-            tied[rival] = found
-    return tied
+            rival: Ranked) -> MixedFit:
+    """The fit with a rival beside the `others`, from where `last` is with another in its place."""
+    beside, own = (fit.design.of_each(fit.state.theta) for fit in (last, rival.found))
+    start = np.concatenate([last.state.theta[:len(settings.parameters)], *(beside[name] for name in others),
+                            own[rival.effect]])
+    return mixed.fit(comparison, design(settings, *others, rival.effect), start, profiled=False)

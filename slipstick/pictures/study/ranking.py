@@ -9,9 +9,9 @@ from slipstick.pictures.theme import Spec
 
 CAPTION = ("Each candidate is fitted together with the parameters and the scatter, then predicts experiments of a "
            "motor speed or a current profile left out of its fit. The gain counts from the best fit without it, bars "
-           "are two standard errors over experiments; a wide scale is logarithmic. Candidates within two standard "
-           "errors of the best are tied: these recordings do not tell them apart. Share: "
-           "how often a candidate is the best when experiments are drawn again at random.")
+           "are two standard errors over experiments; a wide scale is logarithmic. Candidates that trail the best by "
+           "less than two standard errors, each experiment counted as log(1 + nats), are tied with what that round has "
+           "added. Share: how often a candidate is the best when experiments are drawn again at random.")
 
 _DECADE = 2.302585  # natural units of log-likelihood
 _ROW = 26
@@ -27,16 +27,24 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
     rounds = [one for one in result["rounds"] if one["ranking"]]
     if not rounds:
         return None
-    best, *others = rounds[0]["ranking"]
-    tied = sum(one["tied"] for one in others)
-    title = f"{best['title']} predicts best" + (f", but {tied} more cannot be told from it" if tied else "")
-    shown = [([_row(each, added) for each in one["ranking"]], one["added"])
+    shown = [([_row(each, place, added) for place, each in enumerate(one["ranking"])], one["added"])
              for one, added in zip(result["rounds"], chosen(result), strict=True) if one["ranking"]]
     there = {row["place"] for rows, _ in shown for row in rows}
     colour = {**theme.whose({place: hue for place, hue in _COLOURS.items() if place in there}), "field": "place"}
     panels = [_panel(rows, colour, f"With {phrase(evidence, added)} added" if added else "") for rows, added in shown]
-    return theme.picture(title, "Held-out log10 likelihood gained per experiment over the fit without the candidate.",
-                         {"spacing": 30, "vconcat": panels})
+    caption = "Held-out log10 likelihood gained per experiment over the fit without the candidate."
+    return theme.picture(_title(result), caption, {"spacing": 30, "vconcat": panels})
+
+
+def _title(result: Mapping[str, Any]) -> str:
+    """What the rankings come to: what was added first, and what is not told apart from it."""
+    ranking, (group, *_) = result["rounds"][0]["ranking"], result["answer"]["tied"] or [[]]
+    named = next((one for one in ranking if group and one["effect"] == group[0]), None)
+    if named is None:
+        return f"{ranking[0]['title']} predicts best"
+    alike = len(group) - 1
+    word = "predicts best" if named is ranking[0] else "explains most with what comes after it"
+    return f"{named['title']} {word}" + (f", but {alike} more cannot be told from it" if alike else "")
 
 
 def _panel(rows: list[Spec], colour: Spec, title: str) -> Spec:
@@ -62,12 +70,11 @@ def _panel(rows: list[Spec], colour: Spec, title: str) -> Spec:
     return {**panel, "title": {"text": title, "fontSize": 13}} if title else panel
 
 
-def _row(one: Mapping[str, Any], added: str | None) -> Spec:
-    gain = one["held_out_gain"] / _DECADE
-    error = gain / one["sure"] if one["sure"] else 0.0
+def _row(one: Mapping[str, Any], place: int, added: str | None) -> Spec:
+    gain, error = one["held_out_gain"] / _DECADE, one["error"] / _DECADE
     return {"title": one["title"], "gain": theme.number(gain, 4), "low": theme.number(gain - 2 * error, 4),
             "high": theme.number(gain + 2 * error, 4), "share": f"{100 * one['bootstrap_share']:.0f} %",
-            "behind": f"{one['behind']:.1f} s.e." if one["behind"] else "",
+            "behind": f"{one['behind']:.1f} s.e." if place else "",
             "bic": f"{one['bic']:,.0f}".replace("-", "−").replace(",", "\u202f"),
-            "place": _ADDED if one["effect"] == added else _BEST if not one["behind"] else
+            "place": _ADDED if one["effect"] == added else _BEST if place == 0 else
                      _TIED if one["tied"] else _BEHIND}

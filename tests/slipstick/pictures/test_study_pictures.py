@@ -94,12 +94,21 @@ def test_every_effect_that_was_tried_is_in_the_screening(output: dict[str, Any],
     assert "in 37 % of cases" in " ".join(found["title"]["subtitle"])
 
 
+def test_the_title_of_the_ranking_is_what_was_named_not_what_came_first_alone(output: dict[str, Any]) -> None:
+    ranking = output["result"]["rounds"][0]["ranking"]
+    ranking.insert(0, {**ranking[0], "effect": "thermal_fade", "title": "Thermal fade"})
+    title = draw(output)["ranking"]["title"]["text"]
+    assert title == "Slip-speed-dependent friction explains most with what comes after it"
+
+
 def test_the_ranking_marks_what_was_added_and_what_is_tied(output: dict[str, Any], marks: Marks) -> None:
     ranking = output["result"]["rounds"][0]["ranking"]
-    ranking[1:] = [{**ranking[0], "effect": name, "title": name, "held_out_gain": gain, "sure": sure, "behind": behind,
-                    "tied": behind < 2, "bootstrap_share": 0.25, "bic": -12345.6}
+    ranking[1:] = [{**ranking[0], "effect": name, "title": name, "held_out_gain": gain, "error": gain / sure,
+                    "sure": sure, "behind": behind, "tied": behind < 2, "bootstrap_share": 0.25, "bic": -12345.6}
                    for name, gain, sure, behind in (("twin", 90.0, 9.0, 0.5), ("far", -2.302585, -2.0, 30.0))]
     output["result"]["rounds"][1:] = [{**output["result"]["rounds"][-1], "ranking": []}]
+    assert draw(output)["ranking"]["title"]["text"] == "Slip-speed-dependent friction predicts best"
+    output["result"]["answer"]["tied"][0].append("twin")
     found = draw(output)["ranking"]
     rows = {row["title"]: row for row in found["vconcat"][0]["data"]["values"]}
     assert [row["place"] for row in rows.values()] == ["added", "tied with the best", "behind"]

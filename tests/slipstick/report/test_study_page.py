@@ -98,7 +98,7 @@ def test_a_rival_of_one_round_that_was_told_apart_later_is_no_tie(output: dict[s
     ranking = output["result"]["rounds"][0]["ranking"]
     ranking[1:] = [{**ranking[0], "effect": "thermal_fade", "title": "Thermal fade", "behind": 1.2, "tied": True}]
     text = said(words.rounds(output["result"], output["evidence"]))
-    assert "trails by 1.2 standard errors, and is told from it by what was added beside it." in text
+    assert "trails the best by 1.2 standard errors, and is told from it by what was added beside it." in text
     assert "do not tell it apart" not in text
 
 
