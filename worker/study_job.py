@@ -1,6 +1,6 @@
 """A study as a durable workflow: killed at any moment, it goes on from its last step with the same result.
 
-A step is what `study.start`, `study.advance` or the conclusion does: a few seconds.
+A step is what `study.start`, `study.advance` or the conclusion does: some seconds.
 """
 
 from dataclasses import dataclass

@@ -5,7 +5,8 @@
         state = advance(settings, comparison, state)
     result = conclude(settings, comparison, state)
 
-A state is JSON, complete, and the same after a restart. A step is one fit or one screening: a few seconds.
+A state is JSON, complete, and the same after a restart. A step is one fit or one screening, or a few of
+them where a path ends: some seconds.
 """
 
 from dataclasses import replace
