@@ -64,7 +64,8 @@ def rounds(result: Result, evidence: Evidence) -> list[tuple[str, str]]:
         if placed is None:
             chosen = (f"{each['form']} in the {each['quantity']} in {100 * each['share']:.0f} %"
                       for each in answer["forms"])
-            said += [("Its form:", f"random halves of the experiments choose {listed(list(chosen))}."),
+            said += [("Its form:", "before any term is fitted, random halves of the experiments choose "
+                                   f"{listed(list(chosen))}."),
                      ("Against the catalogue:", _best(one))]
         else:
             asked = "asked for beyond chance" if one["p_value"] <= _CHANCE else "hidden by scatter, which it narrows"
@@ -152,6 +153,8 @@ def _best(one: Mapping[str, Any]) -> str:
     if not one["ranking"]:
         return "None of its effects was asked for."
     best = one["ranking"][0]
+    if best["sure"] <= 0:
+        return f"{best['title']}, the best of its effects, predicts no better than the fit without it."
     return (f"{best['title']}, the best of its effects, is {signed(best['sure'], 1)} standard errors ahead of the fit "
             "without it.")
 

@@ -36,6 +36,9 @@ class StudySettings:
 
     def __post_init__(self) -> None:
         """Refuse what would fail later, or try nothing."""
+        for name in ("parameters", "scatter", "catalogue"):
+            if isinstance(getattr(self, name), str):
+                raise InvalidValue(f"{name} is '{getattr(self, name)}'", "Give a list of names")
         for name in self.parameters:
             parameters.index(name)
         for name in self.catalogue:
@@ -48,7 +51,7 @@ class StudySettings:
                 raise InvalidValue(f"{name} is {list(getattr(self, name))}", "Name one or more, each once")
         for name, least in (("seed", 0), ("shortlist", 1), ("most_effects", 1), ("smallest", 0)):
             if name != "smallest" and not isinstance(getattr(self, name), int):
-                raise InvalidValue(f"{name} is {getattr(self, name)}", "Give a whole number")
+                raise InvalidValue(f"{name} is {getattr(self, name)!r}", "Give a whole number")
             if not getattr(self, name) >= least:
                 raise InvalidValue(f"{name} is {getattr(self, name)}", f"Give at least {least}")
         for name in ("significance", "level", "widest_scatter"):

@@ -9,14 +9,31 @@ import pkgutil
 import numpy as np
 
 from slipstick.clutch.effects.effect import Coefficient, Effect
-from slipstick.errors import UnknownName
+from slipstick.errors import InvalidValue, UnknownName
 
 __all__ = ["CATALOGUE", "Coefficient", "Effect", "find", "index", "neutral", "span"]
 
 _FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name != "effect")
 _MODULES = [importlib.import_module(f"{__name__}.{name}") for name in _FILES]
-CATALOGUE: tuple[Effect, ...] = tuple(
-    effect for module in _MODULES for effect in getattr(module, "EFFECTS", None) or (module.EFFECT,))
+
+
+def _collected() -> tuple[Effect, ...]:
+    """The effects of all files; raises `InvalidValue` naming the file that has none, or one of another's name."""
+    found: dict[str, Effect] = {}
+    for module in _MODULES:
+        one = getattr(module, "EFFECT", None)
+        file = f"{module.__name__.rsplit('.', 1)[1]}.py"
+        for effect in getattr(module, "EFFECTS", (one,)):
+            if effect is None:
+                raise InvalidValue(f"The file {file} of the catalogue has no EFFECT", "Define one, or move it out")
+            if effect.name in found:
+                raise InvalidValue(f"The file {file} has an effect '{effect.name}', and another file has one already",
+                                   "Give it another name: files are often copied")
+            found[effect.name] = effect
+    return tuple(found.values())
+
+
+CATALOGUE: tuple[Effect, ...] = _collected()
 """The effects in the order of their files."""
 
 

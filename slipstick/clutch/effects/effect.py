@@ -6,6 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from slipstick.errors import InvalidValue, UnknownName
+
+MOST_COEFFICIENTS = 4
+"""Coefficients that an effect may have."""
 QUANTITIES = {
     "valve current": "A",
     "line pressure": "bar",
@@ -141,6 +145,19 @@ class Effect:
     uses_run_order: bool = False
     forms: tuple[tuple[float, ...], ...] = ()
     listed: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse what fails later, where nothing says which file is to blame; raises `InvalidValue`, `UnknownName`."""
+        known = [*QUANTITIES, *SENSORS]
+        if self.quantity not in known:
+            raise UnknownName.of(f"quantity (of the effect {self.name})", self.quantity, known)
+        if not 1 <= len(self.coefficients) <= MOST_COEFFICIENTS:
+            raise InvalidValue(f"The effect {self.name} has {len(self.coefficients)} coefficients",
+                               f"Give 1 to {MOST_COEFFICIENTS}: the compiled loops have room for no more")
+        for one in self.coefficients:
+            if not one.lower <= min(one.neutral, one.typical) <= max(one.neutral, one.typical) <= one.upper:
+                raise InvalidValue(f"{one.name} of the effect {self.name} is neutral at {one.neutral} and typical at "
+                                   f"{one.typical}", f"Put both within its bounds, {one.lower} and {one.upper}")
 
     @property
     def unit(self) -> str:

@@ -12,6 +12,7 @@ from slipstick.clutch.conditions import Conditions, paper_conditions
 from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect, Signals
 from slipstick.clutch.lag import delayed
 from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue, UnknownName
 
 CONDITIONS = replace(paper_conditions(), run_order=np.random.default_rng(4).permutation(216))
 SAMPLE_TIMES = np.arange(0.0, 1.8, 0.02)
@@ -139,12 +140,40 @@ def test_sensors_change_what_is_read_and_nothing_else() -> None:
 
 
 def test_every_effect_says_what_it_is() -> None:
-    assert len({effect.name for effect in effects.CATALOGUE}) == len(effects.CATALOGUE) >= 30
+    assert len(effects.CATALOGUE) >= 30
     assert sorted(quantity for block in BLOCKS.values() for quantity in block) == sorted([*QUANTITIES, *SENSORS])
     for effect in effects.CATALOGUE:
         assert all((effect.title, effect.law, effect.source, effect.signature, effect.unit, effect.block))
         assert not all(c.shape for c in effect.coefficients)
-        for c in effect.coefficients:
-            assert c.lower <= c.neutral <= c.upper, effect.name
-            assert c.lower <= c.typical <= c.upper, effect.name
-            assert c.shape or c.typical != c.neutral, effect.name
+        assert all(c.shape or c.typical != c.neutral for c in effect.coefficients), effect.name
+
+
+def test_an_effect_that_cannot_work_is_refused_by_its_name() -> None:
+    whole = effects.find("thermal_fade")
+    for changed, text in (({"quantity": "contact_pressure"}, "Did you mean 'contact pressure'"),
+                          ({"coefficients": whole.coefficients * 5}, "no more"),
+                          ({"coefficients": (replace(whole.coefficients[0], typical=1e9),)}, "within its bounds")):
+        with pytest.raises((InvalidValue, UnknownName), match=text) as refused:
+            replace(whole, **changed)
+        assert "thermal_fade" in str(refused.value)
+
+
+@pytest.mark.parametrize("effect", [one for one in effects.CATALOGUE if one.listed], ids=lambda effect: effect.name)
+def test_signals_are_finite_on_the_way_to_the_bounds_of_every_amplitude(effect: Effect) -> None:
+    # At the very bounds an engagement may blow up, and a study turns back; before them no formula may.
+    few = CONDITIONS.take([0, 77, 150, 215])
+    for one in (c for c in effect.coefficients if not c.shape):
+        for value in (one.neutral + share * (end - one.neutral) for end in (one.lower, one.upper)
+                      for share in (0.25, 0.5, 0.75)):
+            values = {c.name: c.typical if c.shape else c.neutral for c in effect.coefficients} | {one.name: value}
+            found = ensemble.signals(Model().with_effect(effect.name, values), few, SAMPLE_TIMES)
+            assert np.isfinite(stacked(found)).all(), (one.name, value)
+
+
+@each_effect
+def test_every_amplitude_alone_changes_something(effect: Effect) -> None:
+    plain = stacked(ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES))
+    for one in (c for c in effect.coefficients if not c.shape):
+        values = {c.name: c.typical if c.shape or c is one else c.neutral for c in effect.coefficients}
+        changed = stacked(ensemble.signals(Model().with_effect(effect.name, values), CONDITIONS, SAMPLE_TIMES))
+        assert np.abs(changed - plain).max() > 0, f"{one.name} is a shape: say shape=True"
