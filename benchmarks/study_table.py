@@ -30,7 +30,17 @@ SAME = {
        for name in (f"{sensor}_sensor_lag", f"{sensor}_sensor_offset", f"{sensor}_sensor_gain")},
 }
 """Hidden effect -> the catalogue's name for it."""
-HEADER = ("cases", "what", "value", "lower", "upper", "of")
+HEADER = ("cases", "what", "value", "lower", "upper", "of", "target", "met")
+_TYPICAL = "effect, strength 1, noise 0.01"
+TARGETS: dict[tuple[str, str], tuple[str, float]] = {
+    (_TYPICAL, "right first"): (">=", 0.95), (_TYPICAL, "right class"): (">=", 0.98),
+    (_TYPICAL, "error of quantity"): ("<=", 0.05), (_TYPICAL, "90 % interval holds it"): (">=", 0.85),
+    (_TYPICAL, "closure of signal"): (">=", 0.9), (_TYPICAL, "control of signal"): ("<=", 0.2),
+    (_TYPICAL, "closure of shifting time"): (">=", 0.9), (_TYPICAL, "its control"): ("<=", 0.2),
+    ("effect, all", "90 % interval holds it"): (">=", 0.85), ("null", "false alarm"): ("<=", 1 / 60),
+    ("outside", "right block"): (">=", 0.9), ("outside", "false name"): ("<=", 0.1),
+    ("pair", "both named"): (">=", 0.7)}
+"""(Cases, what) -> what it was to be, set before anything was measured."""
 VISIBLE = 0.5
 """Noise levels that an effect must leave at typical strength to count as one that recordings show."""
 SAME_FORM = ("_sensor_lag", "_sensor_offset", "shaft_compliance")
@@ -130,8 +140,16 @@ def summarise(path: Path) -> None:
             if inside:
                 table.append([name, "90 % interval holds it", *share(sum(inside), len(inside))])
         table.append([name, "seconds", *spread([row["seconds"] for row in some if "seconds" in row])])
-    write("study_blind", HEADER, table, "python -m benchmarks.study_blind")
+    write("study_blind", HEADER, [_judged(row) for row in table], "python -m benchmarks.study_blind")
     calibrate(rows)
+
+
+def _judged(row: list[Any]) -> list[object]:
+    """A row of the table with its target, if it has one, and whether that is met."""
+    name, what, value, *_ = row
+    sign, target = TARGETS.get((name, what), ("", 0.0))
+    met = value >= target if sign == ">=" else value <= target
+    return [*row, *((f"{sign} {target:.3g}", "yes" if met else "no") if sign else ("", ""))]
 
 
 def calibrate(rows: list[Row]) -> None:

@@ -22,6 +22,10 @@ _ALWAYS = (
      "of one that acts alike, or by none."),
     ("The piston is never measured:", "what shifts the moment of contact (pressure bias, initial position, clearance, "
      "return spring) is told apart only by how it depends on the conditions."),
+    ("The gain of a pressure sensor is never named:", "gain and bias of the valve, temperature gain, initial position "
+     "and friction coefficient make up for it exactly."),
+    ("Wear of the plates and oil that warms up behind the piston look alike:", "both move the moment of contact with "
+     "the run order."),
     ("The test counts experiments:", "each is one observation, however many samples it has. A small effect needs more "
      "experiments, not a faster clock."),
     ("An interval holds for the model with the effect in it:", "it covers noise and scatter from run to run, not a "
