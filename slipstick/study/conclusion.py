@@ -16,6 +16,9 @@ from slipstick.study.ranking import Ranked
 from slipstick.study.settings import StudySettings
 from slipstick.study.ties import Tie, ties
 
+_ASKED = "Something asks for an effect, and none that is known predicts unseen experiments better: nothing is named"
+"""What is said where the screening finds something and no candidate will do."""
+
 
 def conclude(settings: StudySettings, comparison: Comparison, state: study.State) -> dict[str, Any]:
     """All that a study has found."""
@@ -61,8 +64,11 @@ def _answer(settings: StudySettings, comparison: Comparison, state: study.State,
         most = "shifting times" if block is None else block
         return {**said, "kind": "unlisted", "block": block, "sentence":
                 f"Something is missing, most of all in the {most}, and nothing that is known explains it"}
+    if not added and not fits[0].converged:
+        return {**said, "kind": "not converged", "sentence": "The fit without any effect did not come to rest"}
     if not added:
-        return said if fits[0].converged else {**said, "kind": "not converged"}
+        asked = any(one["asked_for"] for one in state["rounds"][0]["screening"]["shortlist"])
+        return {**said, "sentence": _ASKED} if asked else said
     first = effects.find(added[0])
     if not first.listed:
         return {**said, "kind": "unlisted", "block": first.block, "forms": forms(state["rounds"][0]["screening"]),

@@ -70,6 +70,18 @@ def test_shifting_times_alone_make_a_study_that_says_so(
     assert "Where model" not in said
 
 
+def test_what_asks_for_an_effect_and_gets_none_is_not_called_nothing(few_recordings: Path) -> None:
+    times = replace(Recordings.open(few_recordings / "few.h5"), signals=None)
+    said = {}
+    for significance in (0.99, 0.001):
+        wrong = {**SETTINGS, "catalogue": ["falling_load_friction"], "significance": significance}
+        answer = studied(StudySettings.from_dict(wrong), compare(times, 0.003))["result"]["answer"]
+        assert answer["kind"] == "none"
+        said[significance] = answer["sentence"]
+    assert said[0.99].startswith("Something asks for an effect, and none that is known predicts")
+    assert said[0.001] == "Nothing is missing that these recordings could show"
+
+
 def test_a_tie_tells_what_to_measure_next(few_recordings: Path) -> None:
     times = replace(Recordings.open(few_recordings / "few.h5"), signals=None)
     output = studied(StudySettings.from_dict(SETTINGS), compare(times, 0.003))
