@@ -12,7 +12,6 @@ command goes on where it was; study_blind.csv is the summary. PART is a beginnin
 import json
 import os
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -26,9 +25,8 @@ from numba import set_num_threads
 from scipy.stats import chi2
 
 from benchmarks.study_quantity import error
-from benchmarks.study_signatures import strengths
+from benchmarks.study_signatures import recorded, strengths
 from benchmarks.study_table import SAME, summarise
-from slipstick.recordings import Recordings
 from slipstick.study import comparison, conclusion, rounds, study
 from slipstick.study.linearised import linearise
 from slipstick.study.score import probes
@@ -69,10 +67,7 @@ def cases() -> Iterator[tuple[str, hidden.Case]]:
 
 def answered(name: str, case: hidden.Case) -> dict[str, Any]:
     """Study one case as a user would, with default settings."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "recordings.h5"
-        files.write(path, case)
-        recordings = Recordings.open(path)
+    recordings = recorded(case)
     begun, settings = time.perf_counter(), StudySettings()
     found = {"case": name, "hidden": dict(case.effects), "truth": asdict(case)}
     try:

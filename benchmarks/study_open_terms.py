@@ -9,23 +9,21 @@ experiments (stability selection), with their share. A quantity is right where t
 hidden effect changes.
 """
 
-import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from os import cpu_count
-from pathlib import Path
 
 import numpy as np
 from numba import set_num_threads
 
 from benchmarks.results import write
 from benchmarks.study_blind import cases
+from benchmarks.study_signatures import recorded
 from slipstick.clutch import effects
-from slipstick.recordings import Recordings
 from slipstick.study import comparison, rounds, study
 from slipstick.study.answer import form
 from slipstick.study.score import score
 from slipstick.study.settings import StudySettings
-from tests.validation.hidden import EFFECTS, files
+from tests.validation.hidden import EFFECTS
 from tests.validation.hidden.case import Case
 
 EQUATION = {"friction_coefficient": "friction coefficient", "valve_current": "line pressure",
@@ -38,10 +36,7 @@ HEADER = ("case", "hidden in", *(f"{way}: {what}" for way in WAYS for what in ("
 def chosen(name: str, case: Case) -> list[object]:
     """The row of a case."""
     settings = StudySettings()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "recordings.h5"
-        files.write(path, case)
-        compared = comparison.compare(Recordings.open(path), settings.shifting_time_noise)
+    compared = comparison.compare(recorded(case), settings.shifting_time_noise)
     state = study.start(settings, compared)
     compared = study.observed(compared, state)
     found = score(compared, rounds.restore(settings, compared, state["rounds"][0]), study.OPEN, settings.seed)

@@ -30,13 +30,18 @@ LEAST, MOST = 0.1, 2.0
 ROUNDS, SEED = 4, 900
 
 
-def refitted(case: Case) -> tuple[dict[str, float], list[float]]:
-    """Variance of each channel's residuals after a fit without any effect, and the scatter it finds."""
-    settings = StudySettings()
+def recorded(case: Case) -> Recordings:
+    """The recordings of a case, through a sealed file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "recordings.h5"
         write_case(path, case)
-        compared = comparison.compare(Recordings.open(path), settings.shifting_time_noise)
+        return Recordings.open(path)
+
+
+def refitted(case: Case) -> tuple[dict[str, float], list[float]]:
+    """Variance of each channel's residuals after a fit without any effect, and the scatter it finds."""
+    settings = StudySettings()
+    compared = comparison.compare(recorded(case), settings.shifting_time_noise)
     state = study.start(settings, compared)
     fit, noise = state["rounds"][0]["fit"], state["noise"]
     return ({name: factor * noise[name] ** 2 for name, factor in zip(compared.channels, fit["noise"], strict=True)},

@@ -3,7 +3,7 @@
 A parameter is a multiple of its nominal value, a coefficient a multiple of its `typical` one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -75,10 +75,11 @@ class Design:
                                   both))
         return moving + [_unknown(effect, one) for effect, one in self.coefficients]
 
-    def of_each(self, theta: np.ndarray) -> dict[str, np.ndarray]:
-        """The entries of theta (p,) that are the coefficients of each added effect."""
-        named = np.array([name for name, _ in self.coefficients])
-        return {name: theta[len(self.parameters):][named == name] for name in self.added}
+    def part(self, theta: np.ndarray, added: Sequence[str]) -> np.ndarray:
+        """Of theta (p,) the parameters and the coefficients of some of the added effects, in the order given."""
+        of = np.array([name for name, _ in self.coefficients])
+        d = len(self.parameters)
+        return np.concatenate([theta[:d], *(theta[d:][of == name] for name in added)])
 
     def vectors(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameter vectors (m, 20) and effect coefficients (m, c) at `points` (m, p)."""

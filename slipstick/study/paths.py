@@ -79,9 +79,7 @@ def _needed(settings: StudySettings, comparison: Comparison, last: Round, place:
     if effects.find(last["added"][place]).uses_run_order:
         return True
     rest = [*last["added"][:place], *last["added"][place + 1:]]
-    theta = np.array(last["fit"]["theta"])
-    beside = design(settings, *last["added"]).of_each(theta)
-    start = np.concatenate([theta[:len(settings.parameters)], *(beside[name] for name in rest)])
+    start = design(settings, *last["added"]).part(np.array(last["fit"]["theta"]), rest)
     without = {"added": rest, "fit": stored(mixed.fit(comparison, design(settings, *rest), start, profiled=False))}
     return better(settings, comparison, without, last)
 

@@ -37,7 +37,6 @@ def ties(settings: StudySettings, comparison: Comparison, added: Sequence[str], 
 def _beside(settings: StudySettings, comparison: Comparison, others: Sequence[str], last: MixedFit,
             rival: Ranked) -> MixedFit:
     """The fit with a rival beside the `others`, from where `last` is with another in its place."""
-    beside, own = (fit.design.of_each(fit.state.theta) for fit in (last, rival.found))
-    start = np.concatenate([last.state.theta[:len(settings.parameters)], *(beside[name] for name in others),
-                            own[rival.effect]])
+    own = rival.found.design.part(rival.found.state.theta, [rival.effect])[len(settings.parameters):]
+    start = np.concatenate([last.design.part(last.state.theta, others), own])
     return mixed.fit(comparison, design(settings, *others, rival.effect), start, profiled=False)
