@@ -20,15 +20,15 @@ from scipy.special import ndtr
 from scipy.stats import binomtest, f
 
 from benchmarks.results import write
-from slipstick.library import Library
-from slipstick.problem import table_model
-from slipstick.uncertainty import fit
-from slipstick.uncertainty.fit import FitSettings
+from slipstick.inference import table_model
+from slipstick.storage.library import Library
+from slipstick.uncertainty.fit import fit
+from slipstick.uncertainty.fit.fit import FitSettings
+from slipstick.uncertainty.fit.intervals import combinations, direction_of, drop_at, drop_to, interval
+from slipstick.uncertainty.fit.search_space import unknowns
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.intervals import combinations, direction_of, drop_at, drop_to, interval
-from slipstick.uncertainty.likelihood import Candidate, Problem
+from slipstick.uncertainty.likelihood.problem import Candidate, Problem
 from slipstick.uncertainty.sampling import normal_germs
-from slipstick.uncertainty.unknowns import unknowns
 
 SETTINGS = FitSettings(order=4, population=24, generations=20, patience=8)
 TRUTH = Candidate(Inputs([0.95, 1.1], [0.06, 0.05]), 0.005)

@@ -20,11 +20,11 @@ import numpy as np
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
-from slipstick.uncertainty.expansion import ExpansionSettings, expand, make_basis
-from slipstick.uncertainty.germs import Germ
-from slipstick.uncertainty.polynomials import Polynomials
+from slipstick.uncertainty.chaos.expansion import ExpansionSettings, expand, make_basis
+from slipstick.uncertainty.chaos.germs import Germ
+from slipstick.uncertainty.chaos.polynomials import Polynomials
+from slipstick.uncertainty.chaos.truncation import degrees
 from slipstick.uncertainty.sampling import normal_germs
-from slipstick.uncertainty.truncation import degrees
 
 AXES = ("pressure_bias", "initial_position", "friction_coefficient", "current_gain", "current_delay", "current_bias",
         "temperature_gain")

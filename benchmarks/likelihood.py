@@ -14,23 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.results import write
-from slipstick.library import Library
-from slipstick.problem import table_problem
-from slipstick.uncertainty import line_rules, lines
-from slipstick.uncertainty.expansion import ExpansionSettings
+from slipstick.inference import table_problem
+from slipstick.storage.library import Library
+from slipstick.uncertainty.chaos.expansion import ExpansionSettings
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import (
-    Candidate,
-    Problem,
-    by_expansion,
-    by_sampling,
-    exact,
-    lay,
-    log10_density,
-    outputs,
-    settled,
-)
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty.likelihood import line_rules, lines
+from slipstick.uncertainty.likelihood.likelihood import by_expansion, by_sampling, exact, lay, outputs, settled
+from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
 
 LIBRARY = Library(Path("tables"))
 SEEDS = range(1, 9)
@@ -88,7 +79,7 @@ def ways():
 
 def sampled(problem: Problem, candidate: Candidate, count: int, seed: int) -> float:
     times = problem.model(candidate.inputs.points(normal_germs(2, count, seed)), problem.conditions)
-    return float(log10_density(times, problem.measured_time, candidate.output_std).sum())
+    return float(log10_mean_density(times, problem.measured_time, candidate.output_std).sum())
 
 
 def drawn(problem: Problem, case: Candidate) -> Problem:

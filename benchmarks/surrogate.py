@@ -25,15 +25,16 @@ from slipstick.clutch import parameters
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.ensemble import Simulator, shifting_times
 from slipstick.clutch.model import Model
-from slipstick.library import Library
-from slipstick.problem import table_problem
+from slipstick.inference import table_problem
 from slipstick.recordings import Recordings
+from slipstick.storage.library import Library
 from slipstick.table import Axis, Grid, HeldOut
-from slipstick.uncertainty import fit
-from slipstick.uncertainty.likelihood import Problem, settled
-from slipstick.uncertainty.refine import refine
-from slipstick.uncertainty.settings import FitSettings
-from slipstick.uncertainty.unknowns import unknowns
+from slipstick.uncertainty.fit import fit
+from slipstick.uncertainty.fit.refine import refine
+from slipstick.uncertainty.fit.search_space import unknowns
+from slipstick.uncertainty.fit.settings import FitSettings
+from slipstick.uncertainty.likelihood.likelihood import settled
+from slipstick.uncertainty.likelihood.problem import Problem
 from worker.surrogate import HELD_OUT, RUNS, build
 
 NESTED = ("pressure_bias", "initial_position", "friction_coefficient", "current_delay", "temperature_gain",

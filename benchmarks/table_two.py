@@ -16,13 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.results import write
-from slipstick.library import Library
-from slipstick.problem import table_problem
-from slipstick.uncertainty import classic, fit
-from slipstick.uncertainty.likelihood import TOLERANCE, Problem, exact, log10_density
-from slipstick.uncertainty.sampling import normal_germs
-from slipstick.uncertainty.settings import FitSettings
-from slipstick.uncertainty.unknowns import Unknowns, unknowns
+from slipstick.inference import table_problem
+from slipstick.storage.library import Library
+from slipstick.uncertainty.fit import classic, fit
+from slipstick.uncertainty.fit.search_space import unknowns
+from slipstick.uncertainty.fit.settings import FitSettings
+from slipstick.uncertainty.likelihood.likelihood import TOLERANCE, exact
+from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.uncertainty.likelihood.unknowns import Unknowns
+from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
 
 SEEDS = range(1, 21)
 COARSE = 8
@@ -91,7 +93,7 @@ def samples_needed(problem: Problem, optimum: np.ndarray) -> int:
         for seed in range(1, 9):
             points = candidate.inputs.points(normal_germs(len(problem.axes), 2**power, seed))
             times = problem.model(points, problem.conditions)
-            whole = log10_density(times, problem.measured_time, candidate.output_std).sum()
+            whole = log10_mean_density(times, problem.measured_time, candidate.output_std).sum()
             errors.append(whole - reference)
         if np.sqrt(np.mean(np.square(errors))) < TOLERANCE:
             return 2**power

@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from service import pages, problems
+from service import pages, problem_details
 from service.bodies import BodyLimits
 from service.job_store import JobStore, connect
 from service.routes import (
@@ -24,7 +24,7 @@ from service.routes import (
 )
 from service.settings import Settings
 from slipstick import __version__
-from slipstick.library import Library
+from slipstick.storage.library import Library
 
 _ABOUT = """
 Find where a wet-clutch simulation and a test bench disagree, and by how much: shifting times from a lookup table,
@@ -56,7 +56,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                      study_reports):
         app.include_router(resource.router)
     pages.install(app)
-    problems.install(app)
+    problem_details.install(app)
     app.add_middleware(BodyLimits, size=chosen.body_bytes, seconds=chosen.body_seconds)
     app.openapi = lambda: _schema(app)  # type: ignore[method-assign]
     return app
@@ -66,7 +66,7 @@ def _schema(app: FastAPI) -> dict[str, Any]:
     """The OpenAPI document, with the schema of problems, which no route returns by itself."""
     if app.openapi_schema is None:
         schema = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
-        definition = problems.Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+        definition = problem_details.Problem.model_json_schema(ref_template="#/components/schemas/{model}")
         schema["components"]["schemas"] |= definition.pop("$defs") | {"Problem": definition}
         app.openapi_schema = schema
     return app.openapi_schema

@@ -9,7 +9,7 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service import problems
+from service import problem_details
 from slipstick.errors import SlipstickError
 
 
@@ -26,7 +26,7 @@ class BodyLimits:
         try:
             body = await asyncio.wait_for(self._read(scope, receive), self.seconds)
         except TimeoutError:
-            return await _refuse(scope, receive, send, problems.TooSlow(
+            return await _refuse(scope, receive, send, problem_details.TooSlow(
                 f"The body did not arrive within {self.seconds:g} s",
                 "Check its Content-Length, or raise SLIPSTICK_BODY_SECONDS"))
         except SlipstickError as error:
@@ -39,7 +39,7 @@ class BodyLimits:
         return await self.app(scope, replay, send)
 
     async def _read(self, scope: Scope, receive: Receive) -> bytes:
-        too_large = problems.TooLarge(f"The body is larger than {self.size:,} bytes",
+        too_large = problem_details.TooLarge(f"The body is larger than {self.size:,} bytes",
                                       "Send it in parts, or raise SLIPSTICK_BODY_BYTES")
         declared = dict(scope["headers"]).get(b"content-length", b"")
         if declared.isdigit() and int(declared) > self.size:
@@ -48,7 +48,7 @@ class BodyLimits:
         while more:
             message = await receive()
             if message["type"] == "http.disconnect":
-                raise problems.TooSlow("The connection closed before the whole body was here", "Send it again")
+                raise problem_details.TooSlow("The connection closed before the whole body was here", "Send it again")
             body += message.get("body", b"")
             if len(body) > self.size:
                 raise too_large
@@ -58,7 +58,7 @@ class BodyLimits:
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, error: SlipstickError) -> None:
     # What is left of the body stays unread, so the connection cannot be used again.
-    await problems.answer(problems.describe(error), {"Connection": "close"})(scope, receive, send)
+    await problem_details.answer(problem_details.describe(error), {"Connection": "close"})(scope, receive, send)
 
 
 class _StrictRequest(Request):
@@ -89,5 +89,5 @@ def require_media(request: Request, *accepted: str) -> str:
         said = f"is of type {media[:100]}" if media else "has no Content-Type"
         hint = "With curl, send JSON by `--json` instead of `-d`, which claims a form" \
             if "application/json" in accepted else "With curl, add -H 'Content-Type: ...'"
-        raise problems.UnsupportedMedia(f"The body {said}", f"Send {' or '.join(accepted)}. {hint}")
+        raise problem_details.UnsupportedMedia(f"The body {said}", f"Send {' or '.join(accepted)}. {hint}")
     return media

@@ -14,7 +14,7 @@ from typing import Any
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
 from sqlalchemy import Engine, event, make_url
 
-from service.problems import Conflict
+from service.problem_details import Conflict
 from slipstick.errors import UnknownName
 
 QUEUE, PROGRESS = "jobs", "progress"

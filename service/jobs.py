@@ -9,7 +9,7 @@ from fastapi import Header, Path
 from pydantic import BaseModel, Field
 
 from service.job_store import JobStore, Order
-from service.problems import Conflict
+from service.problem_details import Conflict
 
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
 

@@ -8,12 +8,12 @@ from fastapi import Depends, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.problems import TooLarge
+from service.problem_details import TooLarge
 from service.settings import Settings
 from slipstick.errors import InvalidValue
-from slipstick.library import Library
+from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
-from slipstick.uncertainty.families import Family
+from slipstick.uncertainty.chaos.families import Family
 from slipstick.uncertainty.inputs import Inputs
 
 SIMULATED = ("The shipped recordings `measured` are simulated test-bench data from an independent implementation: "

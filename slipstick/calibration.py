@@ -16,12 +16,13 @@ from slipstick.clutch import ensemble, parameters
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.processing import blended_at_lock_up, block_means, sensor_noise
+from slipstick.recordings.signals import SIGNAL_UNITS
 
 Report = Callable[[tuple[str, ...], int, float], None]
 """Told after every iteration: the parameters that move, evaluations so far, and the sum of squares."""
 
-SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque")
-_CHANNELS = (*SIGNALS, "shifting_time")
+_CHANNELS = (*SIGNAL_UNITS, "shifting_time")
 _STAGES: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
     (("current_delay", "current_bias", "current_gain"), ("pressure",)),
     (("pressure_bias", "temperature_gain", "initial_position"), ("output_torque", "shifting_time")),
@@ -91,8 +92,8 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
         raise InvalidValue(f"{len(recordings.conditions)} engagements are too few to calibrate on",
                            f"Record {_FEWEST} or more, under different conditions")
     model = start or Model()
-    problem = _Problem(recordings, recordings.signals, noise(recordings.signals, shifting_time_noise),
-                       model.coefficients(), report)
+    noise = {**sensor_noise(recordings.signals), "shifting_time": shifting_time_noise}
+    problem = _Problem(recordings, recordings.signals, noise, model.coefficients(), report)
     before = problem.residuals(model.parameters)["shifting_time"] * shifting_time_noise
     evaluations = 0
     for free, compared in _STAGES:
@@ -118,50 +119,6 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
     )
 
 
-def blended(torque: np.ndarray, shifting_time: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """`torque` (m, n, k) with the sample nearest to each lock-up (m, n) blended from its two neighbours.
-
-    At lock-up the torque jumps. The blend makes its average a continuous function of the shifting time, without
-    which differences between two simulations say nothing about slopes.
-    """
-    torque = torque.copy()
-    locked = np.argwhere((shifting_time > time[1]) & (shifting_time < time[-2]))
-    row, column = locked[:, 0], locked[:, 1]
-    when = shifting_time[row, column]
-    edges = 0.5 * (time[1:] + time[:-1])
-    nearest = np.clip(np.searchsorted(edges, when), 1, len(time) - 2)
-    share = (when - edges[nearest - 1]) / (edges[nearest] - edges[nearest - 1])
-    before, after = torque[row, column, nearest - 1], torque[row, column, nearest + 1]
-    torque[row, column, nearest] = share * before + (1 - share) * after
-    return torque
-
-
-def averaged(samples: np.ndarray, width: int) -> np.ndarray:
-    """Means of `width` successive samples, shape (..., k // width)."""
-    whole = samples.shape[-1] // width * width
-    return np.asarray(samples[..., :whole].reshape(*samples.shape[:-1], -1, width).mean(axis=-1))
-
-
-def noise(signals: Signals, shifting_time: float) -> dict[str, float]:
-    """Standard deviation of each sensor's noise, with that of the shifting time as given."""
-    return {**{name: noise_of(name, getattr(signals, name).astype(float)) for name in SIGNALS},
-            "shifting_time": shifting_time}
-
-
-def noise_of(name: str, values: np.ndarray) -> float:
-    """Standard deviation of the noise of rows (n, k): median third difference, which a smooth signal does not reach.
-
-    `name` is that of the signal, for the error: raises `InvalidValue` where there is no noise.
-    """
-    third = (1, -3, 3, -1)
-    rough = np.abs(np.apply_along_axis(np.convolve, 1, values, third, "valid"))
-    deviation = float(np.median(rough) / 0.6745 / np.sqrt(sum(c * c for c in third)))
-    if not deviation > 0:
-        raise InvalidValue(f"The signal {name} shows no noise, so nothing says how much it counts",
-                           "Record it with a finer resolution, or add the noise of its sensor")
-    return deviation
-
-
 @dataclass(frozen=True, eq=False)
 class _Problem:
     """The recordings to meet, the noise of each channel, and the coefficients (c,) of the model's effects."""
@@ -182,10 +139,11 @@ class _Problem:
         if np.any(response.status == ensemble.FAILED):
             raise InvalidValue("The simulation blows up within the bounds of the calibration",
                                "Start from a model nearer to the nominal one")
-        simulated = {name: getattr(response, name) for name in SIGNALS}
-        simulated["output_torque"] = blended(response.output_torque, response.shifting_time, self.signals.time)
-        found = {name: averaged(simulated[name] - getattr(self.signals, name), _WIDTH)
-                 / (self.noise[name] / np.sqrt(_WIDTH)) for name in SIGNALS}
+        simulated = {name: getattr(response, name) for name in SIGNAL_UNITS}
+        simulated["output_torque"] = blended_at_lock_up(response.output_torque, response.shifting_time,
+                                                        self.signals.time)
+        found = {name: block_means(simulated[name] - getattr(self.signals, name), _WIDTH)
+                 / (self.noise[name] / np.sqrt(_WIDTH)) for name in SIGNAL_UNITS}
         # An engagement that does not lock is as wrong as one that locks at the end of its current profile.
         conditions = self.recordings.conditions
         latest = conditions.profile_time[conditions.current_profile, -1]

@@ -20,10 +20,10 @@ from slipstick.clutch.conditions import HORIZON
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.uncertainty.expansion import ORDER, ExpansionSettings
-from slipstick.uncertainty.intervals import drop_at
-from slipstick.uncertainty.likelihood import TOLERANCE
-from slipstick.uncertainty.line_rules import ACROSS
+from slipstick.uncertainty.chaos.expansion import ORDER, ExpansionSettings
+from slipstick.uncertainty.fit.intervals import drop_at
+from slipstick.uncertainty.likelihood.likelihood import TOLERANCE
+from slipstick.uncertainty.likelihood.line_rules import ACROSS
 from worker.__main__ import COMMANDS
 from worker.surrogate import HELD_OUT, RUNS, STEPS
 from worker.training import BATCH, RATE, WIDTHS

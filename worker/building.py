@@ -18,7 +18,7 @@ import numpy as np
 import slipstick
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.errors import InvalidValue
-from slipstick.files import move, replacing
+from slipstick.storage.files import move, replacing
 from slipstick.table import Grid
 from worker.plan import Plan
 

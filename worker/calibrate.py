@@ -9,8 +9,8 @@ from slipstick.calibration import Calibration, calibrate
 from slipstick.clutch import parameters
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.files import replacing
 from slipstick.recordings import Recordings
+from slipstick.storage.files import replacing
 from worker.build import read_model
 
 CLEAR = 2.0

@@ -14,11 +14,12 @@ from dbos import DBOS, WorkflowSerializationFormat
 
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
-from slipstick.evidence import evidence
-from slipstick.library import Library
-from slipstick.problem import simulated_problem, table_problem
+from slipstick.figure_data import evidence
+from slipstick.inference import simulated_problem, table_problem
 from slipstick.recordings import Recordings
-from slipstick.uncertainty import fit, likelihood
+from slipstick.storage.library import Library
+from slipstick.uncertainty.fit import fit
+from slipstick.uncertainty.likelihood.problem import Problem, ShiftingTimeModel
 from worker.clocks import clocks, spent
 from worker.jobs import Block, Order, report, require_same
 
@@ -87,7 +88,7 @@ def register(library: Library) -> None:
 @dataclass(frozen=True, eq=False)
 class _Task:
     settings: fit.FitSettings
-    problem: likelihood.Problem
+    problem: Problem
     model: Model
     recordings: Recordings
 
@@ -95,7 +96,7 @@ class _Task:
 class _Watched:
     """A model that reports now and then how often it was run."""
 
-    def __init__(self, model: likelihood.Model, report: Callable[[int], None]) -> None:
+    def __init__(self, model: ShiftingTimeModel, report: Callable[[int], None]) -> None:
         self.model, self.report = model, report
         self.runs, self.reported = 0, 0.0
 
@@ -107,7 +108,7 @@ class _Watched:
         return self.model(points, conditions)
 
 
-def _watched(task: _Task, state: fit.State, stage: str) -> likelihood.Problem:
+def _watched(task: _Task, state: fit.State, stage: str) -> Problem:
     return replace(task.problem, model=_Watched(task.problem.model, lambda runs: _report(task, state, stage, runs)))
 
 

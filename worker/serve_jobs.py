@@ -16,7 +16,7 @@ from dbos import DBOS, error
 from sqlalchemy import Engine, event, make_url
 
 from slipstick.errors import InvalidValue
-from slipstick.library import Library
+from slipstick.storage.library import Library
 from worker import fit_job, jobs, study_job
 
 _APPLICATION = "slipstick"

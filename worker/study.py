@@ -11,9 +11,9 @@ from typing import Any
 
 from slipstick.clutch import effects
 from slipstick.errors import InvalidValue
-from slipstick.files import replacing
 from slipstick.recordings import Recordings
-from slipstick.report.study_page import study_page
+from slipstick.report.study.page import study_page
+from slipstick.storage.files import replacing
 from slipstick.study import study
 from slipstick.study.comparison import Comparison, compare
 from slipstick.study.conclusion import conclude

@@ -8,7 +8,7 @@ from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.library import Library
+from slipstick.storage.library import Library
 from slipstick.study import study
 from slipstick.study.comparison import Comparison, compare
 from slipstick.study.conclusion import conclude as concluded

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from slipstick.pictures.study.words import title
-from slipstick.report import study_further
-from slipstick.report import study_words as words
-from slipstick.report.study_limits import caveats, limits
+from slipstick.report.study import further as study_further
+from slipstick.report.study import words
+from slipstick.report.study.limits import caveats, limits
 
 _WIDTH = 110
 _GAP = ("on conditions not seen, RMS", "before", "after", "right model", "closed (90 %)")

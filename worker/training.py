@@ -13,9 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from slipstick.matrix_product import product
 from slipstick.table.network import Network, sigmoid
-from slipstick.uncertainty.least_squares import projection
-from slipstick.uncertainty.product import product
+from slipstick.uncertainty.chaos.least_squares import projection
 
 WIDTHS = (64, 64, 64)
 """Terms of the hidden layers. Wider or deeper by half was no better in the same time."""

@@ -10,8 +10,8 @@ from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
 from slipstick.table import Grid, Surrogate, Table
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import log10_density
-from slipstick.uncertainty.sampling import mass_outside, normal_germs
+from slipstick.uncertainty.outside import mass_outside
+from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
 from worker.surrogate import describe_error
 
 SHIPPED = Path("tables/measured.h5")
@@ -79,7 +79,7 @@ def likelihood_error(table: Table, recordings: Recordings) -> str:
         outputs = [model(inputs.points(germs), recordings.conditions) for model in (table, _direct(table))]
     except InvalidValue as error:
         return f"likelihood: not measured on these recordings. {error}"
-    by_table, direct = (float(log10_density(times, recordings.measured_time, REFERENCE_OUTPUT_STD).sum())
+    by_table, direct = (float(log10_mean_density(times, recordings.measured_time, REFERENCE_OUTPUT_STD).sum())
                         for times in outputs)
     outside = mass_outside(inputs, table.lower, table.upper, germs)
     return (f"likelihood: log10 {by_table:.4f} by the table, {direct:.4f} directly, {by_table - direct:+.4f} decades, "

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from service import npy
 from service.bodies import JsonRoute, require_media
-from service.problems import MalformedBody, responses
+from service.problem_details import MalformedBody, responses
 from service.schemas import (
     ConditionList,
     OutsidePolicy,
@@ -25,7 +25,7 @@ from service.schemas import (
 )
 from slipstick.errors import InvalidValue
 from slipstick.table import Outside
-from slipstick.uncertainty.sampling import count_outside
+from slipstick.uncertainty.outside import count_outside
 
 router = APIRouter(prefix="/v1/evaluate", tags=["evaluate"], route_class=JsonRoute)
 

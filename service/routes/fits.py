@@ -10,12 +10,12 @@ from service.bodies import JsonRoute
 from service.fit_schemas import Fit, FitList, FitRequest, FitResult, FollowedFit, Progress
 from service.job_store import JobStore, Order
 from service.jobs import described, finished, id_in_path, idempotency_key, ordered, output, submit
-from service.problems import responses
+from service.problem_details import responses
 from service.schemas import TheLibrary
 from slipstick.errors import InvalidValue
-from slipstick.library import Library
-from slipstick.problem import simulated_problem, table_problem
-from slipstick.uncertainty.fit import start
+from slipstick.inference import simulated_problem, table_problem
+from slipstick.storage.library import Library
+from slipstick.uncertainty.fit.fit import start
 
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 

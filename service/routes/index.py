@@ -4,7 +4,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problems import StoreUnavailable, responses
+from service.problem_details import StoreUnavailable, responses
 from service.routes.fits import TheFits
 from service.routes.studies import TheStudies
 from service.schemas import SIMULATED, TheLibrary

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Body, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problems import responses
+from service.problem_details import responses
 from service.routes.propagate import TERMS, ExpansionBody, Samples, Seed
 from service.schemas import (
     SIMULATED,
@@ -24,23 +24,23 @@ from service.schemas import (
     numbers,
     require_size,
 )
-from slipstick.problem import table_problem
+from slipstick.inference import table_problem
 from slipstick.table import Table
-from slipstick.uncertainty.expansion import make_basis
-from slipstick.uncertainty.families import HERMITE
-from slipstick.uncertainty.likelihood import (
+from slipstick.uncertainty.chaos.expansion import make_basis
+from slipstick.uncertainty.chaos.families import HERMITE
+from slipstick.uncertainty.likelihood.likelihood import (
     KNOTTED,
     MOST_LINES,
     SAMPLES,
-    Candidate,
-    Problem,
     by_expansion,
     by_sampling,
     exact,
     settled,
 )
-from slipstick.uncertainty.line_rules import ACROSS
-from slipstick.uncertainty.sampling import mass_outside, normal_germs
+from slipstick.uncertainty.likelihood.line_rules import ACROSS
+from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty.outside import mass_outside
+from slipstick.uncertainty.sampling import normal_germs
 
 router = APIRouter(prefix="/v1/likelihood", tags=["likelihood"], route_class=JsonRoute)
 

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Body, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problems import responses
+from service.problem_details import responses
 from service.schemas import (
     ConditionList,
     InputsBody,
@@ -22,16 +22,18 @@ from service.schemas import (
     numbers,
     require_size,
 )
-from slipstick.problem import table_model
+from slipstick.inference import table_model
 from slipstick.table import Table
-from slipstick.uncertainty.adaptive import Adapted, adapt
-from slipstick.uncertainty.expansion import ORDER, ExpansionSettings, Rule, expand, make_basis
+from slipstick.uncertainty.chaos.adaptive import Adapted, adapt
+from slipstick.uncertainty.chaos.expansion import ORDER, ExpansionSettings, Rule, expand, make_basis
+from slipstick.uncertainty.chaos.output import Output
+from slipstick.uncertainty.chaos.sensitivity import first_order, total
+from slipstick.uncertainty.chaos.truncation import HIGHEST_ORDER
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import SAMPLES, Model
-from slipstick.uncertainty.output import Output
-from slipstick.uncertainty.sampling import mass_outside, normal_germs
-from slipstick.uncertainty.sensitivity import first_order, total
-from slipstick.uncertainty.truncation import HIGHEST_ORDER
+from slipstick.uncertainty.likelihood.likelihood import SAMPLES
+from slipstick.uncertainty.likelihood.problem import ShiftingTimeModel
+from slipstick.uncertainty.outside import mass_outside
+from slipstick.uncertainty.sampling import normal_germs
 
 router = APIRouter(prefix="/v1/propagate", tags=["propagate"], route_class=JsonRoute)
 
@@ -156,7 +158,8 @@ def propagate(asked: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], lib
     })
 
 
-def _expand(asked: PropagateRequest, inputs: Inputs, model: Model, table: Table, settings: TheSettings) -> Adapted:
+def _expand(asked: PropagateRequest, inputs: Inputs, model: ShiftingTimeModel, table: Table,
+            settings: TheSettings) -> Adapted:
     """The expansions as asked for; raises `TooLarge`."""
     wanted = asked.expansion.checked(seed=asked.seed)
 

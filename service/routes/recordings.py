@@ -6,13 +6,13 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media
-from service.problems import Conflict, responses
+from service.problem_details import Conflict, responses
 from service.routes.tables import Condition, CurrentProfile, list_conditions, list_profiles
 from service.schemas import SIMULATED, Digest, TheLibrary
 from slipstick.errors import SlipstickError
-from slipstick.library import Library
 from slipstick.recordings import Form, Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.storage.library import Library
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
 

@@ -11,13 +11,13 @@ from service.bodies import JsonRoute
 from service.drawings import HTML, PICTURE, PictureList, Wanted, listed, name_in_path, picture
 from service.job_store import JobStore
 from service.jobs import finished, ordered, output
-from service.problems import responses
+from service.problem_details import responses
 from service.routes.fits import FitId, TheFits, describe
 from service.schemas import TheLibrary
 from slipstick.errors import InvalidValue, SlipstickError
-from slipstick.library import Library
 from slipstick.pictures import CAPTIONS, Spec, pictures
 from slipstick.report import page
+from slipstick.storage.library import Library
 
 router = APIRouter(prefix="/v1/fits/{id}", tags=["reports"], route_class=JsonRoute)
 

@@ -10,10 +10,10 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from service.bodies import JsonRoute
 from service.job_store import JobStore, Order
 from service.jobs import described, finished, id_in_path, idempotency_key, ordered, output, submit
-from service.problems import responses
+from service.problem_details import responses
 from service.schemas import TheLibrary
 from service.study_schemas import FollowedStudy, ModelSpec, Study, StudyList, StudyProgress, StudyRequest, StudyResult
-from slipstick.library import Library
+from slipstick.storage.library import Library
 from slipstick.study.comparison import compare
 
 router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)

@@ -10,7 +10,7 @@ from service.routes.fits import TheFits
 from service.routes.studies import StudyId, TheStudies
 from service.schemas import TheLibrary
 from slipstick.errors import InvalidValue
-from slipstick.library import Library
+from slipstick.storage.library import Library
 
 _ALIKE = ("simulate", "parameters", "outside", "settings")
 

@@ -9,11 +9,11 @@ from service.bodies import JsonRoute
 from service.drawings import HTML, PICTURE, PictureList, Wanted, listed, name_in_path, picture
 from service.job_store import JobStore
 from service.jobs import finished, output
-from service.problems import responses
+from service.problem_details import responses
 from service.routes.studies import StudyId, TheStudies, describe
 from service.routes.study_fits import StudyFits
 from slipstick.pictures import Spec, study
-from slipstick.report.study_page import study_page
+from slipstick.report.study.page import study_page
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 

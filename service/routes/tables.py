@@ -7,7 +7,7 @@ from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problems import responses
+from service.problem_details import responses
 from service.schemas import Digest, TheLibrary
 from slipstick.clutch.conditions import Conditions
 from slipstick.errors import SlipstickError

@@ -17,10 +17,10 @@ from difflib import get_close_matches
 import numpy as np
 
 from slipstick.clutch.conditions import HORIZON, Conditions, paper_conditions
-from slipstick.condition_layout import CONDITION_UNITS
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.recordings.hdf5_form import Fields
 from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, Signals
+from slipstick.storage.condition_layout import CONDITION_UNITS
 
 
 def read(content: bytes, signals: bytes | None) -> Fields:

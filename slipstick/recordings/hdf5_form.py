@@ -3,10 +3,10 @@
 import numpy as np
 
 from slipstick.clutch.conditions import Conditions
-from slipstick.condition_layout import read_conditions
 from slipstick.errors import BadRecording
-from slipstick.hdf5 import SIGNATURE, reading
 from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, Signals
+from slipstick.storage.condition_layout import read_conditions
+from slipstick.storage.hdf5 import SIGNATURE, reading
 
 Fields = tuple[Conditions, np.ndarray, Signals | None, np.ndarray | None, str]
 """The fields of `Recordings` in their order."""

@@ -10,10 +10,12 @@ import numpy as np
 
 from slipstick.clutch.conditions import Conditions
 from slipstick.errors import BadRecording, UnknownName
-from slipstick.recordings import apart, csv_form, hdf5_form
+from slipstick.recordings import csv_form, hdf5_form
 from slipstick.recordings.signals import Signals
+from slipstick.storage.isolated import require_readable
 
 Form = Literal["h5", "csv"]
+_HDF5_READER = "slipstick.recordings.hdf5_form:read"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +71,10 @@ class Recordings:
     def read(cls, content: bytes, form: Form, signals: bytes | None = None) -> "Recordings":
         """Read the bytes of a file that nobody vouches for; raises `BadRecording`.
 
-        An HDF5 file is first read in a process of its own, which takes half a second more: see `apart`.
+        An HDF5 file is first read in a limited child process, which takes half a second more (storage/isolated.py).
         """
         if form == "h5" and signals is None:
-            apart.require_readable(content)
+            require_readable(content, _HDF5_READER, BadRecording)
         return cls._read(content, form, signals)
 
     @classmethod

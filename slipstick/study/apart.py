@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import eigh
 
-from slipstick.calibration import averaged
 from slipstick.clutch import ensemble
 from slipstick.clutch.conditions import Conditions
 from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.processing import block_means
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.study.climb import RIDGE, Limits
 from slipstick.study.comparison import BLIND, WIDTH, Comparison
@@ -61,7 +61,7 @@ def beside(right: Comparison, other: Comparison) -> Comparison:
     time, weights = right.times, right.weights.copy()
     if time is not None:
         first, last = np.sort([right.measured[:, -1:], other.measured[:, -1:]], axis=0)
-        centre = averaged(time, WIDTH)
+        centre = block_means(time, WIDTH)
         blind = BLIND * (centre[1] - centre[0])
         weights[:, right.channels["output_torque"]] = (centre < first - blind) | (centre > last + blind)
     return replace(right, weights=weights)

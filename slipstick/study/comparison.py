@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.calibration import averaged, blended, noise_of
 from slipstick.clutch import ensemble
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
+from slipstick.recordings.processing import blended_at_lock_up, block_means, noise_std
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 
 CHANNELS = (*SIGNAL_UNITS, "shifting_time")
@@ -78,9 +78,10 @@ class Comparison:
         if time is not None:
             signals = {name: getattr(response, name) for name in SIGNAL_UNITS}
             torque = signals["output_torque"]
-            flat = blended(torque.reshape(1, -1, torque.shape[-1]), response.shifting_time.reshape(1, -1), time)
+            flat = blended_at_lock_up(torque.reshape(1, -1, torque.shape[-1]),
+                                      response.shifting_time.reshape(1, -1), time)
             signals["output_torque"] = flat.reshape(torque.shape)
-            values = [averaged(signals[name], WIDTH) for name in SIGNAL_UNITS]
+            values = [block_means(signals[name], WIDTH) for name in SIGNAL_UNITS]
         conditions = self.recordings.conditions
         latest = conditions.profile_time[conditions.current_profile, -1]
         locked = response.status == ensemble.LOCKED
@@ -93,7 +94,7 @@ class Comparison:
         Of a signal it is the median third difference of successive values, which neither scatter between runs nor a
         missing effect reaches.
         """
-        shown = {name: noise_of(name, residuals[:, columns]) for name, columns in self.channels.items()
+        shown = {name: noise_std(name, residuals[:, columns]) for name, columns in self.channels.items()
                  if name != "shifting_time"}
         return replace(self, noise={**self.noise, **shown})
 
@@ -116,10 +117,10 @@ def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:
     k = len(signals.time) // WIDTH
     channels = {name: slice(i * k, (i + 1) * k) for i, name in enumerate(SIGNAL_UNITS)}
     channels["shifting_time"] = slice(len(SIGNAL_UNITS) * k, len(SIGNAL_UNITS) * k + 1)
-    values = [averaged(getattr(signals, name).astype(float), WIDTH) for name in SIGNAL_UNITS]
+    values = [block_means(getattr(signals, name).astype(float), WIDTH) for name in SIGNAL_UNITS]
     measured = np.concatenate([*values, time[:, None]], axis=1)
     weights = np.ones_like(measured)
-    centre = averaged(signals.time, WIDTH)
+    centre = block_means(signals.time, WIDTH)
     near = np.abs(centre - time[:, None]) < BLIND * (centre[1] - centre[0])
     weights[:, channels["output_torque"]] = ~near
     blank = Comparison(recordings, channels, measured, weights, {"shifting_time": shifting_time_noise})

@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.calibration import averaged
 from slipstick.clutch import effects, parameters
 from slipstick.recordings import Recordings
+from slipstick.recordings.processing import block_means
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.study import gap, locate, rounds, study
 from slipstick.study.answer import BLOCKS
@@ -132,11 +132,11 @@ def _drivers(recordings: Recordings, seen: Cut) -> dict[str, np.ndarray]:
     signals, conditions = recordings.signals, recordings.conditions
     assert signals is not None
     shape, lines = seen.measured.slip.shape, zip(conditions.profile_time, conditions.profile_current, strict=True)
-    time = averaged(signals.time, WIDTH)
+    time = block_means(signals.time, WIDTH)
     current = np.array([np.interp(time, *line) for line in lines])[conditions.current_profile]
-    found = {"plate slip [rad/s]": seen.measured.slip, "pressure [bar]": averaged(signals.pressure, WIDTH),
-             "valve current [A]": current, "output speed [rad/s]": averaged(signals.output_speed, WIDTH),
-             "input speed [rad/s]": averaged(signals.input_speed, WIDTH),
+    found = {"plate slip [rad/s]": seen.measured.slip, "pressure [bar]": block_means(signals.pressure, WIDTH),
+             "valve current [A]": current, "output speed [rad/s]": block_means(signals.output_speed, WIDTH),
+             "input speed [rad/s]": block_means(signals.input_speed, WIDTH),
              "motor speed [rad/s]": conditions.motor_speed[:, None], "time since the shift command [s]": time}
     if recordings.run_order is not None:
         found["run order"] = recordings.run_order[:, None].astype(float)
@@ -183,8 +183,8 @@ def _signals(recordings: Recordings, before: MixedFit, cuts: dict[str, Cut]) -> 
         who = {"measured": signals, **{who: seen.simulated for who, seen in cuts.items()}}
         found.append({
             "condition": place, "gear_ratio": ratio, "lock": float(recordings.measured_time[place]),
-            "time": _row(averaged(signals.time, WIDTH)),
-            **{name: {signal: _row(averaged(getattr(its, signal)[place], WIDTH)) for signal in SIGNAL_UNITS}
+            "time": _row(block_means(signals.time, WIDTH)),
+            **{name: {signal: _row(block_means(getattr(its, signal)[place], WIDTH)) for signal in SIGNAL_UNITS}
                for name, its in who.items()}})
     return found
 

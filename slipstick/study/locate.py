@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from slipstick.calibration import averaged
 from slipstick.clutch import converter, ensemble, parameters
 from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.processing import block_means
 from slipstick.study.comparison import WIDTH, Comparison
 from slipstick.study.mixed import MixedFit
 
@@ -64,20 +64,21 @@ def blocks(comparison: Comparison, found: MixedFit) -> Blocks | None:
     phase[np.abs(time - lock) < 2 * WIDTH * step] = -1
     noise = {name: comparison.noise[name] for name in BLOCKS}
     residual = {
-        "pressure": averaged(signals.pressure, WIDTH) - averaged(response.pressure, WIDTH),
-        "output_torque": averaged(np.where(time > lock, np.nan, signals.output_torque - torque), WIDTH),
+        "pressure": block_means(signals.pressure, WIDTH) - block_means(response.pressure, WIDTH),
+        "output_torque": block_means(np.where(time > lock, np.nan, signals.output_torque - torque), WIDTH),
         **_speeds(recordings, signals, p, step),
     }
     # The pressure that drives the torque has noise of its own.
     driven = p["gear_ratio"] * p["friction_coefficient"] * ramp * share * 1e5 * noise["pressure"]
-    spread = {"pressure": noise["pressure"], "output_torque": np.hypot(noise["output_torque"], averaged(driven, WIDTH)),
+    spread = {"pressure": noise["pressure"],
+              "output_torque": np.hypot(noise["output_torque"], block_means(driven, WIDTH)),
               **{name: np.sqrt(2) * noise[name] for name in ("output_speed", "input_speed")}}
     middle = slice(WIDTH // 2, len(time) // WIDTH * WIDTH, WIDTH)
     with np.errstate(divide="ignore", invalid="ignore"):
         shown = (signals.output_torque / p["gear_ratio"] - film) / (pressing * np.sign(slip))
     friction = np.where(phase == 2, shown, np.nan)
     return Blocks({name: residual[name] / spread[name] for name in BLOCKS}, phase[:, middle],
-                  averaged(slip, WIDTH), averaged(friction, WIDTH))
+                  block_means(slip, WIDTH), block_means(friction, WIDTH))
 
 
 def located(comparison: Comparison, cut: Blocks) -> dict[str, Any]:
@@ -134,10 +135,10 @@ def _speeds(recordings: Recordings, signals: Signals, p: dict[str, np.ndarray], 
     rate = (driving - losses - torque / p["gear_ratio"]) / p["input_inertia"]
     found = {}
     for name, slope in (("output_speed", output), ("input_speed", rate)):
-        measured = averaged(getattr(signals, name), WIDTH)
+        measured = block_means(getattr(signals, name), WIDTH)
         travelled = cumulative_trapezoid(np.nan_to_num(slope), dx=step, axis=1, initial=0)
-        change = np.diff(measured, axis=1) - np.diff(averaged(travelled, WIDTH), axis=1)
-        still = np.isnan(averaged(slope, WIDTH))
+        change = np.diff(measured, axis=1) - np.diff(block_means(travelled, WIDTH), axis=1)
+        still = np.isnan(block_means(slope, WIDTH))
         still[:, 1:] |= still[:, :-1].copy()
         found[name] = np.where(still, np.nan, np.concatenate([np.zeros((len(change), 1)), change], axis=1))
     return found

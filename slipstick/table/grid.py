@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, WrongLayout
-from slipstick.hdf5 import Source
+from slipstick.storage.hdf5 import Source
 from slipstick.table import interpolation, store
 from slipstick.table.axis import Axis
 from slipstick.table.points import Outside

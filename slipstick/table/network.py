@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.product import product
+from slipstick.matrix_product import product
 
 
 @dataclass(frozen=True, eq=False)

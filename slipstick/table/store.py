@@ -13,9 +13,9 @@ import numpy as np
 
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
-from slipstick.condition_layout import read_conditions, write_conditions
 from slipstick.errors import CorruptTable, InvalidValue, SlipstickError, UnknownName, WrongDigest, WrongLayout
-from slipstick.hdf5 import SIGNATURE, Source, reading, text
+from slipstick.storage.condition_layout import read_conditions, write_conditions
+from slipstick.storage.hdf5 import SIGNATURE, Source, reading, text
 from slipstick.table.axis import Axis
 
 LAYOUT_VERSION = 1

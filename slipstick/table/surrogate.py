@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue
-from slipstick.hdf5 import Source
+from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
 from slipstick.table.network import Network

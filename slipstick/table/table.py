@@ -16,8 +16,8 @@ import numpy as np
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout
-from slipstick.files import replacing
-from slipstick.hdf5 import Source
+from slipstick.storage.files import replacing
+from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
 from slipstick.table.points import Outside

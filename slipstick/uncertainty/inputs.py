@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.families import (
+from slipstick.uncertainty.chaos.families import (
     FAMILIES,
     HERMITE,
     POSITIVE,
@@ -22,7 +22,7 @@ from slipstick.uncertainty.families import (
     germ_of,
     to_score,
 )
-from slipstick.uncertainty.germs import Germ
+from slipstick.uncertainty.chaos.germs import Germ
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,13 +1,13 @@
-"""Samples of the standard normals, and the share of the inputs outside the box that a model covers."""
+"""Seeded samples of standard normals, and the density of measured times by sampling."""
 
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import ndtr
 from scipy.stats import qmc
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.inputs import Inputs
+
+_NEGLIGIBLE = -700.0  # natural log: a sample this far below the nearest adds nothing, and subnormal numbers are slow
 
 
 @lru_cache(maxsize=8)
@@ -23,32 +23,18 @@ def normal_germs(dimension: int, count: int, seed: int) -> np.ndarray:
     return germs
 
 
-def axis_mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Probability that each input by itself lies outside [lower, upper] (d,): shape (d,), exact."""
-    edges = np.column_stack([lower, upper])
-    return np.array([_outside(inputs, number, edges[number]) for number in range(inputs.dimension)])
+def log10_mean_density(outputs: np.ndarray, times: np.ndarray, output_std: float) -> np.ndarray:
+    """log10 of the mean over m samples of N(times; outputs, output_std^2), per ms: shape (n,).
 
-
-def mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray, theta: np.ndarray) -> float:
-    """Probability that the inputs lie outside the box [lower, upper] (d,).
-
-    Exact for independent inputs. Else the share of the samples at the standard normals `theta` (m, d), but never
-    less than what one input by itself leaves outside.
+    Shapes: `outputs` (m, n) s, `times` (n,) s. NaN samples count as 0; -inf where all are NaN.
     """
-    axes = axis_mass_outside(inputs, lower, upper)
-    if inputs.independent:
-        with np.errstate(divide="ignore"):  # log 0 where an input lies wholly outside
-            return abs(float(np.expm1(np.sum(np.log1p(-np.minimum(axes, 1.0))))))
-    return max(count_outside(inputs.points(theta), lower, upper) / len(theta), float(axes.max()))
-
-
-def count_outside(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> int:
-    """How many of the points (m, d) lie outside the box [lower, upper] (d,)."""
-    return int(np.count_nonzero(np.any((points < lower) | (points > upper), axis=1)))
-
-
-def _outside(inputs: Inputs, number: int, edges: np.ndarray) -> float:
-    if inputs.marginal_std[number] == 0:
-        return float(not edges[0] <= inputs.mean[number] <= edges[1])
-    low, high = inputs.scores(number, edges)
-    return float(ndtr(low) + ndtr(-high))
+    exponents = (outputs - times) / output_std
+    exponents *= exponents
+    exponents *= -0.5
+    exponents[np.isnan(exponents)] = -np.inf
+    top = exponents.max(axis=0)
+    exponents -= np.where(np.isfinite(top), top, 0.0)
+    np.maximum(exponents, _NEGLIGIBLE, out=exponents)
+    log_mean = top + np.log(np.exp(exponents, out=exponents).mean(axis=0))
+    density: np.ndarray = (log_mean - np.log(output_std * np.sqrt(2 * np.pi))) / np.log(10.0) - 3.0
+    return density

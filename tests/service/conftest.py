@@ -15,7 +15,7 @@ from dbos import DBOSClient
 
 from service.app import create_app
 from service.settings import Settings
-from slipstick.library import Library
+from slipstick.storage.library import Library
 from slipstick.table import Table
 
 Serving = Callable[[Settings], AbstractContextManager[str]]

@@ -13,9 +13,9 @@ import pytest
 
 from service.fit_schemas import Fitted, Progress, SearchSettings
 from service.settings import Settings
-from slipstick.library import Library
-from slipstick.problem import table_problem
-from slipstick.uncertainty import fit
+from slipstick.inference import table_problem
+from slipstick.storage.library import Library
+from slipstick.uncertainty.fit import fit
 
 KEY = {"Idempotency-Key": "mine"}
 

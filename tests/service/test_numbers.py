@@ -6,12 +6,13 @@ import httpx
 import numpy as np
 import pytest
 
-from slipstick.library import Library
-from slipstick.problem import table_problem
+from slipstick.inference import table_problem
+from slipstick.storage.library import Library
 from slipstick.table import Table
-from slipstick.uncertainty.expansion import ExpansionSettings
+from slipstick.uncertainty.chaos.expansion import ExpansionSettings
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import Candidate, by_expansion, by_sampling, exact, settled
+from slipstick.uncertainty.likelihood.likelihood import by_expansion, by_sampling, exact, settled
+from slipstick.uncertainty.likelihood.problem import Candidate
 from slipstick.uncertainty.sampling import normal_germs
 
 POINTS = [[1.0, 1.0], [0.9, 1.1], [0.5, 1.5]]

@@ -8,7 +8,7 @@ import httpx
 import jsonschema
 import pytest
 
-from service.problems import MEDIA_TYPE
+from service.problem_details import MEDIA_TYPE
 
 METHODS = ("get", "post", "put", "patch", "delete")
 

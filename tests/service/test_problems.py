@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from service import npy
-from service.problems import MEDIA_TYPE, Problem
+from service.problem_details import MEDIA_TYPE, Problem
 
 JSON = {"Content-Type": "application/json"}
 INPUTS: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.05, 0.05]}

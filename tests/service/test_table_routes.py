@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from service.settings import Settings
-from slipstick.library import Library
+from slipstick.storage.library import Library
 from slipstick.table import Axis, Grid, Table
 
 

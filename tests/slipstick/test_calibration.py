@@ -12,6 +12,7 @@ from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.processing import sensor_noise
 
 TRUE_MULTIPLIERS = {"current_delay": 1.04, "current_bias": 0.94, "current_gain": 1.03, "pressure_bias": 0.93,
                     "temperature_gain": 1.05, "initial_position": 1.08, "friction_coefficient": 0.95}
@@ -77,7 +78,7 @@ def test_too_few_engagements_and_signals_without_noise_are_refused() -> None:
 def test_noise_is_estimated_from_the_signals_alone() -> None:
     signals = bench(Model()).signals
     assert signals is not None
-    estimated = calibration.noise(signals, 3e-3)
+    estimated = sensor_noise(signals)
     for name, std in NOISE.items():
         assert estimated[name] == pytest.approx(std, rel=0.05)
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom, chi2
 
 from benchmarks import coverage
-from slipstick.uncertainty.intervals import drop_at
+from slipstick.uncertainty.fit.intervals import drop_at
 
 EVERY = 4  # condition of the table
 HELD, DRAWN = range(1, 6), range(201, 209)

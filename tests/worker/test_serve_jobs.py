@@ -13,15 +13,15 @@ from typing import Any
 import httpx
 import pytest
 
-from slipstick.library import Library
-from slipstick.problem import table_problem
+from slipstick.inference import table_problem
 from slipstick.recordings import Recordings
+from slipstick.storage.library import Library
 from slipstick.study import study
 from slipstick.study.comparison import compare
 from slipstick.study.conclusion import conclude
 from slipstick.study.progress import STAGES
 from slipstick.study.settings import StudySettings
-from slipstick.uncertainty import fit
+from slipstick.uncertainty.fit import fit
 
 SETTINGS = {"population": 24, "generations": 30, "patience": 30, "order": 4, "seed": 5}
 

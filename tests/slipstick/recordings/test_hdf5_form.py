@@ -9,7 +9,8 @@ import pytest
 
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.errors import BadRecording, UnknownName
-from slipstick.recordings import Recordings, apart, open_conditions
+from slipstick.recordings import Recordings, open_conditions
+from slipstick.storage.isolated import require_readable
 
 ROOT = Path(__file__).parents[3]
 
@@ -209,7 +210,7 @@ def test_a_file_that_hangs_its_reader_is_refused(shipped_file):
     content[heap + 25] ^= 8
     assert size < 2048 < int.from_bytes(content[heap + 24 : heap + 32], "little")
     with pytest.raises(BadRecording, match="hangs or crashes"):
-        apart.require_readable(bytes(content), seconds=2)
+        require_readable(bytes(content), "slipstick.recordings.hdf5_form:read", BadRecording, seconds=2)
 
 
 def test_damaged_bytes_are_refused(shipped_file):

@@ -12,7 +12,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 
 from slipstick.pictures import CAPTIONS, study
 from slipstick.report import page
-from slipstick.report.study_page import study_page
+from slipstick.report.study.page import study_page
 from slipstick.study.settings import StudySettings
 
 FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recordings": "<b>mine</b>",

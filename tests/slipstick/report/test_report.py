@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from slipstick.evidence import evidence
-from slipstick.library import Library
+from slipstick.figure_data import evidence
+from slipstick.inference import table_problem
 from slipstick.pictures import CAPTIONS
-from slipstick.problem import table_problem
 from slipstick.report import costs, page, words
-from slipstick.uncertainty import fit
+from slipstick.storage.library import Library
+from slipstick.uncertainty.fit import fit
 
 Made = Callable[..., dict[str, Any]]
 Read = Callable[[str], Any]

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from slipstick.report.study_fits import numbers, same_fit
+from slipstick.report.study.fits import numbers, same_fit
 
 MODELS = {which: {"parameters": {"pressure_bias": bar, "initial_position": 5e-4},
                   "units": {"pressure_bias": "bar", "initial_position": "m"}}

@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 
 from slipstick.pictures.study import CAPTIONS
-from slipstick.report import study_limits as limits
-from slipstick.report import study_words as words
-from slipstick.report.study_page import study_page
+from slipstick.report.study import limits, words
+from slipstick.report.study.page import study_page
 from slipstick.study.settings import StudySettings
 
 Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]

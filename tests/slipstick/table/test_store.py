@@ -11,7 +11,7 @@ import pytest
 
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, CorruptTable, UnknownName, WrongDigest, WrongLayout
-from slipstick.hdf5 import text
+from slipstick.storage.hdf5 import text
 from slipstick.table import Grid, Table
 
 

@@ -11,11 +11,12 @@ import pytest
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, OutsideTable, WrongDigest, WrongLayout
-from slipstick.hdf5 import text
+from slipstick.storage.hdf5 import text
 from slipstick.table import Axis, Grid, HeldOut, Network, Surrogate, Table
 from slipstick.table.surrogate import germs
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import Candidate, Problem, exact
+from slipstick.uncertainty.likelihood.likelihood import exact
+from slipstick.uncertainty.likelihood.problem import Candidate, Problem
 
 AXES = (Axis("pressure_bias", np.array([0.8, 1.2]), 1.6, "bar"),
         Axis("initial_position", np.array([0.5, 2.0]), 5e-4, "m"))

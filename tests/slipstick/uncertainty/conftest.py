@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from slipstick.uncertainty.fit.search_space import unknowns
+from slipstick.uncertainty.fit.settings import FitSettings
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import Candidate, Problem
-from slipstick.uncertainty.settings import FitSettings
-from slipstick.uncertainty.unknowns import Unknowns, unknowns
+from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
 Closed = Callable[[np.ndarray], float]
 

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.germs import Germ
+from slipstick.uncertainty.chaos.germs import Germ
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.sampling import normal_germs
 

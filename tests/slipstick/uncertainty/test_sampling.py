@@ -6,7 +6,8 @@ from scipy.stats import beta, gamma, multivariate_normal, norm
 
 from slipstick.errors import InvalidValue
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.sampling import axis_mass_outside, count_outside, mass_outside, normal_germs
+from slipstick.uncertainty.outside import axis_mass_outside, count_outside, mass_outside
+from slipstick.uncertainty.sampling import normal_germs
 
 MIXING = np.array([[0.10, 0.04], [0.03, 0.05]])
 LOWER, UPPER = np.array([0.8, 0.9]), np.array([1.1, 1.5])

@@ -1,0 +1,57 @@
+"""How conditions lie in an HDF5 file: the same groups, names and units in tables and in recordings."""
+
+import h5py
+import numpy as np
+
+from slipstick.clutch.conditions import Conditions
+from slipstick.errors import InvalidValue
+from slipstick.storage.hdf5 import Source, text
+
+CONDITION_UNITS = {
+    "current_profile": "1",
+    "motor_speed": "rad/s",
+    "load_inertia": "kg m^2",
+    "brake_torque": "N m",
+}
+"""The columns of the group `conditions` and the unit of each."""
+
+RUN_ORDER = "conditions/run_order"
+"""Dataset, of the unit 1, that may be absent."""
+
+_PROFILE_UNITS = {"time": "s", "current": "A"}
+
+
+def read_conditions(source: Source) -> Conditions:
+    """Read the groups `conditions`, with the run order if it is there, and `current_profiles`; raises its error."""
+    columns: list[np.ndarray] = []
+    length: int | None = None
+    for name, unit in CONDITION_UNITS.items():
+        column = source.array(f"conditions/{name}", "iu" if unit == "1" else "fiu", (length,), unit)
+        bad = np.flatnonzero(~np.isfinite(column) | (column < 0))
+        if len(bad):
+            raise source.error(f"'conditions/{name}' of condition {bad[0]} is {column[bad[0]]:g}",
+                               "Give a finite number that is not negative; conditions count from 0")
+        columns.append(column.astype(np.int64 if unit == "1" else np.float64))
+        length = len(column)
+    order = source.array(RUN_ORDER, "iu", (length,), "1").astype(np.int64) if source.has(RUN_ORDER) else None
+    time, current = [source.array(f"current_profiles/{name}", "fiu", (None, None), unit).astype(np.float64)
+                for name, unit in _PROFILE_UNITS.items()]
+    try:
+        profile, speed, inertia, brake = columns
+        return Conditions(profile, speed, inertia, brake, time, current, order)
+    except InvalidValue as error:
+        raise source.error(error.cause, error.remedy) from error
+
+
+def write_conditions(file: h5py.File, conditions: Conditions) -> None:
+    """Write the groups `conditions`, with the run order if there is one, and `current_profiles`."""
+    for name, unit in CONDITION_UNITS.items():
+        _write(file, f"conditions/{name}", getattr(conditions, name), unit)
+    if conditions.run_order is not None:
+        _write(file, RUN_ORDER, conditions.run_order.astype(np.int64), "1")
+    for name, unit in _PROFILE_UNITS.items():
+        _write(file, f"current_profiles/{name}", getattr(conditions, f"profile_{name}"), unit)
+
+
+def _write(file: h5py.File, path: str, values: np.ndarray, unit: str) -> None:
+    file.create_dataset(path, data=values, chunks=values.shape, fletcher32=True).attrs["units"] = text(unit)

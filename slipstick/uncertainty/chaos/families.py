@@ -1,0 +1,86 @@
+"""The families of an input (Table I and lognormal), each given by mean and std, as maps from a standard normal.
+
+An input x has the normal score z: P(X <= x) = P(N(0, 1) <= z). Both directions keep their digits in either tail.
+"""
+
+from typing import Literal, get_args
+
+import numpy as np
+from scipy.special import betainc, betaincc, gammainc, gammaincc, ndtri
+
+from slipstick.uncertainty.chaos import cornish_fisher
+from slipstick.uncertainty.chaos.cornish_fisher import FARTHEST
+from slipstick.uncertainty.chaos.germs import Germ
+
+Family = Literal["normal", "lognormal", "gamma", "beta", "uniform"]
+FAMILIES: tuple[Family, ...] = get_args(Family)
+POSITIVE = ("lognormal", "gamma")
+"""Families without values of 0 and below."""
+HERMITE = Germ("hermite")
+_NARROW = 1e-7  # a gamma or beta variable with a std below this share of its mean or support is a normal one
+
+
+def germ_of(family: Family, mean: float, std: float, support: np.ndarray) -> Germ:
+    """The germ whose polynomials suit the family; `support` (2,) is that of a beta variable.
+
+    A lognormal variable is a function of the Hermite germ: its own polynomials do not determine it.
+    """
+    if family == "gamma" and std > _NARROW * mean:
+        return Germ("laguerre", ((mean / std) ** 2,))
+    if family == "beta" and std > _NARROW * (support[1] - support[0]):
+        return Germ("jacobi", beta_shape(mean, std, support))
+    return Germ("legendre") if family == "uniform" and std > 0 else HERMITE
+
+
+def from_score(family: Family, score: np.ndarray, mean: float, std: float, support: np.ndarray) -> np.ndarray:
+    """Values with the normal scores `score`, same shape."""
+    if family == "lognormal" and std > 0:
+        log_mean, log_std = of_logarithm(mean, std)
+        values: np.ndarray = np.exp(log_mean + log_std * score)
+        return values
+    values = mean + std * germ_of(family, mean, std, support).of_normal(score)
+    return values
+
+
+def to_score(family: Family, values: np.ndarray, mean: float, std: float, support: np.ndarray) -> np.ndarray:
+    """Normal scores of `values`, same shape; the std is positive. Values beyond the reach of a family have +-37."""
+    score: np.ndarray
+    if family == "lognormal":
+        log_mean, log_std = of_logarithm(mean, std)
+        with np.errstate(divide="ignore"):
+            score = (np.log(np.maximum(values, 0.0)) - log_mean) / log_std
+        np.maximum(score, -FARTHEST, out=score)
+        return score
+    germ = germ_of(family, mean, std, support)
+    if germ == HERMITE:
+        score = (values - mean) / std
+        return score
+    if germ.nearly_normal is not None:
+        return cornish_fisher.score((values - mean) / std, *germ.nearly_normal)
+    if family == "gamma":
+        shape = (mean / std) ** 2
+        scaled = np.maximum(values, 0.0) * shape / mean
+        below, above = gammainc(shape, scaled), gammaincc(shape, scaled)
+    elif family == "beta":
+        a, b = beta_shape(mean, std, support)
+        share = np.clip((values - support[0]) / (support[1] - support[0]), 0.0, 1.0)
+        below, above = betainc(a, b, share), betaincc(a, b, share)
+    else:
+        below = np.clip(0.5 + (values - mean) / (np.sqrt(12.0) * std), 0.0, 1.0)
+        above = 1 - below
+    score = np.clip(np.where(below < 0.5, ndtri(below), -ndtri(above)), -FARTHEST, FARTHEST)
+    return score
+
+
+def of_logarithm(mean: float, std: float) -> tuple[float, float]:
+    """Mean and std of the logarithm of a lognormal variable."""
+    variance = float(np.log1p((std / mean) ** 2))
+    return float(np.log(mean)) - variance / 2, float(np.sqrt(variance))
+
+
+def beta_shape(mean: float, std: float, support: np.ndarray) -> tuple[float, float]:
+    """The shape (a, b) of a beta variable on `support`; not positive where no such variable has so large a std."""
+    width = support[1] - support[0]
+    share = (mean - support[0]) / width
+    both = share * (1 - share) * (width / std) ** 2 - 1
+    return float(share * both), float((1 - share) * both)

@@ -1,0 +1,54 @@
+"""Where to run the model for an expansion: Gauss rules, their tensor product, and samples for a regression."""
+
+import numpy as np
+from scipy.linalg import eigvalsh_tridiagonal
+from scipy.stats import qmc
+
+from slipstick.uncertainty.chaos.germs import Germ
+from slipstick.uncertainty.chaos.polynomials import Polynomials
+
+_FEWEST, _FINER = 16, 4
+"""Samples are drawn from the Gauss rule with so many times the nodes needed, and no fewer than the first."""
+
+
+def gauss(germ: Germ, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights (count,) of the Gauss rule of a germ, from its recurrence (Golub and Welsch 1969).
+
+    The weights are 1 / sum of P_n^2: unlike the eigenvectors they keep their digits far out in the tails.
+    """
+    alpha, beta = germ.recurrence(count)
+    nodes: np.ndarray = eigvalsh_tridiagonal(alpha, np.sqrt(beta[1:]))
+    values = Polynomials.of((germ,), np.arange(count)[:, None]).at(nodes[:, None])
+    weights = 1 / np.sum(values**2, axis=1)
+    return nodes, weights / weights.sum()
+
+
+def tensor(germs: tuple[Germ, ...], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The full grid of Gauss rules of `count` nodes an axis: nodes (count^d, d) and weights (count^d,)."""
+    rules = {germ: gauss(germ, count) for germ in germs}
+    nodes, weights = (np.stack(np.meshgrid(*(rules[germ][which] for germ in germs), indexing="ij"), axis=-1)
+                      for which in (0, 1))
+    return nodes.reshape(-1, len(germs)), weights.reshape(-1, len(germs)).prod(axis=1)
+
+
+def samples(polynomials: Polynomials, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Seeded samples (count, d) for least squares with these t polynomials P_i, and their weights, of sum 1.
+
+    Their density is that of the germs times the mean of P_i^2, their weights its inverse: a regression is then well
+    conditioned from few samples at any order (Cohen and Migliorati, SMAI J. Comput. Math. 3, 181, 2017). Each
+    sample takes one term i by turns and each axis the distribution of its P_i^2, on a fine Gauss rule; Sobol points
+    make the choices.
+    """
+    degrees = polynomials.degrees
+    terms, dimension = degrees.shape
+    uniform = qmc.Sobol(dimension + 1, rng=seed).random(1 << (count - 1).bit_length())[:count]
+    of_sample = degrees[(uniform[:, -1] * terms).astype(np.int64)]
+    nodes, highest = np.empty((count, dimension)), int(degrees.max())
+    for axis, germ in enumerate(polynomials.germs):
+        fine, weights = gauss(germ, max(_FEWEST, _FINER * (highest + 1)))
+        single = Polynomials.of((germ,), np.arange(highest + 1)[:, None]).at(fine[:, None])
+        below = np.cumsum(weights[:, None] * single**2, axis=0)
+        place = np.sum(below[:, of_sample[:, axis]] < uniform[:, axis], axis=0)
+        nodes[:, axis] = fine[np.minimum(place, len(fine) - 1)]
+    weights = 1 / np.sum(polynomials.at(nodes) ** 2, axis=1)
+    return nodes, weights / weights.sum()

@@ -1,0 +1,62 @@
+"""What the settings of a fit leave to search, and the candidate that a fit starts from."""
+
+import numpy as np
+
+from slipstick.errors import InvalidValue
+from slipstick.uncertainty.chaos.families import POSITIVE
+from slipstick.uncertainty.fit.settings import Bounds, FitSettings
+from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty.likelihood.unknowns import WIDEST_BETA, Unknowns
+
+_CORRELATION = 0.98  # largest partial correlation of a search: at 1 one input fixes the other
+_WITHIN = 0.02  # of a support that a beta mean keeps away from its ends
+
+def unknowns(settings: FitSettings, problem: Problem) -> Unknowns:
+    """What the settings leave to search; the means stay where the model covers. Raises `InvalidValue`."""
+    d = len(problem.axes)
+    mean, std = (_each(bounds, d, "pairs of bounds") for bounds in (settings.mean_bounds, settings.std_bounds))
+    lower, upper = np.maximum(mean[:, 0], problem.lower), np.minimum(mean[:, 1], problem.upper)
+    families = tuple(_each(settings.families, d, "families").tolist())
+    support = np.column_stack([problem.lower, problem.upper])
+    for axis, family in enumerate(families):
+        if family in POSITIVE:
+            lower[axis] = max(lower[axis], 1e-6)
+        elif family == "beta":
+            margin = _WITHIN * (support[axis, 1] - support[axis, 0])
+            lower[axis] = max(lower[axis], support[axis, 0] + margin)
+            upper[axis] = min(upper[axis], support[axis, 1] - margin)
+            widest = WIDEST_BETA * (support[axis, 1] - support[axis, 0]) / 2
+            if std[axis, 0] >= widest:
+                raise InvalidValue(f"No beta input of {problem.axes[axis]} has a std of {std[axis, 0]:.4g}",
+                                   f"Choose std_bounds below {widest:.4g}, or another family")
+    if np.any(lower >= upper):
+        raise InvalidValue("The bounds of a mean lie outside what the model covers",
+                           f"Choose mean_bounds within {problem.lower} to {problem.upper}")
+    noise = np.log(settings.output_std_bounds)
+    partial = np.full(d * (d - 1) // 2 if settings.correlated else 0, _CORRELATION)
+    return Unknowns(problem.axes, families, support, settings.correlated,
+                    np.concatenate([lower, np.log(std[:, 0]), noise[:1], -partial]),
+                    np.concatenate([upper, np.log(std[:, 1]), noise[1:], partial]))
+
+
+def nominal(problem: Problem, space: Unknowns) -> Candidate:
+    """The model before a fit: all means 1, the least std, and the noise that explains the residuals best.
+
+    That noise is their root mean square; each unknown stays in its bounds.
+    """
+    d = len(problem.lower)
+    vector = np.where(np.arange(len(space.lower)) < d, 1.0, space.lower)
+    vector[2 * d + 1:] = 0.0
+    vector = np.clip(vector, space.lower, space.upper)
+    residual = problem.model(vector[None, :d], problem.conditions)[0] - problem.measured_time
+    locked = residual[np.isfinite(residual)]
+    if locked.size and np.any(locked):
+        vector[2 * d] = np.clip(np.log(np.sqrt(np.mean(locked**2))), space.lower[2 * d], space.upper[2 * d])
+    return space.candidate(vector)
+
+
+def _each(values: tuple[Bounds, ...] | tuple[str, ...], dimension: int, what: str) -> np.ndarray:
+    if len(values) not in (1, dimension):
+        raise InvalidValue(f"There are {len(values)} {what} for {dimension} inputs",
+                           "Give one for all inputs, or one each")
+    return np.array([values[place % len(values)] for place in range(dimension)])

@@ -1,0 +1,103 @@
+"""The settings of a fit, as JSON."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from slipstick.errors import InvalidValue, UnknownName
+from slipstick.uncertainty.chaos.expansion import ExpansionSettings, Rule
+from slipstick.uncertainty.chaos.families import FAMILIES
+from slipstick.uncertainty.likelihood.likelihood import SAMPLES
+
+Bounds = tuple[float, float]
+Method = Literal["genetic", "classic"]
+METHODS: tuple[Method, ...] = get_args(Method)
+Integration = Literal["lines", "sampling"]
+INTEGRATIONS: tuple[Integration, ...] = get_args(Integration)
+_ORDERS, _LOWEST_ORDER = {1: 8, 2: 8, 3: 4, 4: 3, 5: 3}, 2
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """What to search for the greatest likelihood, where and how; raises `InvalidValue`.
+
+    The unknowns are mean and std of each input, the output std, and with `correlated` the correlations of the inputs.
+    `families`, `mean_bounds` and `std_bounds` (multiples of nominal) hold one entry for all inputs or one each;
+    `output_std_bounds` are in s.
+
+    `method` "genetic" takes `population` candidates a generation, at most `generations` of them, fewer after `patience`
+    generations that gain no more than `tolerance` decades. Its likelihood is that of expansions (expansion.py: `order`,
+    `norm`, `rule`, `nodes` and `runs`; None for what suits the number of inputs), integrated along "lines" or by the
+    mean over `samples` (a power of two) as in the paper. "classic" takes all of a grid, `grid` values for each unknown,
+    and samples of the model. `refine` ends either on the exact likelihood, and `intervals` adds profile-likelihood
+    intervals of `level`.
+    """
+
+    seed: int = 1
+    families: tuple[str, ...] = ("normal",)
+    correlated: bool = False
+    mean_bounds: tuple[Bounds, ...] = ((0.5, 1.5),)
+    std_bounds: tuple[Bounds, ...] = ((0.002, 0.3),)
+    output_std_bounds: Bounds = (0.0005, 0.1)
+    method: Method = "genetic"
+    population: int = 40
+    generations: int = 80
+    patience: int = 10
+    tolerance: float = 0.1
+    order: int | None = None
+    norm: float = 1.0
+    rule: Rule | None = None
+    nodes: int | None = None
+    runs: int | None = None
+    integration: Integration = "lines"
+    samples: int = SAMPLES
+    grid: int = 8
+    refine: bool = True
+    intervals: bool = True
+    level: float = 0.9
+
+    def __post_init__(self) -> None:
+        """Refuse what would fail later, or search nothing."""
+        for name, least in (("seed", 0), ("population", 4), ("generations", 1), ("patience", 1), ("tolerance", 0),
+                            ("grid", 2)):
+            if not getattr(self, name) >= least:
+                raise InvalidValue(f"{name} is {getattr(self, name)}", f"Give at least {least}")
+        for name, known in (("method", METHODS), ("integration", INTEGRATIONS)):
+            if getattr(self, name) not in known:
+                raise UnknownName.of(name, getattr(self, name), known)
+        for family in self.families:
+            if family not in FAMILIES:
+                raise UnknownName.of("family", family, FAMILIES)
+        if self.samples < 1 or self.samples & (self.samples - 1):
+            raise InvalidValue(f"samples is {self.samples}, no power of two", "Take 1024, 2048, 4096 and so on")
+        for bounds in (*self.mean_bounds, *self.std_bounds, self.output_std_bounds):
+            if not (len(bounds) == 2 and np.all(np.isfinite(bounds)) and bounds[0] < bounds[1]):
+                raise InvalidValue(f"The bounds {bounds} are no finite range", "Give (lower, upper), lower first")
+        if min(low for low, _ in (*self.std_bounds, self.output_std_bounds)) <= 0:
+            raise InvalidValue("A std may be 0 or less", "Give stds a positive lower bound: they are searched in logs")
+        if not 0 < self.level < 1:
+            raise InvalidValue(f"The level of the intervals is {self.level}", "Give a probability, such as 0.9")
+
+    def expansion(self, dimension: int) -> ExpansionSettings:
+        """The settings of the expansions of a search over d inputs; they come without an estimate of their error."""
+        order = self.order if self.order is not None else _ORDERS.get(dimension, _LOWEST_ORDER)
+        return ExpansionSettings(order, self.norm, self.rule, self.nodes, 0, self.runs)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The settings as JSON."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> "FitSettings":
+        """Rebuild from JSON; what is left out has its default. Raises `UnknownName` on a setting there is not."""
+        known = [field.name for field in fields(cls)]
+        for name in values:
+            if name not in known:
+                raise UnknownName.of("fit setting", name, known)
+        return cls(**{name: _tuples(value) for name, value in values.items()})
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(entry) for entry in value) if isinstance(value, list | tuple) else value

@@ -1,0 +1,27 @@
+"""Nearly normal variables against scipy's gamma and beta distributions, and back from their quantiles."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from slipstick.uncertainty.chaos.cornish_fisher import FARTHEST, quantile, score
+
+
+@pytest.mark.parametrize("frozen", [stats.gamma(2e5), stats.beta(9e5, 9e5), stats.beta(9e5, 2e5)],
+                         ids=["gamma", "beta", "lopsided"])
+def test_quantiles_are_those_of_scipy(frozen: Any) -> None:
+    mean, variance, *shape = (float(moment) for moment in frozen.stats("mvsk"))
+    z = np.linspace(0, 8, 17)
+    for side, of_tail in ((-1, frozen.ppf), (1, frozen.isf)):
+        expected = (of_tail(stats.norm.sf(z)) - mean) / np.sqrt(variance)
+        np.testing.assert_allclose(quantile(side * z, *shape), expected, atol=3e-7)
+        assert np.abs(expected - side * z).max() > 1e-6  # a plain normal is not enough
+
+
+@pytest.mark.parametrize("skewness", [0.0, 1e-9, 4e-3, -4e-3])
+def test_the_score_undoes_the_quantile_as_far_as_scores_go(skewness: float) -> None:
+    z, shape = np.linspace(-FARTHEST, FARTHEST, 371), (skewness, 1.5 * skewness**2)
+    np.testing.assert_allclose(score(quantile(z, *shape), *shape), z, atol=1e-12)
+    np.testing.assert_array_equal(score(np.array([-1e9, 1e9]), *shape), [-FARTHEST, FARTHEST])

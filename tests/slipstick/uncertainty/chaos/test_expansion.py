@@ -1,0 +1,173 @@
+"""Expansions against OpenTURNS, chaospy and closed forms, and where they must fail."""
+
+import chaospy
+import numpy as np
+import openturns
+import pytest
+
+from slipstick.errors import InvalidValue
+from slipstick.matrix_product import product
+from slipstick.uncertainty.chaos import sensitivity
+from slipstick.uncertainty.chaos.expansion import Basis, Expansion, ExpansionSettings, expand, make_basis
+from slipstick.uncertainty.chaos.germs import Germ, of_normals
+from slipstick.uncertainty.sampling import normal_germs
+
+HERMITE = Germ("hermite")
+FAMILIES = {
+    HERMITE: openturns.Normal(0, 1),
+    Germ("laguerre", (3.7,)): openturns.Gamma(3.7, 1, 0),
+    Germ("jacobi", (2.3, 4.1)): openturns.Beta(2.3, 4.1, -1, 1),
+    Germ("legendre"): openturns.Uniform(-1, 1),
+}
+MIXED = tuple(FAMILIES)
+RULES = [ExpansionSettings(5, rule="tensor"), ExpansionSettings(5, rule="tensor", nodes=9),
+         ExpansionSettings(5, rule="regression"), ExpansionSettings(7, 0.6, rule="regression")]
+
+
+def wavy(germs: np.ndarray) -> np.ndarray:
+    """Three conditions that no polynomial holds."""
+    x, y = 1.05 + 0.1 * germs[:, 0], 0.95 + 0.1 * germs[:, -1]
+    return np.column_stack([np.exp(2 * x - y), np.abs(x - 1.02) + y, 1 / (1 + x**2 * y**2)])
+
+
+def weights_of(basis: Basis) -> np.ndarray:
+    """Those of the least squares, or of the Gauss rule, which are the row of the constant."""
+    if basis.settings.rule == "tensor":
+        return basis.projection[0]
+    return 1 / np.sum(basis.at(basis.nodes) ** 2, axis=1)
+
+
+def by_openturns(basis: Basis, times: np.ndarray) -> openturns.FunctionalChaosResult:
+    """Their regression, weighted as ours, on our nodes in their variables."""
+    distributions = [FAMILIES[germ] for germ in basis.germs]
+    nodes = basis.nodes * [d.getStandardDeviation()[0] for d in distributions] + [d.getMean()[0] for d in distributions]
+    used = weights_of(basis) > 0
+    if basis.settings.norm == 1:
+        enumerate_ = openturns.LinearEnumerateFunction(len(distributions))
+    else:
+        enumerate_ = openturns.HyperbolicAnisotropicEnumerateFunction(len(distributions), basis.settings.norm)
+    products = openturns.OrthogonalProductPolynomialFactory(
+        [openturns.StandardDistributionPolynomialFactory(d) for d in distributions], enumerate_)
+    algorithm = openturns.FunctionalChaosAlgorithm(
+        nodes[used], weights_of(basis)[used], times[used], products.getMeasure(),
+        openturns.FixedStrategy(products, len(basis.degrees)), openturns.LeastSquaresStrategy())
+    algorithm.run()
+    return algorithm.getResult()
+
+
+@pytest.mark.parametrize("settings", RULES, ids=str)
+@pytest.mark.parametrize("germs", [*((germ,) * 2 for germ in MIXED), MIXED[:3], MIXED[1:]],
+                         ids=lambda germs: "-".join(germ.name for germ in germs))
+def test_agrees_with_openturns_on_the_same_nodes(germs: tuple[Germ, ...], settings: ExpansionSettings) -> None:
+    basis = make_basis(germs, settings)
+    expansion = expand(basis, wavy(basis.nodes))
+    theirs = by_openturns(basis, expansion.times)
+    place = {tuple(row): term for term, row in enumerate(basis.degrees.tolist())}
+    enumerate_ = theirs.getOrthogonalBasis().getEnumerateFunction()
+    ours = expansion.coefficients[[place[tuple(enumerate_(index))] for index in theirs.getIndices()]]
+    np.testing.assert_allclose(ours, np.array(theirs.getCoefficients()), atol=1e-10)
+    vector = openturns.FunctionalChaosRandomVector(theirs)
+    np.testing.assert_allclose(expansion.mean, vector.getMean(), atol=1e-10)
+    np.testing.assert_allclose(expansion.std**2, np.diag(np.array(vector.getCovariance())), atol=1e-10)
+    indices = openturns.FunctionalChaosSobolIndices(theirs)
+    for axis in range(len(germs)):
+        for condition in range(3):
+            assert sensitivity.first_order(expansion)[condition, axis] == pytest.approx(
+                indices.getSobolIndex(axis, condition), abs=1e-10)
+            assert sensitivity.total(expansion)[condition, axis] == pytest.approx(
+                indices.getSobolTotalIndex(axis, condition), abs=1e-10)
+
+
+def test_agrees_with_chaospy_by_eq_6() -> None:
+    germ = chaospy.J(chaospy.Normal(0, 1), chaospy.Uniform(-np.sqrt(3), np.sqrt(3)))
+    polynomials = chaospy.generate_expansion(6, germ, normed=True)
+    nodes, weights = chaospy.generate_quadrature(6, germ, rule="gaussian")
+    oracle = chaospy.fit_quadrature(polynomials, nodes, weights, wavy(nodes.T))
+    basis = make_basis((HERMITE, Germ("legendre")), ExpansionSettings(6, checks=0))
+    expansion, germs = expand(basis, wavy(basis.nodes)), of_normals(basis.germs, normal_germs(2, 256, 1))
+    np.testing.assert_allclose(expansion.mean, chaospy.E(oracle, germ), rtol=1e-12)
+    np.testing.assert_allclose(expansion.std, chaospy.Std(oracle, germ), rtol=1e-9)
+    np.testing.assert_allclose(expansion.at(germs), oracle(*germs.T).T, rtol=1e-9)
+
+
+@pytest.mark.parametrize("settings", RULES, ids=str)
+def test_polynomials_up_to_the_order_come_back_exactly(settings: ExpansionSettings) -> None:
+    basis = make_basis(MIXED, settings)
+    truth = np.random.default_rng(1).standard_normal((len(basis.degrees), 3))
+    expansion = expand(basis, basis.at(basis.nodes) @ truth)
+    np.testing.assert_allclose(expansion.coefficients, truth, atol=1e-10)
+    np.testing.assert_allclose(expansion.error, 0, atol=1e-10)
+    # A control: what is beyond the order must neither come back nor pass unnoticed.
+    higher = make_basis(MIXED, ExpansionSettings(settings.order + 1, settings.norm, samples=2000))
+    beyond = expand(basis, higher.at(basis.nodes)[:, -1:])
+    assert beyond.error > 0.2
+    assert np.abs(beyond.at(higher.nodes) - higher.at(higher.nodes)[:, -1:]).max() > 0.5
+
+
+@pytest.mark.parametrize("rule", ["tensor", "regression"])
+@pytest.mark.parametrize("spread", [1e-6, 0.003, 0.1, 0.3])
+def test_moments_stay_right_for_a_small_std(rule: str, spread: float) -> None:
+    """exp(slope . x) of normal x is lognormal; expanded in x itself this goes wrong below a std of 0.05."""
+    slope = spread * np.array([1.5, -0.7])
+    basis = make_basis((HERMITE,) * 2, ExpansionSettings(10, rule=rule))  # type: ignore[arg-type]
+    expansion = expand(basis, np.exp(basis.nodes @ slope)[:, None])
+    variance = slope @ slope
+    np.testing.assert_allclose(expansion.mean, np.exp(variance / 2), rtol=1e-8)
+    np.testing.assert_allclose(expansion.std, np.exp(variance / 2) * np.sqrt(np.expm1(variance)), rtol=1e-7)
+
+
+@pytest.mark.parametrize("rule", ["tensor", "regression"])
+def test_a_node_without_a_time_leaves_only_its_condition_without_an_expansion(rule: str) -> None:
+    basis = make_basis((HERMITE,) * 2, ExpansionSettings(rule=rule))  # type: ignore[arg-type]
+    times = wavy(basis.nodes)
+    whole = expand(basis, times)
+    times[40, 1] = np.nan
+    expansion = expand(basis, times)
+    assert expansion.missing.tolist() == [False, True, False]
+    np.testing.assert_array_equal(expansion.coefficients[:, [0, 2]], whole.coefficients[:, [0, 2]])
+    for answer in (expansion.mean, expansion.std, expansion.error, *sensitivity.total(expansion).T):
+        assert np.flatnonzero(np.isnan(answer)).tolist() == [1]
+
+
+def test_the_rule_follows_the_number_of_inputs() -> None:
+    assert len(make_basis((HERMITE,) * 2, ExpansionSettings(4, checks=3)).nodes) == 28
+    regression = make_basis((HERMITE,) * 5, ExpansionSettings(3))
+    assert len(regression.nodes) == 2 * len(regression.degrees) == 112
+    assert len(make_basis((HERMITE,) * 5, ExpansionSettings(3, samples=80)).nodes) == 80
+
+
+def test_samples_follow_their_seed() -> None:
+    one, other = (make_basis((HERMITE,) * 3, ExpansionSettings(3, seed=seed)) for seed in (1, 2))
+    make_basis.cache_clear()
+    again = make_basis((HERMITE,) * 3, ExpansionSettings(3))
+    np.testing.assert_array_equal(one.projection, again.projection)
+    assert not np.array_equal(one.nodes, other.nodes)
+
+
+def test_without_checks_the_tensor_rule_has_no_error() -> None:
+    basis = make_basis((HERMITE,), ExpansionSettings(3, checks=0))
+    expansion: Expansion = expand(basis, wavy(basis.nodes))
+    assert np.isnan(expansion.error).all()
+    assert np.isfinite(expansion.std).all()
+
+
+def test_rules_that_cannot_work_are_refused() -> None:
+    with pytest.raises(InvalidValue, match="at least 9 nodes"):
+        ExpansionSettings(8, nodes=8)
+    with pytest.raises(InvalidValue, match="Choose tensor or regression"):
+        ExpansionSettings(rule="smolyak")  # type: ignore[arg-type]
+    with pytest.raises(InvalidValue, match="checks"):
+        ExpansionSettings(checks=-1)
+    with pytest.raises(InvalidValue, match="Take 70 samples"):
+        make_basis((HERMITE,) * 3, ExpansionSettings(4, samples=35))
+    with pytest.raises(InvalidValue, match="Take the regression"):
+        make_basis((HERMITE,) * 6, ExpansionSettings(6, rule="tensor"))
+    with pytest.raises(InvalidValue, match="vary fewer inputs"):
+        make_basis((HERMITE,) * 7, ExpansionSettings(8))
+
+
+def test_product_against_its_readable_twin() -> None:
+    random = np.random.default_rng(1)
+    left, right = random.standard_normal((101, 45)), random.standard_normal((45, 33))
+    np.testing.assert_allclose(product(left, right), left @ right, atol=1e-12)
+    np.testing.assert_allclose(product(left.T[:45, :45], right), left.T[:45, :45] @ right, atol=1e-12)

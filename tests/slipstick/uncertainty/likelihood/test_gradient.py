@@ -1,0 +1,146 @@
+"""The gradient of the log-likelihood against closed forms and against differences of the likelihood itself."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+from scipy.stats import norm
+
+from slipstick.uncertainty.fit.search_space import unknowns
+from slipstick.uncertainty.fit.settings import FitSettings
+from slipstick.uncertainty.likelihood.gradient import with_gradient
+from slipstick.uncertainty.likelihood.likelihood import exact
+from slipstick.uncertainty.likelihood.local import localised
+from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.uncertainty.likelihood.unknowns import Unknowns
+
+KNOTS = (np.linspace(0.5, 1.5, 11), np.array([0.5, 0.8, 0.95, 1.0, 1.1, 1.5]))
+WEIGHTS = np.random.default_rng(6).uniform(0.05, 0.2, (3, 20)) * np.array([[1.0], [-1.0], [0.3]])
+FAR = (np.linspace(-19.0, 21.0, 41),) * 2
+"""Knots all over the scores of a straight model."""
+
+
+def straight(dimension: int) -> Problem:
+    return posed(dimension, lambda points, conditions: 0.5 + (points - 1.0) @ WEIGHTS[:dimension])
+
+
+def smooth(dimension: int) -> Problem:
+    return posed(dimension, lambda points, conditions: 0.5 + np.expm1((points - 1.0) @ WEIGHTS[:dimension]))
+
+
+def knotted() -> Problem:
+    first, second = np.meshgrid(*KNOTS, indexing="ij")
+    random = np.random.default_rng(3)
+    times = 0.5 + np.multiply.outer(first - 1, WEIGHTS[0]) + np.multiply.outer(second - 1, WEIGHTS[1])
+    table = RegularGridInterpolator(KNOTS, times + random.uniform(-0.005, 0.005, times.shape))
+    return replace(posed(2, lambda points, conditions: table(np.clip(points, 0.5, 1.5))), knots=KNOTS)
+
+
+def posed(dimension: int, model: Any) -> Problem:
+    """Twenty conditions with times 0.5 s, but for the scatter of a bench."""
+    times = 0.5 + 0.02 * np.random.default_rng(1).standard_normal(20)
+    return Problem(model, None, times, np.full(dimension, 0.5), np.full(dimension, 1.5), tuple("abc"[:dimension]))
+
+
+def at(problem: Problem, partial: float = 0.0, **changes: Any) -> tuple[Unknowns, np.ndarray]:
+    """A search, and a vector well within it."""
+    d = len(problem.axes)
+    space = unknowns(FitSettings(**changes), problem)
+    vector = [*np.array([1.02, 0.97, 1.05])[:d], *np.log([0.06, 0.09, 0.05])[:d], np.log(0.008)]
+    return space, np.array(vector + [partial] * (len(space.lower) - len(vector)))
+
+
+def by_differences(density: Callable[[np.ndarray], np.ndarray], vector: np.ndarray, step: float = 1e-3) -> np.ndarray:
+    """Central differences of fourth order."""
+    columns = []
+    for unit in np.eye(len(vector)):
+        near, far = ([density(vector + side * reach * step * unit) for side in (1, -1)] for reach in (1, 2))
+        columns.append((8 * (near[0] - near[1]) - (far[0] - far[1])) / (12 * step))
+    return np.column_stack(columns)
+
+
+@pytest.mark.parametrize(("dimension", "partial", "knots", "closeness"), [
+    (1, None, False, 1e-5), (1, None, True, 1e-6), (2, None, False, 1e-5), (2, None, True, 1e-6), (2, 0.6, True, 1e-6),
+    (2, -0.6, False, 1e-5), (3, None, False, 0.04), (3, 0.3, False, 0.04)])
+def test_a_straight_model_has_the_gradient_of_a_normal_density(dimension: int, partial: float | None, knots: bool,
+                                                               closeness: float) -> None:
+    """Whose variance is slope . covariance . slope + noise^2; in three inputs the lines are samples."""
+    problem = replace(straight(dimension), knots=FAR[:dimension] if knots else None)
+    space, vector = at(problem, partial or 0.0, correlated=partial is not None)
+
+    def normal(vector: np.ndarray) -> np.ndarray:
+        candidate = space.candidate(vector)
+        mixing = candidate.inputs.marginal_std[:, None] * candidate.inputs.factor
+        scaled = mixing.T @ WEIGHTS[:dimension]
+        std = np.sqrt(np.sum(scaled**2, axis=0) + candidate.output_std**2)
+        mean = problem.model(candidate.inputs.mean[None], None)[0]
+        density: np.ndarray = norm.logpdf(1e3 * problem.measured_time, 1e3 * mean, 1e3 * std) / np.log(10)
+        return density
+
+    density, gradient = with_gradient(problem, space, vector)
+    np.testing.assert_allclose(density, normal(vector), atol=closeness)
+    expected = by_differences(normal, vector)
+    np.testing.assert_allclose(gradient, expected, atol=closeness * np.abs(expected).max())
+
+
+CASES: dict[str, tuple[Problem, dict[str, Any]]] = {
+    "table": (knotted(), {}),
+    "table, correlated": (knotted(), {"correlated": True, "partial": -0.5}),
+    "smooth": (smooth(2), {}),
+    "smooth, correlated": (smooth(2), {"correlated": True, "partial": 0.7}),
+    "table, lognormal and gamma": (knotted(), {"families": ("lognormal", "gamma")}),
+    "uniform and beta": (smooth(2), {"families": ("uniform", "beta")}),
+    "copula": (smooth(2), {"families": ("gamma", "beta"), "correlated": True, "partial": 0.4}),
+    "one input": (smooth(1), {}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_gradient_is_that_of_the_likelihood(case: str) -> None:
+    """To rounding where the likelihood is that of the table itself, else as closely as the lines hold the model."""
+    problem, changes = CASES[case]
+    space, vector = at(problem, **changes)
+    density, gradient = with_gradient(problem, space, vector)
+    np.testing.assert_array_equal(density, exact(problem, space.candidate(vector)))
+    expected = by_differences(lambda moved: exact(problem, space.candidate(moved), 256), vector)
+    itself = problem.knots is not None and "families" not in changes
+    np.testing.assert_allclose(gradient, expected, atol=(1e-7 if itself else 5e-3) * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("families", "partial"), [
+    (("normal",), None), (("normal",), 0.3), (("gamma", "uniform", "lognormal"), None),
+    (("beta", "normal", "gamma"), 0.2)])
+def test_polynomials_have_the_gradient_of_their_integral_itself(families: tuple[str, ...],
+                                                                partial: float | None) -> None:
+    """However few lines there are: sixty-four samples of what lies across them do not blur it."""
+    space, vector = at(problem := smooth(3), partial or 0.0, families=families, correlated=partial is not None)
+    near, _ = localised(problem, space, vector)
+    density, gradient = with_gradient(near, space, vector)
+    np.testing.assert_array_equal(density, exact(near, space.candidate(vector)))
+    expected = by_differences(lambda moved: exact(near, space.candidate(moved)), vector, 1e-4)
+    np.testing.assert_allclose(gradient, expected, atol=2e-5 * np.abs(expected).max())
+
+
+def test_a_bound_has_a_gradient_too() -> None:
+    """By a difference to the one side that there is."""
+    space, vector = at(problem := knotted(), families=("gamma", "lognormal"), mean_bounds=((0.5, 1.2),))
+    vector[0], vector[2:4] = space.upper[0], space.upper[2:4]
+    gradient = with_gradient(problem, space, vector)[1]
+    inside = vector - 1e-4 * np.array([1, 0, 1, 1, 0])
+    np.testing.assert_allclose(gradient, with_gradient(problem, space, inside)[1], atol=1e-3 * np.abs(gradient).max())
+
+
+def test_a_condition_that_has_no_density_has_no_gradient_either() -> None:
+    problem = knotted()
+    holed = replace(problem, model=lambda points, conditions: np.where(
+        np.arange(20) == 7, np.nan, problem.model(points, conditions)))
+    for families in (("normal",), ("gamma",)):
+        space, vector = at(problem, families=families)
+        (density, gradient), (whole, expected) = (with_gradient(one, space, vector) for one in (holed, problem))
+        assert density[7] == -np.inf
+        assert np.isnan(gradient[7]).all()
+        np.testing.assert_allclose(np.delete(density, 7), np.delete(whole, 7), atol=1e-9)
+        np.testing.assert_allclose(np.delete(gradient, 7, axis=0), np.delete(expected, 7, axis=0), atol=1e-6)

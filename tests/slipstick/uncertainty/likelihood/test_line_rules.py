@@ -1,0 +1,164 @@
+"""Where the lines lie: the integral they make, against quadrature of the model times the density of the inputs."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+from scipy.special import logsumexp, roots_hermitenorm, roots_legendre
+from scipy.stats import multivariate_normal, norm
+
+from slipstick.uncertainty.inputs import Inputs
+from slipstick.uncertainty.likelihood.line_rules import WINDOW, along, knotted
+from slipstick.uncertainty.likelihood.lines import Lines, log10_density
+
+KNOTS = (np.array([0.5, 0.7, 0.9, 0.96, 1.0, 1.05, 1.2, 1.5]), np.array([0.5, 0.8, 1.0, 1.1, 1.3, 1.5]))
+SUPPORT = np.array([[0.4, 1.6]] * 2)
+Model = Callable[[np.ndarray], np.ndarray]
+
+
+def table(conditions: int = 3) -> Model:
+    """Kinked at every knot, steeper along the second input, and constant beyond the edge."""
+    random = np.random.default_rng(4)
+    first, second = np.meshgrid(*KNOTS, indexing="ij")
+    times = 0.5 + np.multiply.outer(0.1 * first - 0.15 * second, random.uniform(0.5, 1.5, conditions))
+    times += random.uniform(-0.01, 0.01, times.shape)
+    interpolator = RegularGridInterpolator(KNOTS, times)
+    return lambda points: interpolator(np.clip(points, 0.5, 1.5))
+
+
+def curved(points: np.ndarray) -> np.ndarray:
+    """Smooth in any number of inputs."""
+    weights = np.array([[0.10, -0.15, 0.05], [0.05, 0.20, 0.10]])[:, :points.shape[1]]
+    return 0.5 + np.expm1((points - 1.0) @ weights.T) + 0.2 * ((points - 1.0) ** 2 @ weights.T)
+
+
+def pieces(low: float, high: float, knots: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss nodes and weights between the knots, on pieces no wider than told."""
+    roots, shares = roots_legendre(8)
+    nodes, weights = [], []
+    for left, right in pairwise(np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])):
+        edges = np.linspace(left, right, int(np.ceil((right - left) / widest)) + 1)
+        half = np.diff(edges) / 2
+        nodes.append((edges[:-1, None] + half[:, None] * (1 + roots)).ravel())
+        weights.append((half[:, None] * shares).ravel())
+    return np.concatenate(nodes), np.concatenate(weights)
+
+
+def brute(inputs: Inputs, model: Model, times: np.ndarray, noise: float) -> np.ndarray:
+    """log10 p per ms by quadrature over the plane of normal scores, broken at the knots of the inputs."""
+    rules = [pieces(-8.0, 8.0, inputs.scores(axis, KNOTS[axis]), 0.25) for axis in range(2)]
+    values = [inputs.at_scores(np.column_stack([nodes, nodes]))[:, axis] for axis, (nodes, _) in enumerate(rules)]
+    points, scores = (np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+                      for axes in (values, [nodes for nodes, _ in rules]))
+    log_weight = np.log(np.outer(rules[0][1], rules[1][1])).ravel()
+    log_weight += multivariate_normal(np.zeros(2), inputs.factor @ inputs.factor.T).logpdf(scores)
+    logs = norm.logpdf(1e3 * times, 1e3 * model(points), 1e3 * noise)
+    expected: np.ndarray = logsumexp(logs + log_weight[:, None], axis=0) / np.log(10)
+    return expected
+
+
+def found(laid: Lines, inputs: Inputs, model: Model, times: np.ndarray, noise: float) -> np.ndarray:
+    return log10_density(laid, model(inputs.at_scores(laid.scores)), times, noise)
+
+
+def slopes(inputs: Inputs, model: Model) -> np.ndarray:
+    steps = np.eye(inputs.dimension)
+    return (model(inputs.at_scores(steps)) - model(inputs.at_scores(-steps))) / 2
+
+
+def measured(inputs: Inputs, model: Model) -> np.ndarray:
+    """Times at the centre, at either edge of the scatter, and beyond."""
+    away = np.array([0.0, 1.5, -3.0])[:, None] * np.ones(inputs.dimension)
+    return np.diagonal(model(inputs.at_scores(away)))
+
+
+PAIRS: dict[str, dict[str, Any]] = {
+    "independent": {"std": [0.04, 0.06]},
+    "narrow": {"std": [0.002, 0.004]},
+    "wider than the table": {"std": [0.3, 0.3]},
+    "one against the other": {"std": [0.002, 0.3]},
+    "correlated": {"std": [0.05, 0.04], "correlation": [[1.0, 0.8], [0.8, 1.0]]},
+    "other families": {"std": [0.08, 0.1], "families": ("gamma", "beta"), "support": SUPPORT},
+    "copula": {"std": [0.08, 0.1], "families": ("lognormal", "uniform"), "correlation": [[1.0, -0.7], [-0.7, 1.0]]},
+}
+
+
+@pytest.mark.parametrize("noise", [0.005, 0.02])
+@pytest.mark.parametrize("pair", PAIRS)
+def test_knotted_lines_integrate_the_table_itself(pair: str, noise: float) -> None:
+    """But for the bend of inputs that are not normal, which costs some 10^-4 decades."""
+    inputs, model = Inputs([1.01, 1.03], **PAIRS[pair]), table()
+    times = measured(inputs, model)
+    laid = knotted(inputs, KNOTS, slopes(inputs, model), noise, 8.0)
+    bent = 3e-4 if "families" in PAIRS[pair] else 1e-5
+    np.testing.assert_allclose(found(laid, inputs, model, times, noise), brute(inputs, model, times, noise), atol=bent)
+
+
+def test_knotted_lines_of_one_input() -> None:
+    inputs, noise = Inputs([1.02], [0.06]), 0.003
+    values = np.random.default_rng(2).uniform(0.4, 0.6, len(KNOTS[0]))
+    times = np.array([0.45, 0.5, 0.62])
+
+    def model(points: np.ndarray) -> np.ndarray:
+        return np.interp(points, KNOTS[0], values) * np.ones(len(times))
+
+    laid = knotted(inputs, KNOTS[:1], slopes(inputs, model), noise, 8.0)
+    nodes, weights = pieces(-9.0, 9.0, inputs.scores(0, KNOTS[0]), 0.02)
+    logs = norm.logpdf(1e3 * times, 1e3 * model(inputs.at_scores(nodes[:, None])), 1e3 * noise)
+    expected = logsumexp(logs + (norm.logpdf(nodes) + np.log(weights))[:, None], axis=0) / np.log(10)
+    np.testing.assert_allclose(found(laid, inputs, model, times, noise), expected, atol=1e-8)
+
+
+def test_an_input_without_scatter_is_integrated_as_if_it_were_not_there() -> None:
+    model, times = table(), np.array([0.45, 0.5, 0.52])
+    for std in ([0.05, 0.0], [0.0, 0.05]):
+        inputs, narrow = Inputs([1.01, 1.03], std), Inputs([1.01, 1.03], np.maximum(std, 1e-9))
+        one, other = (found(knotted(each, KNOTS, slopes(each, model), 0.004, 8.0), each, model, times, 0.004)
+                      for each in (inputs, narrow))
+        np.testing.assert_allclose(one, other, atol=1e-6)
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_the_weights_of_knotted_lines_hold_all_of_the_inputs(pair: str) -> None:
+    """Times without slope or residual: the integral is that of the density of the inputs alone, which is 1."""
+    inputs = Inputs([1.01, 1.03], **PAIRS[pair])
+    laid = knotted(inputs, KNOTS, slopes(inputs, table()), 0.01, 8.0)
+    flat = np.zeros((laid.breakpoints.size, 1))
+    peak = norm.logpdf(0.0, scale=10.0) / np.log(10)
+    np.testing.assert_allclose(log10_density(laid, flat, np.zeros(1), 0.01), peak, atol=1e-7)
+
+
+@pytest.mark.parametrize("count", [64, 256, 1024])
+@pytest.mark.parametrize("dimension", [1, 2, 3, 7])
+def test_lines_along_a_direction_hold_all_of_the_inputs_and_turn_nothing_but_their_axes(dimension: int,
+                                                                                        count: int) -> None:
+    random = np.random.default_rng(dimension)
+    direction, factor = random.standard_normal(dimension), np.tril(random.uniform(0.2, 1.0, (dimension, dimension)))
+    direction /= np.linalg.norm(direction)
+    laid = along(direction, factor, count=count)
+    np.testing.assert_allclose(laid.factor @ laid.factor.T, factor @ factor.T, atol=1e-12)
+    np.testing.assert_allclose(np.abs(np.linalg.solve(factor, laid.factor)[:, 0]), np.abs(direction), atol=1e-12)
+    flat, peak = np.zeros((laid.breakpoints.size, 1)), norm.logpdf(0.0, scale=10.0) / np.log(10)
+    np.testing.assert_allclose(log10_density(laid, flat, np.zeros(1), 0.01), peak, atol=1e-7)
+    assert -laid.breakpoints[0, 0] == laid.breakpoints[0, -1] == WINDOW
+    assert along(direction, factor, 7.2, count).breakpoints[0, -1] >= 7.2
+
+
+@pytest.mark.parametrize(("dimension", "coarse", "fine"), [(1, 2e-4, 1e-5), (2, 2e-4, 1e-5), (3, 3e-3, 3e-4)])
+def test_lines_along_a_direction_approach_the_integral_of_a_smooth_model(dimension: int, coarse: float,
+                                                                         fine: float) -> None:
+    """Against a Gauss rule of 60 nodes an axis, at a noise that it resolves."""
+    inputs, noise = Inputs(np.full(dimension, 1.05), np.array([0.08, 0.06, 0.10])[:dimension]), 0.02
+    roots, shares = roots_hermitenorm(60)
+    nodes, weights = (np.stack(np.meshgrid(*[axis] * dimension, indexing="ij"), axis=-1).reshape(-1, dimension)
+                      for axis in (roots, shares / shares.sum()))
+    times = np.array([0.52, 0.50])
+    logs = norm.logpdf(1e3 * times, 1e3 * curved(inputs.at_scores(nodes)), 1e3 * noise)
+    expected = logsumexp(logs, axis=0, b=weights.prod(axis=1)[:, None]) / np.log(10)
+    steep = slopes(inputs, curved).sum(axis=1)
+    for count, allowed in ((64, coarse), (1024, fine)):
+        laid = along(steep / np.linalg.norm(steep), inputs.factor, count=count)
+        np.testing.assert_allclose(found(laid, inputs, curved, times, noise), expected, atol=allowed)
