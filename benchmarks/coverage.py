@@ -22,13 +22,17 @@ from scipy.stats import binomtest, f
 from benchmarks.results import write
 from slipstick.inference import table_model
 from slipstick.storage.library import Library
-from slipstick.uncertainty.fit import fit
-from slipstick.uncertainty.fit.fit import FitSettings
-from slipstick.uncertainty.fit.intervals import combinations, direction_of, drop_at, drop_to, interval
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty import Inputs, fit, standard_normals
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.intervals import (
+    combinations,
+    direction_of,
+    drop_at_level,
+    profile_drop,
+    profile_interval,
+)
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem
 
 SETTINGS = FitSettings(order=4, population=24, generations=20, patience=8)
 TRUTH = Candidate(Inputs([0.95, 1.1], [0.06, 0.05]), 0.005)
@@ -73,14 +77,14 @@ def main() -> None:
 
 def intervals(sets: Sequence[Held]) -> list[tuple[object, ...]]:
     """Rows of coverage.csv: each unknown, then each identified combination."""
-    space, rows = unknowns(SETTINGS, drawn(TRUTH, 0)), []
-    plain, span = space.plain(space.vector(TRUTH)), space.plain(space.upper) - space.plain(space.lower)
+    space, rows = search_space(SETTINGS, drawn(TRUTH, 0)), []
+    plain, span = space.to_natural(space.vector(TRUTH)), space.to_natural(space.upper) - space.to_natural(space.lower)
     for place, direction in enumerate(np.concatenate([np.eye(len(plain)), directions()])):
         own = place < len(plain)
         name = space.names[place] if own else f"combination {place - len(plain) + 1}"
         shares = zip(direction * span, space.names, strict=True)
         weights = "" if own else " ".join(f"{share:+.3f} {one}" for share, one in shares)
-        inside = sum(one.drop[place] < drop_at(LEVEL) for one in sets)
+        inside = sum(one.drop[place] < drop_at_level(LEVEL) for one in sets)
         low, high = binomtest(inside, len(sets)).proportion_ci(0.95, "exact")
         looked = [one.open for one in sets if one.open is not None]
         ends = [f"{sum(one[place][side] for one in looked)} of {len(looked)}" if own else "" for side in (0, 1)]
@@ -104,18 +108,18 @@ def predictions(levels: np.ndarray, parts: int = BINS) -> tuple[float, ...]:
 def held(seed: int) -> Held:
     """Fit a data set and hold its intervals against the truth."""
     problem = drawn(TRUTH, seed)
-    space, found = unknowns(SETTINGS, problem), fitted(problem)
+    space, found = search_space(SETTINGS, problem), fitted(problem)
     if seed > _ENDED:
         return Held(drops(problem, found), None)
-    ends = [interval(problem, space, found, direction, LEVEL) for direction in np.eye(len(found))]
+    ends = [profile_interval(problem, space, found, direction, LEVEL) for direction in np.eye(len(found))]
     return Held(drops(problem, found), [(one.lower is None, one.upper is None) for one in ends])
 
 
-def drops(problem: Problem, found: np.ndarray) -> list[float]:
+def drops(problem: InferenceProblem, found: np.ndarray) -> list[float]:
     """Decades from a fit down to the truth, for each unknown and each identified combination."""
-    space = unknowns(SETTINGS, problem)
-    true = space.plain(space.vector(TRUTH))
-    return [drop_to(problem, space, found, direction, float(direction @ true))
+    space = search_space(SETTINGS, problem)
+    true = space.to_natural(space.vector(TRUTH))
+    return [profile_drop(problem, space, found, direction, float(direction @ true))
             for direction in np.concatenate([np.eye(len(found)), directions()])]
 
 
@@ -134,32 +138,32 @@ def slightly_wrong(seed: int) -> np.ndarray:
     return predicted(drawn(FLAT, seed))
 
 
-def predicted(problem: Problem) -> np.ndarray:
+def predicted(problem: InferenceProblem) -> np.ndarray:
     """Fit one half of the conditions, and return where the others' times lie in their predicted distributions."""
     places = np.arange(len(problem.measured_time))
     halves = [replace(problem, conditions=problem.conditions.take(half), measured_time=problem.measured_time[half])
               for half in (places[::2], places[1::2])]
-    candidate = unknowns(SETTINGS, problem).candidate(fitted(halves[0]))
-    times = halves[1].model(candidate.inputs.points(normal_germs(2, 1 << 13, 1)), halves[1].conditions)
+    candidate = search_space(SETTINGS, problem).candidate(fitted(halves[0]))
+    times = halves[1].model(candidate.inputs.points(standard_normals(2, 1 << 13, 1)), halves[1].conditions)
     levels: np.ndarray = ndtr((halves[1].measured_time - times) / candidate.output_std).mean(axis=0)
     return levels
 
 
-def fitted(problem: Problem) -> np.ndarray:
+def fitted(problem: InferenceProblem) -> np.ndarray:
     """The vector of unknowns that a fit finds, without knowing the truth."""
-    return np.array(fit.refined(SETTINGS, problem, fit.searched(SETTINGS, problem))["found"])
+    return np.array(fit.refined_estimate(SETTINGS, problem, fit.final_state(SETTINGS, problem))["vector"])
 
 
 @cache
 def directions() -> np.ndarray:
     """The combinations (c, k) that data such as these identify, by the information at the truth."""
     problem = drawn(TRUTH, 0, _MANY)
-    space = unknowns(SETTINGS, problem)
+    space = search_space(SETTINGS, problem)
     runs = combinations(problem, space, space.vector(TRUTH))
     return np.array([direction_of(space, one.weights) for one in runs if one.std_error * np.sqrt(_MANY) < 0.25])
 
 
-def drawn(truth: Candidate, seed: int, runs: int = 1, every: int = _EVERY) -> Problem:
+def drawn(truth: Candidate, seed: int, runs: int = 1, every: int = _EVERY) -> InferenceProblem:
     """Some conditions of the default table, each measured `runs` times under the truth."""
     table = Library(Path(os.environ.get("SLIPSTICK_TABLES", "tables"))).table("nominal")
     model, random = table_model(table, "clip"), np.random.default_rng([2026, seed])
@@ -167,7 +171,7 @@ def drawn(truth: Candidate, seed: int, runs: int = 1, every: int = _EVERY) -> Pr
     count = len(conditions)
     points = truth.inputs.points(random.standard_normal((count, truth.inputs.dimension)))
     times = np.diagonal(model(points, conditions)) + truth.output_std * random.standard_normal(count)
-    return Problem(model, conditions, times, table.lower, table.upper, tuple(axis.name for axis in table.axes),
+    return InferenceProblem(model, conditions, times, table.lower, table.upper, tuple(axis.name for axis in table.axes),
                    table.knots)
 
 

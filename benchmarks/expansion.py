@@ -20,11 +20,10 @@ import numpy as np
 from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
-from slipstick.uncertainty.chaos.expansion import ExpansionSettings, expand, make_basis
-from slipstick.uncertainty.chaos.germs import Germ
+from slipstick.uncertainty import standard_normals
+from slipstick.uncertainty.chaos import ExpansionSettings, Germ, expand, make_basis
 from slipstick.uncertainty.chaos.polynomials import Polynomials
 from slipstick.uncertainty.chaos.truncation import degrees
-from slipstick.uncertainty.sampling import normal_germs
 
 AXES = ("pressure_bias", "initial_position", "friction_coefficient", "current_gain", "current_delay", "current_bias",
         "temperature_gain")
@@ -42,7 +41,7 @@ class Case:
     def __init__(self, inputs: int, std: float) -> None:
         self.germs, self.std = (HERMITE,) * inputs, std
         self.simulator = Simulator(Model(), AXES[:inputs])
-        self.held_out = normal_germs(inputs, HELD_OUT, 99)
+        self.held_out = standard_normals(inputs, HELD_OUT, 99)
         self.truth = self.times(self.held_out)
 
     def times(self, germs: np.ndarray) -> np.ndarray:
@@ -100,7 +99,7 @@ def plain(case: Case) -> Iterator[Row]:
     for order in ORDERS[inputs]:
         polynomials = Polynomials.of(case.germs, degrees(inputs, order))
         runs = 2 * len(polynomials.degrees)
-        nodes = normal_germs(inputs, 1 << (runs - 1).bit_length(), 1)[:runs]
+        nodes = standard_normals(inputs, 1 << (runs - 1).bit_length(), 1)[:runs]
         values, times = polynomials.at(nodes), case.times(nodes)
         inverse = np.linalg.pinv(values)
         residual = (times - values @ (inverse @ times)) / (1 - np.sum(values * inverse.T, axis=1))[:, None]

@@ -16,12 +16,19 @@ import numpy as np
 from benchmarks.results import write
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
-from slipstick.uncertainty.chaos.expansion import ExpansionSettings
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import line_rules, lines
-from slipstick.uncertainty.likelihood.likelihood import by_expansion, by_sampling, exact, lay, outputs, settled
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
+from slipstick.uncertainty import Inputs, log10_mean_density, standard_normals
+from slipstick.uncertainty.chaos import ExpansionSettings
+from slipstick.uncertainty.likelihood import (
+    Candidate,
+    InferenceProblem,
+    by_expansion,
+    by_sampling,
+    converged,
+    exact,
+    line_rules,
+    lines,
+)
+from slipstick.uncertainty.likelihood.likelihood import integration_lines, times_on_lines
 
 LIBRARY = Library(Path("tables"))
 SEEDS = range(1, 9)
@@ -60,8 +67,8 @@ def main() -> None:
 
 def ways():
     """Name, function (problem, candidate, seed) -> log10 likelihood, and seeds of each way."""
-    yield "auto", lambda p, c, seed: settled(p, c, seed)[0].sum(), SEEDS[:1]
-    yield "auto, without knots", lambda p, c, seed: settled(replace(p, knots=None), c, seed)[0].sum(), SEEDS
+    yield "auto", lambda p, c, seed: converged(p, c, seed)[0].sum(), SEEDS[:1]
+    yield "auto, without knots", lambda p, c, seed: converged(replace(p, knots=None), c, seed)[0].sum(), SEEDS
     yield "exact", lambda p, c, seed: exact(p, c, seed=seed).sum(), SEEDS[:1]
     yield "exact, without knots", lambda p, c, seed: exact(replace(p, knots=None), c, seed=seed).sum(), SEEDS[:1]
     yield "exact, without knots, 256 lines", (
@@ -74,15 +81,15 @@ def ways():
     for order, power in ((4, 12), (8, 8), (8, 10), (8, 12), (8, 14), (8, 16), (12, 12), (12, 16)):
         yield f"expansion of order {order}, 2^{power} samples", (
             lambda p, c, seed, o=order, m=power: by_sampling(
-                p, [c], ExpansionSettings(o, checks=0), normal_germs(2, 2**m, seed)).sum()), SEEDS
+                p, [c], ExpansionSettings(o, checks=0), standard_normals(2, 2**m, seed)).sum()), SEEDS
 
 
-def sampled(problem: Problem, candidate: Candidate, count: int, seed: int) -> float:
-    times = problem.model(candidate.inputs.points(normal_germs(2, count, seed)), problem.conditions)
+def sampled(problem: InferenceProblem, candidate: Candidate, count: int, seed: int) -> float:
+    times = problem.model(candidate.inputs.points(standard_normals(2, count, seed)), problem.conditions)
     return float(log10_mean_density(times, problem.measured_time, candidate.output_std).sum())
 
 
-def drawn(problem: Problem, case: Candidate) -> Problem:
+def drawn(problem: InferenceProblem, case: Candidate) -> InferenceProblem:
     """The problem with one time a condition measured under the candidate, each with inputs and noise of its own."""
     random = np.random.default_rng(20)
     count = len(problem.measured_time)
@@ -90,15 +97,15 @@ def drawn(problem: Problem, case: Candidate) -> Problem:
     return replace(problem, measured_time=times + case.output_std * random.standard_normal(count))
 
 
-def reference(problem: Problem, case: Candidate) -> float:
+def reference(problem: InferenceProblem, case: Candidate) -> float:
     """The integral with many more nodes across the lines and breakpoints along them."""
     usual = line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES
     line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES = 6.0, 24, 8
     line_rules._SCORES = np.arange(-line_rules.WINDOW, line_rules.WINDOW, 0.02)
-    laid = lay(problem, case)
+    quadrature = integration_lines(problem, case)
     (line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES) = usual
-    times = outputs(problem, case.inputs, laid)
-    return float(lines.log10_density(laid, times, problem.measured_time, case.output_std).sum())
+    times = times_on_lines(problem, case.inputs, quadrature)
+    return float(lines.log10_density(quadrature, times, problem.measured_time, case.output_std).sum())
 
 
 if __name__ == "__main__":

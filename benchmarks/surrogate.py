@@ -29,12 +29,11 @@ from slipstick.inference import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.table import Axis, Grid, HeldOut
-from slipstick.uncertainty.fit import fit
-from slipstick.uncertainty.fit.refine import refine
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.likelihood.likelihood import settled
-from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.uncertainty import fit
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.refine import refined_vector
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import InferenceProblem, converged
 from worker.surrogate import HELD_OUT, RUNS, build
 
 NESTED = ("pressure_bias", "initial_position", "friction_coefficient", "current_delay", "temperature_gain",
@@ -112,12 +111,12 @@ def main() -> None:
 def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[object]]:
     """The rows of one number of parameters."""
     simulator = Counted(model, box)
-    direct = Problem(simulator, recordings.conditions, recordings.measured_time, box.lower, box.upper, box.names)
+    direct = InferenceProblem(simulator, recordings.conditions, recordings.measured_time, box.lower, box.upper, box.names)
 
-    def row(kind: str, problem: Problem, found: np.ndarray, engagements: int, built: Spent | None,
+    def row(kind: str, problem: InferenceProblem, found: np.ndarray, engagements: int, built: Spent | None,
             error: HeldOut | None, spent: Spent) -> list[object]:
-        candidate = unknowns(SETTINGS, direct).candidate(found)
-        by_itself, directly = (float(settled(one, candidate)[0].sum()) for one in (problem, direct))
+        candidate = search_space(SETTINGS, direct).candidate(found)
+        by_itself, directly = (float(converged(one, candidate)[0].sum()) for one in (problem, direct))
         return [len(box.names), len(found), kind, engagements / 1e6,
                 *((built.wall, built.processor) if built else ("", "")),
                 *((1e3 * error.overall_rms, 1e3 * float(error.worst.max())) if error else ("", "")),
@@ -137,7 +136,7 @@ def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[ob
     by_surrogate = table_problem(surrogate, recordings, "clip")
     found = spent.on(lambda: fitted(by_surrogate))
     yield row("surrogate", by_surrogate, found, engagements, built, surrogate.error, spent)
-    candidate = unknowns(SETTINGS, direct).candidate(found)
+    candidate = search_space(SETTINGS, direct).candidate(found)
     if surrogate.error.overall_rms > GOOD * candidate.output_std:
         half = np.maximum(REACH * candidate.inputs.marginal_std, NARROWEST)
         near = Box(box.names, np.maximum(box.lower, candidate.inputs.mean - half),
@@ -148,13 +147,13 @@ def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[ob
         means, steps = candidate.inputs.mean, FARTHEST * half
         settings = replace(SETTINGS, std_bounds=tuple((LEAST, WIDEST * width) for width in half),
                            mean_bounds=tuple(zip(means - steps, means + steps, strict=True)))
-        found = spent.on(lambda: refine(by_second, unknowns(settings, by_second), found))
+        found = spent.on(lambda: refined_vector(by_second, search_space(settings, by_second), found))
         yield row("surrogate, then one about its fit", by_second, found, 2 * engagements, built, second.error, spent)
 
 
-def fitted(problem: Problem) -> np.ndarray:
+def fitted(problem: InferenceProblem) -> np.ndarray:
     """The unknowns that a fit finds."""
-    return np.array(fit.refined(SETTINGS, problem, fit.searched(SETTINGS, problem))["found"])
+    return np.array(fit.refined_estimate(SETTINGS, problem, fit.final_state(SETTINGS, problem))["vector"])
 
 
 def gridded(model: Model, conditions: Conditions, box: Box) -> Grid:

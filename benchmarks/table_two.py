@@ -5,7 +5,7 @@
 The classic way takes as few quasi-Monte-Carlo samples as keep its likelihood within 0.05 decades at the fit, and shares
 the model's times among all output stds. A coarse grid is run whole, and its best node refined: that is the best optimum
 known. What a grid costs that comes within 0.05 decades by itself is extrapolated from the time of a candidate. How many
-values of each unknown that takes is measured on grids laid at random offsets about the optimum. The genetic fit is run
+values of each unknown that takes is measured on grids quadrature at random offsets about the optimum. The genetic fit is run
 for 20 seeds. Times are processor times of all threads, in one process.
 """
 
@@ -18,13 +18,10 @@ import numpy as np
 from benchmarks.results import write
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
-from slipstick.uncertainty.fit import classic, fit
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.likelihood.likelihood import TOLERANCE, exact
-from slipstick.uncertainty.likelihood.problem import Problem
-from slipstick.uncertainty.likelihood.unknowns import Unknowns
-from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
+from slipstick.uncertainty import log10_mean_density, standard_normals
+from slipstick.uncertainty.fit import FitSettings, classic, fit
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import TOLERANCE, InferenceProblem, Unknowns, exact
 
 SEEDS = range(1, 21)
 COARSE = 8
@@ -37,11 +34,11 @@ def main() -> None:
     """Measure and write."""
     library = Library(Path("tables"))
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
-    space = unknowns(FitSettings(), problem)
+    space = search_space(FitSettings(), problem)
     coarse, node, optimum, spent = whole_grid(problem)
     best = height(problem, space, optimum)
     samples = coarse.samples
-    each = spent["search"] / classic.candidates(coarse, space)
+    each = spent["search"] / classic.candidate_count(coarse, space)
     needed = grid_needed(problem, space, optimum, best)
     fits = [genetic(problem, space, seed) for seed in SEEDS]
     found = np.array([entry[0] for entry in fits])
@@ -66,16 +63,16 @@ def main() -> None:
           "python -m benchmarks.table_two")
 
 
-def whole_grid(problem: Problem) -> tuple[FitSettings, np.ndarray, np.ndarray, dict[str, float]]:
+def whole_grid(problem: InferenceProblem) -> tuple[FitSettings, np.ndarray, np.ndarray, dict[str, float]]:
     """The coarse grid at the fewest samples that do: settings, best node, refined optimum, processor times."""
     spent = {}
     draft = FitSettings(method="classic", grid=COARSE, samples=1024, intervals=False)
     for _ in range(2):  # the optimum that sets the number of samples, then the run that counts
         begun = time.process_time()
-        state = fit.searched(draft, problem)
+        state = fit.final_state(draft, problem)
         spent["search"] = time.process_time() - begun
         begun = time.process_time()
-        optimum = np.array(fit.refined(draft, problem, state)["found"])
+        optimum = np.array(fit.refined_estimate(draft, problem, state)["vector"])
         spent["refine"] = time.process_time() - begun
         used = draft
         draft = FitSettings(method="classic", grid=COARSE, samples=samples_needed(problem, optimum), intervals=False)
@@ -84,14 +81,14 @@ def whole_grid(problem: Problem) -> tuple[FitSettings, np.ndarray, np.ndarray, d
     return used, np.array(state["points"][0]), optimum, spent
 
 
-def samples_needed(problem: Problem, optimum: np.ndarray) -> int:
+def samples_needed(problem: InferenceProblem, optimum: np.ndarray) -> int:
     """Fewest samples, a power of two, with a root mean square error below the tolerance at the optimum."""
-    candidate = unknowns(FitSettings(), problem).candidate(optimum)
+    candidate = search_space(FitSettings(), problem).candidate(optimum)
     reference = exact(problem, candidate).sum()
     for power in range(4, 16):
         errors = []
         for seed in range(1, 9):
-            points = candidate.inputs.points(normal_germs(len(problem.axes), 2**power, seed))
+            points = candidate.inputs.points(standard_normals(len(problem.axes), 2**power, seed))
             times = problem.model(points, problem.conditions)
             whole = log10_mean_density(times, problem.measured_time, candidate.output_std).sum()
             errors.append(whole - reference)
@@ -100,7 +97,7 @@ def samples_needed(problem: Problem, optimum: np.ndarray) -> int:
     raise RuntimeError("no number of samples was enough")
 
 
-def grid_needed(problem: Problem, space: Unknowns, optimum: np.ndarray, best: float) -> int:
+def grid_needed(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray, best: float) -> int:
     """Values of each unknown at which the best node of a grid, wherever it lies, is within the tolerance on average."""
     random = np.random.default_rng(1)
     span = space.upper - space.lower
@@ -117,16 +114,16 @@ def grid_needed(problem: Problem, space: Unknowns, optimum: np.ndarray, best: fl
     raise RuntimeError("no grid was fine enough")
 
 
-def genetic(problem: Problem, space: Unknowns, seed: int) -> tuple[float, float]:
+def genetic(problem: InferenceProblem, space: Unknowns, seed: int) -> tuple[float, float]:
     """log10 likelihood and processor time of one fit."""
     settings, begun = FitSettings(seed=seed, intervals=False), time.process_time()
-    found = np.array(fit.refined(settings, problem, fit.searched(settings, problem))["found"])
+    found = np.array(fit.refined_estimate(settings, problem, fit.final_state(settings, problem))["vector"])
     spent = time.process_time() - begun
     print(f"seed {seed}: {height(problem, space, found):.4f} in {spent:.1f} s", flush=True)
     return height(problem, space, found), spent
 
 
-def height(problem: Problem, space: Unknowns, vector: np.ndarray) -> float:
+def height(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> float:
     return float(exact(problem, space.candidate(vector)).sum())
 
 

@@ -6,10 +6,8 @@ from pydantic import BaseModel, Field
 
 from service.jobs import Job
 from service.schemas import MassOutside, OutsidePolicy, RecordingsName, Strict, TableDigest, TableName
-from slipstick.uncertainty.chaos.expansion import Rule
-from slipstick.uncertainty.chaos.families import Family
-from slipstick.uncertainty.chaos.truncation import HIGHEST_ORDER
-from slipstick.uncertainty.fit.fit import FitSettings
+from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
+from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.settings import Integration, Method
 
 Bounds = list[tuple[float, float]]

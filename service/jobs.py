@@ -79,7 +79,7 @@ def finished(store: JobStore, id: str) -> WorkflowStatus:
 
 
 def output(job: WorkflowStatus) -> dict[str, Any]:
-    """What the worker left of a finished job: `result`, `evidence`, `seconds`, `processor_seconds`."""
+    """What the worker left of a finished job: `result`, `figure_data`, `seconds`, `processor_seconds`."""
     assert job.output is not None
     found: dict[str, Any] = job.output
     return found

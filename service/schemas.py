@@ -13,8 +13,8 @@ from service.settings import Settings
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
-from slipstick.uncertainty.chaos.families import Family
-from slipstick.uncertainty.inputs import Inputs
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.chaos import Family
 
 SIMULATED = ("The shipped recordings `measured` are simulated test-bench data from an independent implementation: "
              "the recordings of the paper are not public.")
@@ -60,7 +60,7 @@ class InputsBody(Strict):
         default=None, max_length=20, description="Range of each beta input; that of its axis unless said otherwise.")
     mixing: list[list[float]] | None = Field(
         default=None, max_length=20,
-        description="For normal inputs the matrix L of x = mean + L theta, row by row, instead of `std`. Its "
+        description="For normal inputs the matrix L of x = mean + L normals, row by row, instead of `std`. Its "
                     "off-diagonal entries mix germs (the paper's sigma12): the covariance is L L^T.")
 
     def inputs(self, table: Table) -> Inputs:

@@ -1,6 +1,9 @@
 """Find where a wet-clutch simulation and a test bench disagree.
 
-The science of Slipstick: numpy, scipy, numba, chaospy and h5py; no HTTP, no jobs, no environment variables.
+The core library: numpy, scipy, numba, chaospy and h5py; no HTTP, no jobs, no environment variables.
+docs/architecture.md shows the packages and the direction of the imports.
 """
 
+__all__ = ["calibration", "clutch", "errors", "figure_data", "inference", "matrix_product", "pictures", "recordings",
+           "report", "storage", "study", "table", "uncertainty"]
 __version__ = "0.1.0"

@@ -9,16 +9,13 @@ from slipstick.clutch.ensemble import signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.uncertainty import Inputs, standard_normals
+from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.intervals import combinations
-from slipstick.uncertainty.fit.refine import nearby
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import lines
-from slipstick.uncertainty.likelihood.likelihood import by_expansion, lay, outputs
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.likelihood.unknowns import Unknowns
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty.fit.refine import local_problem
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns, by_expansion, lines
+from slipstick.uncertainty.likelihood.likelihood import integration_lines, times_on_lines
 
 _CONDITION = ("current_profile", "motor_speed", "load_inertia", "brake_torque")
 _SURFACE = 21  # points an axis
@@ -28,10 +25,10 @@ _SAMPLES = 512
 _CLOCK = 0.005  # s between the samples of the engagement
 
 
-def evidence(settings: FitSettings, problem: Problem, found: list[float], model: Model,
+def figure_data(settings: FitSettings, problem: InferenceProblem, found: list[float], model: Model,
              recordings: Recordings) -> dict[str, Any]:
     """All of it as JSON for the vector of unknowns `found` (k,) of a fit of `model`."""
-    space = unknowns(settings, problem)
+    space = search_space(settings, problem)
     vector = np.array(found)
     candidate = space.candidate(vector)
     return {"surface": surface(settings, problem, space, vector), "prediction": prediction(problem, candidate),
@@ -39,7 +36,7 @@ def evidence(settings: FitSettings, problem: Problem, found: list[float], model:
             "conditions": {name: getattr(recordings.conditions, name).tolist() for name in _CONDITION}}
 
 
-def surface(settings: FitSettings, problem: Problem, space: Unknowns, vector: np.ndarray) -> dict[str, Any] | None:
+def surface(settings: FitSettings, problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> dict[str, Any] | None:
     """log10 likelihood by expansion (g1, g2) over the two means that are hardest to tell apart; None for one input.
 
     Of a model without knots it goes as far as the polynomials about the fit hold.
@@ -47,7 +44,7 @@ def surface(settings: FitSettings, problem: Problem, space: Unknowns, vector: np
     d = len(space.axes)
     if d == 1:
         return None
-    near, region = nearby(problem, space, vector)
+    near, region = local_problem(problem, space, vector)
     open_most = combinations(near, space, vector)[-1]
     pair = sorted(np.argsort(-np.abs(open_most.weights[:d]), kind="stable")[:2].tolist())
     grids = [np.linspace(region.lower[axis], region.upper[axis], _SURFACE) for axis in pair]
@@ -62,23 +59,23 @@ def surface(settings: FitSettings, problem: Problem, space: Unknowns, vector: np
             "log10_likelihood": _rows(likelihood.reshape(_SURFACE, _SURFACE))}
 
 
-def prediction(problem: Problem, candidate: Candidate) -> dict[str, Any]:
+def prediction(problem: InferenceProblem, candidate: Candidate) -> dict[str, Any]:
     """Measured times, those of the nominal model, and the predicted density of each condition, per ms."""
     inputs, noise, times = candidate.inputs, candidate.output_std, problem.measured_time
-    theta = normal_germs(inputs.dimension, _SAMPLES, 1)
-    sampled = np.ma.masked_invalid(problem.model(inputs.points(theta), problem.conditions))
+    normals = standard_normals(inputs.dimension, _SAMPLES, 1)
+    sampled = np.ma.masked_invalid(problem.model(inputs.points(normals), problem.conditions))
     mean, std = sampled.mean(axis=0).filled(np.nan), np.hypot(sampled.std(axis=0).filled(np.nan), noise)
     low, high = np.minimum(mean - _STDS * std, times - std), np.maximum(mean + _STDS * std, times + std)
     grid = low + np.linspace(0, 1, _DENSITY)[:, None] * (high - low)
-    laid = lay(problem, candidate)
-    at_lines = outputs(problem, inputs, laid)
-    density = np.array([10.0 ** lines.log10_density(laid, at_lines, row, noise) for row in grid])
+    quadrature = integration_lines(problem, candidate)
+    at_lines = times_on_lines(problem, inputs, quadrature)
+    density = np.array([10.0 ** lines.log10_density(quadrature, at_lines, row, noise) for row in grid])
     before = problem.model(np.clip(np.ones((1, inputs.dimension)), problem.lower, problem.upper), problem.conditions)[0]
     return {"condition": list(range(len(times))), "measured": times.tolist(), "before": _row(before),
             "mean": _row(mean), "std": _row(std), "density_time": _rows(grid.T), "density": _rows(density.T)}
 
 
-def engagement(model: Model, problem: Problem, inputs: Inputs, recordings: Recordings) -> dict[str, Any]:
+def engagement(model: Model, problem: InferenceProblem, inputs: Inputs, recordings: Recordings) -> dict[str, Any]:
     """The engagement whose shifting time is the median one, measured and simulated at the fitted means."""
     condition = int(np.argsort(recordings.measured_time, kind="stable")[len(recordings) // 2])
     conditions = recordings.conditions.take([condition])

@@ -13,7 +13,7 @@ from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.recordings import Recordings
 from slipstick.table import Outside, Table
-from slipstick.uncertainty.likelihood.problem import Problem, ShiftingTimeModel
+from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 
 
 def table_model(table: Table, outside: Outside) -> ShiftingTimeModel:
@@ -22,7 +22,7 @@ def table_model(table: Table, outside: Outside) -> ShiftingTimeModel:
 
 
 def table_problem(table: Table, recordings: Recordings, outside: Outside,
-                  chosen: Sequence[str] | None = None) -> Problem:
+                  chosen: Sequence[str] | None = None) -> InferenceProblem:
     """Hold the recordings against the table, its axes `chosen` uncertain (all by default) and the others at 1.
 
     Raises `InvalidValue` where the table lacks a condition of the recordings, and `UnknownName` on other axes.
@@ -32,11 +32,11 @@ def table_problem(table: Table, recordings: Recordings, outside: Outside,
     places = _places(axes, axes if chosen is None else chosen, "axis of the table")
     model = _Fixed(table_model(table, outside), np.ones(len(axes)), places)
     knots = None if table.knots is None else tuple(table.knots[place] for place in places)
-    return Problem(model, recordings.conditions, recordings.measured_time, table.lower[places], table.upper[places],
+    return InferenceProblem(model, recordings.conditions, recordings.measured_time, table.lower[places], table.upper[places],
                    tuple(axes[place] for place in places), knots)
 
 
-def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str]) -> Problem:
+def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str]) -> InferenceProblem:
     """Hold the recordings against the simulator, with any parameters `chosen` as uncertain.
 
     Multipliers beyond the bounds of a parameter are taken at the bound. Raises `UnknownName`, `InvalidValue`.
@@ -45,7 +45,7 @@ def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str
     known = [parameters.PARAMETERS[place] for place in places]
     lower, upper = np.array([[one.lower, one.upper] for one in known]).T
     axes = tuple(one.name for one in known)
-    return Problem(_Clipped(Simulator(model, axes), lower, upper), recordings.conditions, recordings.measured_time,
+    return InferenceProblem(_Clipped(Simulator(model, axes), lower, upper), recordings.conditions, recordings.measured_time,
                    lower, upper, axes)
 
 

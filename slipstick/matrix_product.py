@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 
-def product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+def matrix_product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """The product of (m, k) and (k, n), shape (m, n), in single precision where both are."""
     result = np.zeros((len(left), right.shape[1]), np.result_type(left, right, np.float32))
     _add_product(np.ascontiguousarray(left), np.ascontiguousarray(right), result)

@@ -79,7 +79,7 @@ def made() -> Callable[..., dict[str, Any]]:
             "combinations": [{"weights": {f"mean of {axis}": 1.0 for axis in axes}, "std_error": 0.01,
                               "identified": True, "interval": None}]}
         result["intervals"][0] |= {"lower": None}
-        evidence = {
+        figure_data = {
             "conditions": {name: getattr(conditions, name).tolist() for name in (
                 "current_profile", "motor_speed", "load_inertia", "brake_torque")},
             "surface": None if d < 2 else {"axes": list(axes[:2]), "first": grid.tolist(), "second": grid.tolist(),
@@ -95,7 +95,7 @@ def made() -> Callable[..., dict[str, Any]]:
                 "measured": {name: values.tolist() for name, values in shafts.items()},
                 "simulated": {name: values.tolist() for name, values in (
                     *shafts.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
-        return {"result": result, "evidence": evidence,
+        return {"result": result, "figure_data": figure_data,
                 "seconds": {"open": 0.2, "search": 18.0, "refine": 6.0, "intervals": 14.0},
                 "processor_seconds": {"open": 0.1, "search": 9.0, "refine": 3.0, "intervals": 7.0}}
 

@@ -20,9 +20,9 @@ from slipstick.clutch.conditions import HORIZON
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.uncertainty.chaos.expansion import ORDER, ExpansionSettings
-from slipstick.uncertainty.fit.intervals import drop_at
-from slipstick.uncertainty.likelihood.likelihood import TOLERANCE
+from slipstick.uncertainty.chaos import ORDER, ExpansionSettings
+from slipstick.uncertainty.fit.intervals import drop_at_level
+from slipstick.uncertainty.likelihood import TOLERANCE
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
 from worker.__main__ import COMMANDS
 from worker.surrogate import HELD_OUT, RUNS, STEPS
@@ -68,7 +68,7 @@ def test_numbers_in_the_equations_are_those_of_the_code() -> None:
         assert said in text
     text = " ".join((DOCS / "uncertainty.md").read_text().split())
     for said in (f"order {ORDER} and {ORDER + 1} nodes", f"{ACROSS} seeded quasi-random samples",
-                 f"by less than {TOLERANCE} decades", f"{drop_at(0.9):.2f} decades for 90 %",
+                 f"by less than {TOLERANCE} decades", f"{drop_at_level(0.9):.2f} decades for 90 %",
                  f"{ExpansionSettings().checks} further runs"):
         assert said in text
 

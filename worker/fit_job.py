@@ -1,7 +1,7 @@
 """A fit as a durable workflow: killed at any moment, it goes on from its last step, bit for bit.
 
 The generations of about a second are one step. How many fall into it depends on the clock; the result does not. The
-refinement, each interval, and the pictures' evidence are further steps.
+refinement, each interval, and the pictures' data are further steps.
 """
 
 import time
@@ -14,12 +14,12 @@ from dbos import DBOS, WorkflowSerializationFormat
 
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.model import Model
-from slipstick.figure_data import evidence
+from slipstick.figure_data import figure_data
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.uncertainty.fit import fit
-from slipstick.uncertainty.likelihood.problem import Problem, ShiftingTimeModel
+from slipstick.uncertainty import fit
+from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 from worker.clocks import clocks, spent
 from worker.jobs import Block, Order, report, require_same
 
@@ -37,15 +37,15 @@ def register(library: Library) -> None:
     def start(order: Order) -> Block:
         begun = clocks()
         task = _open(library, order)
-        return {"state": fit.start(task.settings, task.problem), **spent({}, "open", begun)}
+        return {"state": fit.initial_state(task.settings, task.problem), **spent({}, "open", begun)}
 
     @DBOS.step(name="search")
     def search(order: Order, block: Block) -> Block:
         begun = clocks()
         task = _open(library, order)
         state = block["state"]
-        while not fit.finished(task.settings, state) and time.perf_counter() < begun[0] + _BLOCK_SECONDS:
-            state = fit.advance(task.settings, _watched(task, state, "search"), state)
+        while not fit.is_finished(task.settings, state) and time.perf_counter() < begun[0] + _BLOCK_SECONDS:
+            state = fit.next_state(task.settings, _watched(task, state, "search"), state)
             _report(task, state, "search")
         return {"state": state, **spent(block, "search", begun)}
 
@@ -53,7 +53,7 @@ def register(library: Library) -> None:
     def refine(order: Order, block: Block) -> Block:
         begun = clocks()
         task = _open(library, order)
-        estimate = fit.refined(task.settings, _watched(task, block["state"], "refine"), block["state"])
+        estimate = fit.refined_estimate(task.settings, _watched(task, block["state"], "refine"), block["state"])
         return {**block, "estimate": estimate, **spent(block, "refine", begun)}
 
     @DBOS.step(name="interval")
@@ -61,7 +61,7 @@ def register(library: Library) -> None:
         begun = clocks()
         task = _open(library, order)
         watched = _watched(task, block["state"], "intervals")
-        estimate = fit.profile(task.settings, watched, block["estimate"])
+        estimate = fit.with_next_interval(task.settings, watched, block["estimate"])
         return {**block, "estimate": estimate, **spent(block, "intervals", begun)}
 
     @DBOS.step(name="conclude")
@@ -69,18 +69,18 @@ def register(library: Library) -> None:
         begun = clocks()
         task = _open(library, order)
         watched = _watched(task, block["state"], "conclude")
-        result = fit.conclude(task.settings, watched, block["state"], block["estimate"])
-        shown = evidence(task.settings, watched, block["estimate"]["found"], task.model, task.recordings)
-        return {"result": result, "evidence": shown, **spent(block, "conclude", begun)}
+        result = fit.summary(task.settings, watched, block["state"], block["estimate"])
+        shown = figure_data(task.settings, watched, block["estimate"]["vector"], task.model, task.recordings)
+        return {"result": result, "figure_data": shown, **spent(block, "conclude", begun)}
 
     @DBOS.workflow(name="fit", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
         settings = fit.FitSettings.from_dict(order["settings"])
         block = start(order)
-        while not fit.finished(settings, block["state"]):
+        while not fit.is_finished(settings, block["state"]):
             block = search(order, block)
         block = refine(order, block)
-        while not fit.profiled(settings, block["estimate"]):
+        while not fit.has_all_intervals(settings, block["estimate"]):
             block = interval(order, block)
         return conclude(order, block)
 
@@ -88,7 +88,7 @@ def register(library: Library) -> None:
 @dataclass(frozen=True, eq=False)
 class _Task:
     settings: fit.FitSettings
-    problem: Problem
+    problem: InferenceProblem
     model: Model
     recordings: Recordings
 
@@ -108,11 +108,11 @@ class _Watched:
         return self.model(points, conditions)
 
 
-def _watched(task: _Task, state: fit.State, stage: str) -> Problem:
+def _watched(task: _Task, state: fit.SearchState, stage: str) -> InferenceProblem:
     return replace(task.problem, model=_Watched(task.problem.model, lambda runs: _report(task, state, stage, runs)))
 
 
-def _report(task: _Task, state: fit.State, stage: str, runs: int = 0) -> None:
+def _report(task: _Task, state: fit.SearchState, stage: str, runs: int = 0) -> None:
     report({"stage": stage, "model_runs": runs, **fit.progress(task.settings, task.problem, state)})
 
 

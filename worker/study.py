@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     submitted = _now()
     output = studied(settings, compared)
     result = output["result"]
-    print(page(result, output["evidence"], settings.level))
+    print(page(result, output["figure_data"], settings.level))
     told = {"id": arguments.recordings.stem, "recordings": arguments.recordings.stem,
             "recordings_digest": recordings.digest, "settings": asdict(settings), "submitted": submitted,
             "ended": _now()}
@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def studied(settings: StudySettings, compared: Comparison) -> dict[str, Any]:
-    """Run a study with a word on stderr at every step; return what a job leaves: result, evidence and times."""
+    """Run a study with a word on stderr at every step; return what a job leaves: result, figure_data and times."""
     state: study.State | None = None
     times: dict[str, Any] = {}
     first = time.monotonic()
@@ -74,7 +74,7 @@ def studied(settings: StudySettings, compared: Comparison) -> dict[str, Any]:
         times = spent(times, stage, begun)
     begun, stage = clocks(), say(settings, state, first)
     result, shown = conclude(settings, compared, state), evidence(settings, compared, state)
-    return {"result": result, "evidence": shown, **spent(times, stage, begun)}
+    return {"result": result, "figure_data": shown, **spent(times, stage, begun)}
 
 
 def say(settings: StudySettings, state: study.State | None, first: float) -> str:

@@ -47,7 +47,7 @@ def register(library: Library) -> None:
         said = _told(task, block["state"])
         result = concluded(task.settings, task.comparison, block["state"])
         shown = evidence(task.settings, task.comparison, block["state"])
-        return {"result": result, "evidence": shown, **spent(block, said, begun)}
+        return {"result": result, "figure_data": shown, **spent(block, said, begun)}
 
     @DBOS.workflow(name="study", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:

@@ -14,33 +14,33 @@ _GAP = ("on conditions not seen, RMS", "before", "after", "right model", "closed
 _RANKING = ("candidate", "block", "decades", "ahead", "behind", "share", "BIC")
 
 
-def page(result: Mapping[str, Any], evidence: Mapping[str, Any], level: float) -> str:
+def page(result: Mapping[str, Any], figure_data: Mapping[str, Any], level: float) -> str:
     """The answer, how sure it is, what would tell a tie apart, the ranking, where it shows, the gap, and the limits.
 
-    `result` and `evidence` are those of a finished study, `level` that of the intervals.
+    `result` and `figure_data` are those of a finished study, `level` that of the intervals.
     """
-    parts = [_paragraph(f"{result['answer']['sentence']}. {words.lead(result, evidence)}")]
-    parts.append(_listing("What to know about it", caveats(result, evidence)))
+    parts = [_paragraph(f"{result['answer']['sentence']}. {words.lead(result, figure_data)}")]
+    parts.append(_listing("What to know about it", caveats(result, figure_data)))
     if result["answer"]["coefficients"]:
         parts.append(_table(("coefficient", "estimate", f"{100 * level:.0f} % interval"),
-                            words.coefficients(result, evidence)))
-    parts.append(_listing("How it was found", words.rounds(result, evidence)))
+                            words.coefficients(result, figure_data)))
+    parts.append(_listing("How it was found", words.rounds(result, figure_data)))
     for one in result["further"]:
         shown = f"\n{_table(study_further.HEAD, study_further.rows(one))}" if one["experiments"] else ""
-        parts.append(_paragraph(study_further.lead(one, evidence)) + shown)
+        parts.append(_paragraph(study_further.lead(one, figure_data)) + shown)
     for number, one in enumerate(result["rounds"], 1):
         if one["ranking"]:
             parts.append(f"Round {number}, log10 likelihood of an experiment not seen, errors ahead of none and behind "
                          f"the best\n{_table(_RANKING, words.ranking(one))}")
-    parts.append(_listing("Where model and bench disagree", words.where(evidence)))
+    parts.append(_listing("Where model and bench disagree", words.where(figure_data)))
     gap = result["gap"]
     if gap is not None:
         control = ("by the control",) if gap["control"] else ()
         parts.append(_table((*_GAP, *control), words.gap(result)))
         if gap["control"]:
-            parts.append(_paragraph(f"The control is {title(evidence, gap['control']['effect'])}, the best "
+            parts.append(_paragraph(f"The control is {title(figure_data, gap['control']['effect'])}, the best "
                                     "candidate that acts on another quantity."))
-    parts.append(_listing("What it cannot say", limits(evidence)))
+    parts.append(_listing("What it cannot say", limits(figure_data)))
     return "\n\n".join(part for part in parts if part)
 
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from slipstick.matrix_product import product
+from slipstick.matrix_product import matrix_product
 from slipstick.table.network import Network, sigmoid
 from slipstick.uncertainty.chaos.least_squares import projection
 
@@ -79,16 +79,16 @@ def _gradient(layers: Layers, inputs: np.ndarray, wanted: np.ndarray) -> Layers:
     """Slopes of the mean over the batch of the sum of squared errors, in the order of `layers`."""
     values, rises = [inputs], []
     for weight, bias in zip(layers[:-2:2], layers[1:-2:2], strict=True):
-        before = product(values[-1], weight) + bias
+        before = matrix_product(values[-1], weight) + bias
         share = sigmoid(before)
         values.append(before * share)
         rises.append(share * (1 + before * (1 - share)))
-    error = (2 / len(inputs)) * (product(values[-1], layers[-2]) + layers[-1] - wanted)
+    error = (2 / len(inputs)) * (matrix_product(values[-1], layers[-2]) + layers[-1] - wanted)
     slopes: Layers = []
     for number in range(len(values) - 1, -1, -1):
-        slopes = [product(values[number].T, error), error.sum(axis=0), *slopes]
+        slopes = [matrix_product(values[number].T, error), error.sum(axis=0), *slopes]
         if number:
-            error = product(error, layers[2 * number].T) * rises[number - 1]
+            error = matrix_product(error, layers[2 * number].T) * rises[number - 1]
     return slopes
 
 
@@ -97,5 +97,5 @@ def _last_layer(terms: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.nd
     m, t = len(terms), terms.shape[1] + 1
     rows = np.vstack([np.column_stack([terms, np.ones(m)]), np.eye(t)])
     solve = projection(rows, np.concatenate([np.full(m, 1 / m), np.full(t, _RIDGE)]))
-    solved = product(np.ascontiguousarray(solve[:, :m]), times)
+    solved = matrix_product(np.ascontiguousarray(solve[:, :m]), times)
     return solved[:-1], solved[-1]

@@ -9,9 +9,7 @@ from slipstick.clutch.ensemble import STATUS, TIGHT, Simulator
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
 from slipstick.table import Grid, Surrogate, Table
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.outside import mass_outside
-from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
+from slipstick.uncertainty import Inputs, log10_mean_density, mass_outside, standard_normals
 from worker.surrogate import describe_error
 
 SHIPPED = Path("tables/measured.h5")
@@ -74,7 +72,7 @@ def likelihood_error(table: Table, recordings: Recordings) -> str:
     """Compare the likelihood of `recordings` by the table and by the tight simulation, at the same samples."""
     dimension = len(table.axes)
     inputs = Inputs(np.ones(dimension), np.full(dimension, REFERENCE_STD))
-    germs = normal_germs(dimension, GERMS, seed=1)
+    germs = standard_normals(dimension, GERMS, seed=1)
     try:
         outputs = [model(inputs.points(germs), recordings.conditions) for model in (table, _direct(table))]
     except InvalidValue as error:

@@ -25,7 +25,7 @@ from service.schemas import (
 )
 from slipstick.errors import InvalidValue
 from slipstick.table import Outside
-from slipstick.uncertainty.outside import count_outside
+from slipstick.uncertainty import count_outside
 
 router = APIRouter(prefix="/v1/evaluate", tags=["evaluate"], route_class=JsonRoute)
 

@@ -15,7 +15,7 @@ from service.schemas import TheLibrary
 from slipstick.errors import InvalidValue
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.storage.library import Library
-from slipstick.uncertainty.fit.fit import start
+from slipstick.uncertainty.fit import initial_state
 
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
@@ -86,7 +86,7 @@ def _order(library: Library, asked: FitRequest) -> Order:
     if asked.simulate and asked.outside != "clip":
         raise InvalidValue(f"The simulator has no edge for the policy '{asked.outside}'", "Leave `outside` out")
     search = asked.settings.checked()
-    start(search, problem)
+    initial_state(search, problem)
     order: Order = orjson.loads(orjson.dumps({
         "table": asked.table, "table_digest": table.digest, "simulate": asked.simulate, "parameters": chosen,
         "recordings": asked.recordings, "recordings_digest": recordings.digest,

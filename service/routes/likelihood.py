@@ -26,21 +26,20 @@ from service.schemas import (
 )
 from slipstick.inference import table_problem
 from slipstick.table import Table
-from slipstick.uncertainty.chaos.expansion import make_basis
+from slipstick.uncertainty import mass_outside, standard_normals
+from slipstick.uncertainty.chaos import make_basis
 from slipstick.uncertainty.chaos.families import HERMITE
-from slipstick.uncertainty.likelihood.likelihood import (
-    KNOTTED,
-    MOST_LINES,
+from slipstick.uncertainty.likelihood import (
     SAMPLES,
+    Candidate,
+    InferenceProblem,
     by_expansion,
     by_sampling,
+    converged,
     exact,
-    settled,
 )
+from slipstick.uncertainty.likelihood.likelihood import KNOTTED, MOST_LINES
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.outside import mass_outside
-from slipstick.uncertainty.sampling import normal_germs
 
 router = APIRouter(prefix="/v1/likelihood", tags=["likelihood"], route_class=JsonRoute)
 
@@ -124,30 +123,30 @@ def likelihood(asked: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], l
     candidates = [Candidate(one.inputs(table), one.output_std) for one in asked.candidates]
     _require_work(asked, settings, table, len(recordings))
     logarithms, errors = _likelihoods(asked, problem, candidates)
-    theta = normal_germs(len(table.axes), SAMPLES, asked.seed)
+    normals = standard_normals(len(table.axes), SAMPLES, asked.seed)
     return numbers({
         "table": asked.table, "table_digest": table.digest, "recordings": asked.recordings,
         "recordings_digest": recordings.digest, "outside": asked.outside,
         "candidates": [{"log10_likelihood": float(row.sum()), "error": error,
                         "per_condition": row.tolist() if asked.per_condition else None,
-                        "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, theta)}
+                        "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, normals)}
                        for candidate, row, error in zip(candidates, logarithms, errors, strict=True)],
     })
 
 
-def _likelihoods(asked: LikelihoodRequest, problem: Problem,
+def _likelihoods(asked: LikelihoodRequest, problem: InferenceProblem,
                  candidates: list[Candidate]) -> tuple[np.ndarray, list[float | None]]:
     """log10 p (c, n), and the error of each sum where the method knows it."""
     unknown: list[float | None] = [None] * len(candidates)
     if asked.method == "auto":
-        found = [settled(problem, candidate, asked.seed) for candidate in candidates]
+        found = [converged(problem, candidate, asked.seed) for candidate in candidates]
         return np.array([row for row, _ in found]), [error for _, error in found]
     if asked.method == "exact":
         return np.array([exact(problem, candidate, asked.lines, asked.seed) for candidate in candidates]), unknown
     if asked.method == "expansion":
         return by_expansion(problem, candidates, asked.expansion.checked(0), asked.lines), unknown
-    theta = normal_germs(len(problem.axes), asked.samples, asked.seed)
-    return by_sampling(problem, candidates, asked.expansion.checked(0), theta), unknown
+    normals = standard_normals(len(problem.axes), asked.samples, asked.seed)
+    return by_sampling(problem, candidates, asked.expansion.checked(0), normals), unknown
 
 
 def _require_work(asked: LikelihoodRequest, settings: TheSettings, table: Table, conditions: int) -> None:

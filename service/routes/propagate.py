@@ -24,16 +24,21 @@ from service.schemas import (
 )
 from slipstick.inference import table_model
 from slipstick.table import Table
-from slipstick.uncertainty.chaos.adaptive import Adapted, adapt
-from slipstick.uncertainty.chaos.expansion import ORDER, ExpansionSettings, Rule, expand, make_basis
-from slipstick.uncertainty.chaos.output import Output
-from slipstick.uncertainty.chaos.sensitivity import first_order, total
-from slipstick.uncertainty.chaos.truncation import HIGHEST_ORDER
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import SAMPLES
-from slipstick.uncertainty.likelihood.problem import ShiftingTimeModel
-from slipstick.uncertainty.outside import mass_outside
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty import Inputs, mass_outside, standard_normals
+from slipstick.uncertainty.chaos import (
+    HIGHEST_ORDER,
+    ORDER,
+    Adapted,
+    ExpansionSettings,
+    Output,
+    Rule,
+    adapt,
+    expand,
+    first_order,
+    make_basis,
+    total,
+)
+from slipstick.uncertainty.likelihood import SAMPLES, ShiftingTimeModel
 
 router = APIRouter(prefix="/v1/propagate", tags=["propagate"], route_class=JsonRoute)
 
@@ -147,10 +152,10 @@ def propagate(asked: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], lib
     require_size((each + asked.coefficients * len(basis.degrees)) * len(conditions), settings.answer_values, "numbers",
                  "Choose conditions, or smaller sizes")
     output = Output(expansion, asked.output_std, asked.samples, asked.seed)
-    theta = normal_germs(inputs.dimension, asked.samples, asked.seed)
+    normals = standard_normals(inputs.dimension, asked.samples, asked.seed)
     return numbers({
         "table": asked.table, "table_digest": whole.digest, "outside": asked.outside,
-        "mass_outside": mass_outside(inputs, whole.lower, whole.upper, theta),
+        "mass_outside": mass_outside(inputs, whole.lower, whole.upper, normals),
         "order": basis.order, "nodes": adapted.runs, "reached": None if asked.tolerance is None else adapted.reached,
         "germs": [germ.name for germ in basis.germs],
         "degrees": basis.degrees.tolist() if asked.coefficients else None,

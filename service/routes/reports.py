@@ -58,7 +58,7 @@ def fit_picture(id: FitId, name: PictureName, store: TheFits, request: Request, 
 
 def _drawn(store: JobStore, id: str) -> dict[str, Spec]:
     left = output(finished(store, id))
-    return pictures(left["result"], left["evidence"])
+    return pictures(left["result"], left["figure_data"])
 
 
 def _comparable(fit: WorkflowStatus, other: WorkflowStatus) -> dict[str, Any]:

@@ -53,4 +53,4 @@ def study_picture(id: StudyId, name: PictureName, store: TheStudies, fits: Study
 
 def _drawn(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:
     left = output(finished(store, id))
-    return study.study_pictures(left["result"], left["evidence"], fits)
+    return study.study_pictures(left["result"], left["figure_data"], fits)

@@ -14,10 +14,10 @@ CAPTIONS = {name: maker.CAPTION for name, maker in _MAKERS.items()}
 """Name of each picture there can be, in the order of a report -> what it shows."""
 
 
-def pictures(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> dict[str, Spec]:
+def pictures(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> dict[str, Spec]:
     """Name -> picture, of those for which the fit left something to draw; the same for the same fit.
 
-    `result` is that of a fit, and `evidence` what the worker computes to show it:
+    `result` is that of a fit, and `figure_data` what the worker computes to show it:
 
         conditions    columns `current_profile`, `motor_speed`, `load_inertia`, `brake_torque`, one value an experiment
         prediction    columns of the same length: `condition`, its number; `measured`, `before`, `mean`, `std` in s;
@@ -26,5 +26,5 @@ def pictures(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> dict[str
         engagement    one `condition`: signals `measured` (or null) and `simulated`, lists in SI units and bar over
                       `time`, `current` in A, `touch` and `lock` in s (null: never) and the `gear_ratio`; or null
     """
-    drawn = {name: maker.draw(result, evidence) for name, maker in _MAKERS.items()}
+    drawn = {name: maker.draw(result, figure_data) for name, maker in _MAKERS.items()}
     return {name: spec for name, spec in drawn.items() if spec is not None}

@@ -15,9 +15,9 @@ _HALF = (theme.WIDTH - 112) // 2
 _BINS = 24
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
     """Simulated over measured time, how the differences spread, and the difference of each experiment."""
-    shown = evidence["prediction"]
+    shown = figure_data["prediction"]
     rows = [_row(*values) for values in zip(shown["condition"], shown["measured"], shown["before"], shown["mean"],
                                             strict=True)]
     spread = {who: _rms([row[f"difference {who}"] for row in rows]) for who in _COLOURS}

@@ -16,7 +16,7 @@ _LAST_DECADES = 4.0
 _HEIGHT = 230
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """The whole search, and its last decades; None where there is no likelihood to follow."""
     searched, final = result["searched"]["log10_likelihood"], result["log10_likelihood"]
     history = [(number, value) for number, value in enumerate(result["history"], 1) if value is not None]

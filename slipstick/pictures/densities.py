@@ -22,9 +22,9 @@ _ORDER = "experiments, by motor speed, load inertia and brake torque"
 _INSIDE, _OUTSIDE = "inside its central 90 %", "outside"
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """Rows of shapes, one an experiment: a row for each current profile."""
-    shown, conditions = evidence["prediction"], evidence["conditions"]
+    shown, conditions = figure_data["prediction"], figure_data["conditions"]
     places = [place for place, mean in enumerate(shown["mean"]) if theme.number(mean) is not None]
     if not places:
         return None

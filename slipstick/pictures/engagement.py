@@ -24,9 +24,9 @@ Signals = Mapping[str, Sequence[float | None]]
 """Name of a signal -> its samples."""
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
-    """The engagement of the evidence, measured where there are signals, and simulated at the fitted means."""
-    shown, prediction = evidence["engagement"], evidence["prediction"]
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
+    """The engagement of the figure data, measured where there are signals, and simulated at the fitted means."""
+    shown, prediction = figure_data["engagement"], figure_data["prediction"]
     if shown is None:
         return None
     condition, lock = shown["condition"], shown["lock"]

@@ -9,7 +9,7 @@ from scipy.interpolate import RectBivariateSpline
 
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
-from slipstick.uncertainty.inputs import Inputs
+from slipstick.uncertainty import Inputs
 
 CAPTION = ("Shades: how many decades of likelihood are lost where the two means are moved there and all else is kept "
            "as fitted; the darkest is their 90 % region, if all else is so. The frame: how far the likelihood was "
@@ -33,9 +33,9 @@ _STEPS = 120
 _MARGIN = 0.03  # of an axis
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
     """The plane of the surface's two means, or of the first two inputs; with one input, its density."""
-    axes, surface = list(result["axes"]), evidence["surface"]
+    axes, surface = list(result["axes"]), figure_data["surface"]
     pair = [axes.index(name) for name in (surface["axes"] if surface else axes[:2])]
     if len(pair) < 2:
         return _density(result, pair[0])

@@ -21,7 +21,7 @@ _MARGIN = 0.03  # of a panel
 _CHARACTERS = 36  # that fit below a panel
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """One small panel an unknown; None where no profile was computed."""
     shown = [interval for interval in result["intervals"] if interval["curve"]]
     if not shown:

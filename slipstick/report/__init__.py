@@ -1,5 +1,6 @@
-"""The report of a fit: one HTML page that needs nothing but a browser."""
+"""Reports of fits and studies: one HTML page each that needs nothing but a browser."""
 
 from slipstick.report.page import page
+from slipstick.report.study.page import study_page
 
-__all__ = ["page"]
+__all__ = ["page", "study_page"]

@@ -28,10 +28,10 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], beside: Mapping[str,
     """The whole page.
 
     `fit` is the JSON of a fit (id, table, recordings, digests, settings, times), `output` what its job left (`result`,
-    `evidence`, `seconds`, `processor_seconds`), `beside` the output of the same fit by the other method, and `about`
+    `figure_data`, `seconds`, `processor_seconds`), `beside` the output of the same fit by the other method, and `about`
     what the recordings say about themselves. The same input gives the same page.
     """
-    result, drawn = output["result"], pictures(output["result"], output["evidence"])
+    result, drawn = output["result"], pictures(output["result"], output["figure_data"])
     conditions = len(result["log10_likelihood_per_condition"])
     title = words.headline(result, conditions, fit["recordings"])
     return document("fit", fit["id"], title, [

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.matrix_product import product
+from slipstick.matrix_product import matrix_product
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +40,12 @@ class Network:
         """What the last layer combines, at `inputs` (m, d): shape (m, t)."""
         values = inputs
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
-            values = silu(product(values, weight) + bias)
+            values = silu(matrix_product(values, weight) + bias)
         return values
 
     def __call__(self, inputs: np.ndarray) -> np.ndarray:
         """The outputs at `inputs` (m, d): shape (m, n). The same bits on any number of threads."""
-        outputs: np.ndarray = product(self.hidden(inputs), self.weights[-1]) + self.biases[-1]
+        outputs: np.ndarray = matrix_product(self.hidden(inputs), self.weights[-1]) + self.biases[-1]
         return outputs
 
     def take(self, rows: np.ndarray) -> "Network":

@@ -1,9 +1,9 @@
-"""Uncertain inputs as functions of independent standard normals theta (section III.A, Table I).
+"""Uncertain inputs as functions of independent standard normals normals (section III.A, Table I).
 
-    z = C theta,    x_i = Q_i(z_i)
+    z = C normals,    x_i = Q_i(z_i)
 
 Q_i is the family of input i as a map from a normal score, C the Cholesky factor of the scores' correlation: a
-Gaussian copula (Nataf 1962), and for normal inputs the paper's x = mean + L theta with L = diag(std) C.
+Gaussian copula (Nataf 1962), and for normal inputs the paper's x = mean + L normals with L = diag(std) C.
 """
 
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ class Inputs:
 
     @cached_property
     def factor(self) -> np.ndarray:
-        """The matrix C of z = C theta, shape (d, d)."""
+        """The matrix C of z = C normals, shape (d, d)."""
         if self.mixing is not None:
             std = np.where(self.marginal_std == 0, 1.0, self.marginal_std)
             factor: np.ndarray = self.mixing / std[:, None]
@@ -89,10 +89,10 @@ class Inputs:
             return (HERMITE,) * self.dimension
         return tuple(germ_of(family, *self._moments(number)) for number, family in enumerate(self.families))
 
-    def points(self, theta: np.ndarray) -> np.ndarray:
+    def points(self, normals: np.ndarray) -> np.ndarray:
         """Inputs at the standard normals (m, d): shape (m, d)."""
         own = self.independent and self.mixing is None
-        return self.at_scores(theta if own else np.einsum("mj,ij->mi", theta, self.factor))
+        return self.at_scores(normals if own else np.einsum("mj,ij->mi", normals, self.factor))
 
     def at_scores(self, scores: np.ndarray) -> np.ndarray:
         """Inputs at their normal scores (m, d): shape (m, d)."""
@@ -102,9 +102,9 @@ class Inputs:
         return np.column_stack([from_score(family, scores[:, number], *self._moments(number))
                                 for number, family in enumerate(self.families)])
 
-    def germs_of(self, theta: np.ndarray) -> np.ndarray:
+    def germs_of(self, normals: np.ndarray) -> np.ndarray:
         """The germs at the standard normals (m, d): shape (m, d)."""
-        return np.column_stack([germ.of_normal(theta[:, number]) for number, germ in enumerate(self.germs)])
+        return np.column_stack([germ.of_normal(normals[:, number]) for number, germ in enumerate(self.germs)])
 
     def at_germs(self, germs: np.ndarray) -> np.ndarray:
         """Inputs at the germs (m, d): shape (m, d)."""

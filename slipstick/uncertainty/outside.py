@@ -12,17 +12,17 @@ def axis_mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray) -> n
     return np.array([_outside(inputs, number, edges[number]) for number in range(inputs.dimension)])
 
 
-def mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray, theta: np.ndarray) -> float:
+def mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray, normals: np.ndarray) -> float:
     """Probability that the inputs lie outside the box [lower, upper] (d,).
 
-    Exact for independent inputs. Else the share of the samples at the standard normals `theta` (m, d), but never
+    Exact for independent inputs. Else the share of the samples at the standard normals `normals` (m, d), but never
     less than what one input by itself leaves outside.
     """
     axes = axis_mass_outside(inputs, lower, upper)
     if inputs.independent:
         with np.errstate(divide="ignore"):  # log 0 where an input lies wholly outside
             return abs(float(np.expm1(np.sum(np.log1p(-np.minimum(axes, 1.0))))))
-    return max(count_outside(inputs.points(theta), lower, upper) / len(theta), float(axes.max()))
+    return max(count_outside(inputs.points(normals), lower, upper) / len(normals), float(axes.max()))
 
 
 def count_outside(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> int:

@@ -11,7 +11,7 @@ _NEGLIGIBLE = -700.0  # natural log: a sample this far below the nearest adds no
 
 
 @lru_cache(maxsize=8)
-def normal_germs(dimension: int, count: int, seed: int) -> np.ndarray:
+def standard_normals(dimension: int, count: int, seed: int) -> np.ndarray:
     """Scrambled Sobol points of N(0, I), shape (count, dimension), read-only; the same for the same seed.
 
     Raises `InvalidValue` unless `count` is a power of two: other counts of Sobol points are out of balance.

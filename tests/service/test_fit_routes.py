@@ -15,7 +15,7 @@ from service.fit_schemas import Fitted, Progress, SearchSettings
 from service.settings import Settings
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
-from slipstick.uncertainty.fit import fit
+from slipstick.uncertainty import fit
 
 KEY = {"Idempotency-Key": "mine"}
 
@@ -80,8 +80,8 @@ def test_the_schemas_leave_out_nothing_that_a_fit_knows(shelf: Path) -> None:
     library = Library(shelf)
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
     settings = fit.FitSettings(population=4, generations=1, refine=False, intervals=False)
-    state = fit.advance(settings, problem, fit.start(settings, problem))
+    state = fit.next_state(settings, problem, fit.initial_state(settings, problem))
     assert set(SearchSettings.model_fields) == {field.name for field in fields(fit.FitSettings)}
     assert set(Progress.model_fields) == {*fit.progress(settings, problem, state), "stage", "model_runs"}
-    result = fit.conclude(settings, problem, state, fit.refined(settings, problem, state))
+    result = fit.summary(settings, problem, state, fit.refined_estimate(settings, problem, state))
     assert json.loads(Fitted.model_validate(result).model_dump_json()) == json.loads(json.dumps(result))

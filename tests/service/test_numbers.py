@@ -9,11 +9,9 @@ import pytest
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
 from slipstick.table import Table
-from slipstick.uncertainty.chaos.expansion import ExpansionSettings
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import by_expansion, by_sampling, exact, settled
-from slipstick.uncertainty.likelihood.problem import Candidate
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty import Inputs, standard_normals
+from slipstick.uncertainty.chaos import ExpansionSettings
+from slipstick.uncertainty.likelihood import Candidate, by_expansion, by_sampling, converged, exact
 
 POINTS = [[1.0, 1.0], [0.9, 1.1], [0.5, 1.5]]
 CONDITIONS = [215, 0, 100]
@@ -67,7 +65,7 @@ def test_propagate_agrees_with_plain_monte_carlo(client: httpx.Client, table: Ta
     answer = client.post("/v1/propagate", json={
         "inputs": {"mean": [1.0, 1.1], "mixing": mixing}, "output_std": 0.003, "conditions": CONDITIONS,
         "density_points": 201, "coefficients": True}).json()
-    points = Inputs(mean=np.array([1.0, 1.1]), mixing=np.array(mixing)).points(normal_germs(2, 1 << 16, 3))
+    points = Inputs(mean=np.array([1.0, 1.1]), mixing=np.array(mixing)).points(standard_normals(2, 1 << 16, 3))
     times = table.interpolate(points)[:, CONDITIONS]
     times += 0.003 * np.random.default_rng(1).standard_normal(times.shape)
     for column, found in enumerate(answer["conditions"]):
@@ -90,9 +88,9 @@ def test_likelihood_gives_the_numbers_of_the_library(client: httpx.Client, libra
         {"mean": one.inputs.mean.tolist(), "std": [0.05, 0.08], "output_std": 0.02} for one in candidates]}
     plain = ExpansionSettings(checks=0)
     for method, expected in (
-            ("auto", np.array([settled(problem, one, 7)[0] for one in candidates])),
+            ("auto", np.array([converged(problem, one, 7)[0] for one in candidates])),
             ("expansion", by_expansion(problem, candidates, plain)),
-            ("sampling", by_sampling(problem, candidates, plain, normal_germs(2, 1024, 7)))):
+            ("sampling", by_sampling(problem, candidates, plain, standard_normals(2, 1024, 7)))):
         answer = client.post("/v1/likelihood", json={**body, "method": method}).json()
         assert answer["recordings_digest"] == recordings.digest
         assert [found["per_condition"] for found in answer["candidates"]] == expected.tolist()

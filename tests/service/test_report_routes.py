@@ -11,7 +11,7 @@ import pytest
 
 from slipstick.pictures import CAPTIONS
 from slipstick.report import page
-from slipstick.uncertainty.fit.settings import FitSettings
+from slipstick.uncertainty.fit import FitSettings
 
 Keeping = Callable[[Path, dict[str, Any]], AbstractContextManager[httpx.Client]]
 ORDER = {"table": "nominal", "table_digest": "a1b2", "recordings": "measured", "recordings_digest": "c3d4",

@@ -51,7 +51,7 @@ def steps(few_recordings: Path) -> list[study.State | None]:
 def output(few_recordings: Path, steps: list[study.State | None]) -> dict[str, Any]:
     """What the job of that study leaves, as JSON."""
     settings, compared = task(few_recordings)
-    left = {"result": conclude(settings, compared, steps[-1]), "evidence": evidence(settings, compared, steps[-1]),
+    left = {"result": conclude(settings, compared, steps[-1]), "figure_data": evidence(settings, compared, steps[-1]),
             "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
     found: dict[str, Any] = json.loads(json.dumps(left, allow_nan=False))
     return found

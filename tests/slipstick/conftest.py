@@ -91,7 +91,7 @@ def studied(few_recordings: Path) -> Callable[[str], tuple[Comparison, study.Sta
         state = study.start(STUDY, compared)
         while not study.finished(state):
             state = study.advance(STUDY, compared, state)
-        left = {"result": conclude(STUDY, compared, state), "evidence": evidence(STUDY, compared, state),
+        left = {"result": conclude(STUDY, compared, state), "figure_data": evidence(STUDY, compared, state),
                 "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
         return compared, state, json.loads(json.dumps(left, allow_nan=False))
 

@@ -9,40 +9,39 @@ import pytest
 
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.clutch.model import Model
-from slipstick.figure_data import evidence
+from slipstick.figure_data import figure_data
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.table import Grid
-from slipstick.uncertainty.fit.refine import refine
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.likelihood.likelihood import exact
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.refine import refined_vector
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, exact
 
 SETTINGS = FitSettings(std_bounds=((0.002, 0.08),))
 
 
 @pytest.fixture(scope="module")
-def problem(small_table: Grid, small_recordings: Recordings) -> Problem:
+def problem(small_table: Grid, small_recordings: Recordings) -> InferenceProblem:
     return table_problem(small_table, small_recordings, "clip")
 
 
 @pytest.fixture(scope="module")
-def found(problem: Problem) -> list[float]:
+def found(problem: InferenceProblem) -> list[float]:
     """The maximum of the likelihood next to where the recordings were made."""
     begin = np.array([1.05, 0.95, *np.log([0.01, 0.01, 0.01])])
-    return [float(value) for value in refine(problem, unknowns(SETTINGS, problem), begin)]
+    return [float(value) for value in refined_vector(problem, search_space(SETTINGS, problem), begin)]
 
 
 @pytest.fixture(scope="module")
-def candidate(problem: Problem, found: list[float]) -> Candidate:
-    return unknowns(SETTINGS, problem).candidate(np.array(found))
+def candidate(problem: InferenceProblem, found: list[float]) -> Candidate:
+    return search_space(SETTINGS, problem).candidate(np.array(found))
 
 
 @pytest.fixture(scope="module")
-def shown(problem: Problem, found: list[float], small_recordings: Recordings) -> dict[str, Any]:
-    return evidence(SETTINGS, problem, found, Model(), small_recordings)
+def shown(problem: InferenceProblem, found: list[float], small_recordings: Recordings) -> dict[str, Any]:
+    return figure_data(SETTINGS, problem, found, Model(), small_recordings)
 
 
 def test_all_of_it_is_json(shown: dict[str, Any], small_recordings: Recordings) -> None:
@@ -50,7 +49,7 @@ def test_all_of_it_is_json(shown: dict[str, Any], small_recordings: Recordings) 
     assert shown["conditions"]["motor_speed"] == small_recordings.conditions.motor_speed.tolist()
 
 
-def test_the_surface_peaks_at_the_fit(shown: dict[str, Any], candidate: Candidate, problem: Problem) -> None:
+def test_the_surface_peaks_at_the_fit(shown: dict[str, Any], candidate: Candidate, problem: InferenceProblem) -> None:
     surface = shown["surface"]
     assert surface["axes"] == ["pressure_bias", "initial_position"]
     grids, likelihood = (np.array(surface["first"]), np.array(surface["second"])), np.array(surface["log10_likelihood"])
@@ -77,7 +76,7 @@ def test_densities_hold_all_but_their_tails(shown: dict[str, Any]) -> None:
         assert np.sqrt(np.trapezoid(p * (t - mean) ** 2, t)) == pytest.approx(std, rel=0.03)
 
 
-def test_densities_are_the_likelihood_of_the_fit(shown: dict[str, Any], problem: Problem, candidate: Candidate) -> None:
+def test_densities_are_the_likelihood_of_the_fit(shown: dict[str, Any], problem: InferenceProblem, candidate: Candidate) -> None:
     prediction = shown["prediction"]
     expected = 10 ** exact(problem, candidate)
     np.testing.assert_array_equal(prediction["measured"], problem.measured_time)
@@ -120,7 +119,7 @@ def test_recordings_without_signals_and_one_input(small_recordings: Recordings) 
     """Nothing is measured then but times, and one mean has no surface."""
     bare = Recordings(small_recordings.conditions, small_recordings.measured_time)
     problem = simulated_problem(Model(), bare, ["initial_position"])
-    shown = evidence(SETTINGS, problem, [0.95, np.log(0.03), np.log(0.02)], Model(), bare)
+    shown = figure_data(SETTINGS, problem, [0.95, np.log(0.03), np.log(0.02)], Model(), bare)
     assert shown["surface"] is None
     assert shown["engagement"]["measured"] is None
     assert shown["engagement"]["lock"] is not None
@@ -128,10 +127,10 @@ def test_recordings_without_signals_and_one_input(small_recordings: Recordings) 
                         ) == pytest.approx(1.0, abs=0.005)
 
 
-def test_what_never_locks_is_a_gap(problem: Problem, found: list[float], small_recordings: Recordings) -> None:
+def test_what_never_locks_is_a_gap(problem: InferenceProblem, found: list[float], small_recordings: Recordings) -> None:
     holed = replace(problem, model=lambda points, conditions: np.where(
         np.arange(8) == 2, np.nan, problem.model(points, conditions)))
-    shown = evidence(SETTINGS, holed, found, Model(), small_recordings)
+    shown = figure_data(SETTINGS, holed, found, Model(), small_recordings)
     assert json.loads(json.dumps(shown, allow_nan=False)) == shown
     assert shown["prediction"]["mean"][2] is None
     assert shown["prediction"]["before"][2] is None

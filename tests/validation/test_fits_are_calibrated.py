@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom, chi2
 
 from benchmarks import coverage
-from slipstick.uncertainty.fit.intervals import drop_at
+from slipstick.uncertainty.fit.intervals import drop_at_level
 
 EVERY = 4  # condition of the table
 HELD, DRAWN = range(1, 6), range(201, 209)
@@ -34,7 +34,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(pool: ProcessPoolExecutor
     drops = np.array(list(pool.map(dropped, HELD)))
     assert drops.shape[1] > 5
     assert np.all(drops > -0.01)  # the fit is no worse than the truth, whatever is held
-    held = np.count_nonzero(drops < drop_at(coverage.LEVEL), axis=0)
+    held = np.count_nonzero(drops < drop_at_level(coverage.LEVEL), axis=0)
     assert np.all(held >= binom.ppf(RARE, len(HELD), coverage.LEVEL))
     sums = 2 * np.log(10) * drops[:, 5:].sum(axis=0)  # of the combinations
     low, high = chi2.ppf([RARE, 1 - RARE], len(HELD))

@@ -21,7 +21,7 @@ from slipstick.study.comparison import compare
 from slipstick.study.conclusion import conclude
 from slipstick.study.progress import STAGES
 from slipstick.study.settings import StudySettings
-from slipstick.uncertainty.fit import fit
+from slipstick.uncertainty import fit
 
 SETTINGS = {"population": 24, "generations": 30, "patience": 30, "order": 4, "seed": 5}
 
@@ -120,11 +120,11 @@ def uninterrupted(shelf: Path) -> dict[str, Any]:
     """The result of the same fit in this process, without worker, service, database or JSON."""
     library, settings = Library(shelf), fit.FitSettings(**SETTINGS)
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
-    state = fit.searched(settings, problem)
-    estimate = fit.refined(settings, problem, state)
-    while not fit.profiled(settings, estimate):
-        estimate = fit.profile(settings, problem, estimate)
-    return fit.conclude(settings, problem, state, estimate)
+    state = fit.final_state(settings, problem)
+    estimate = fit.refined_estimate(settings, problem, state)
+    while not fit.has_all_intervals(settings, estimate):
+        estimate = fit.with_next_interval(settings, problem, estimate)
+    return fit.summary(settings, problem, state, estimate)
 
 
 def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(bench: Bench, shelf: Path) -> None:

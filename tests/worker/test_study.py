@@ -92,7 +92,7 @@ def test_a_tie_tells_what_to_measure_next(few_recordings: Path) -> None:
         {"current_profile": 0, "motor_speed": 104.72, "load_inertia": 6.0, "brake_torque": 20.0, "recorded": True,
          "apart": 0.1, "signal": "shifting_time", "repetitions": 12}]}
     output["result"]["further"] = [tie]
-    said = page(output["result"], output["evidence"], 0.9)
+    said = page(output["result"], output["figure_data"], 0.9)
     lines = [" ".join(line.split()) for line in said.splitlines()]
     assert "To tell slip-speed-dependent friction and centrifugal pressure head apart, run:" in said
     assert "3 238.8 4.8 16 no 0.21 shifting time more than 1000" in lines

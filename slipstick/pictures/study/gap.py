@@ -20,7 +20,7 @@ _MOST = 10  # motor speeds that can be written side by side
 _ORDER = "experiments, by motor speed, current profile, load inertia and brake torque"
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """Differences by experiment, and closures by signal; None where nothing was added."""
     gap = result["gap"]
     if gap is None:
@@ -32,11 +32,11 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
         f"On conditions never seen, the shifting-time error {verb} from {before:.3g} to {after:.3g} ms",
         f"Root mean square; noise and scatter alone would leave {1e3 * time['rms_expected']:.3g} ms.",
         {"spacing": 26, "resolve": {"scale": {"color": "independent"}},
-         "vconcat": [_differences(result, evidence), *_closures(result, evidence)]})
+         "vconcat": [_differences(result, figure_data), *_closures(result, figure_data)]})
 
 
-def _differences(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec:
-    conditions, prediction, who = evidence["conditions"], evidence["prediction"], models(result, evidence)
+def _differences(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
+    conditions, prediction, who = figure_data["conditions"], figure_data["prediction"], models(result, figure_data)
     names = ("motor_speed", "current_profile", "load_inertia", "brake_torque")
     order = sorted(range(len(prediction["measured"])), key=lambda place: [conditions[name][place] for name in names])
     speeds = [conditions["motor_speed"][place] for place in order]
@@ -62,13 +62,13 @@ def _differences(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec
                                   {"field": "difference", "type": "quantitative"}]}}]}
 
 
-def _closures(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> list[Spec]:
+def _closures(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> list[Spec]:
     """A row a channel that has a gap; none where none has."""
     gap, added = result["gap"], result["answer"]["effects"]
-    named = models(result, evidence)["after"][0]
+    named = models(result, figure_data)["after"][0]
     shown = {named: (gap["closures"], theme.AFTER)}
     if gap["control"] is not None:
-        shown[f"control: {title(evidence, gap['control']['effect'])}"] = (gap["control"]["closures"], theme.FAINT)
+        shown[f"control: {title(figure_data, gap['control']['effect'])}"] = (gap["control"]["closures"], theme.FAINT)
     rows = [{"channel": plain(channel), "who": who, **_percent(one)}
             for who, (closures, _) in shown.items() for channel, one in closures.items() if one["closure"] is not None]
     if not rows or not added:

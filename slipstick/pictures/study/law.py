@@ -20,12 +20,12 @@ _HEIGHT = 330
 _MARGIN, _LEAST = 0.25, 0.02  # of what the shade covers, and of the friction: shown above and below
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """The cloud, its median, and the models; None without signals, or with too few."""
-    shown = evidence["law"]
+    shown = figure_data["law"]
     if shown is None or len(shown["bins"]["at"]) < _FEWEST:
         return None
-    bins, cloud, who = shown["bins"], shown["cloud"], models(result, evidence)
+    bins, cloud, who = shown["bins"], shown["cloud"], models(result, figure_data)
     colours = {"measured": theme.MEASURED, **dict(who.values())}
     low, high = _SCALE * min(bins["low"]), _SCALE * max(bins["high"])
     margin = max(_MARGIN * (high - low), _LEAST * high)

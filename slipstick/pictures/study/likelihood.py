@@ -20,9 +20,9 @@ _DEEPEST = -8.0  # decades: what is less likely is drawn there
 _MARGIN = 0.1  # decades
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """Densities against each other, and standardised errors; None where there is one model only."""
-    prediction, who = evidence["prediction"], models(result, evidence)
+    prediction, who = figure_data["prediction"], models(result, figure_data)
     if "after" not in who:
         return None
     scores = {key: [(time - mean) / std for time, mean, std in zip(

@@ -22,7 +22,7 @@ _ADDED, _BEST, _TIED, _BEHIND = "added", "best, but not added", "tied with the b
 _COLOURS = {_ADDED: theme.AFTER, _BEST: theme.BEFORE, _TIED: theme.ALARM, _BEHIND: theme.FAINT}
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """One panel a round that fitted candidates; None where none did."""
     rounds = [one for one in result["rounds"] if one["ranking"]]
     if not rounds:
@@ -31,7 +31,7 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
              for one, added in zip(result["rounds"], chosen(result), strict=True) if one["ranking"]]
     there = {row["place"] for rows, _ in shown for row in rows}
     colour = {**theme.whose({place: hue for place, hue in _COLOURS.items() if place in there}), "field": "place"}
-    panels = [_panel(rows, colour, f"With {phrase(evidence, added)} added" if added else "") for rows, added in shown]
+    panels = [_panel(rows, colour, f"With {phrase(figure_data, added)} added" if added else "") for rows, added in shown]
     caption = "Held-out log10 likelihood gained per experiment over the fit without the candidate."
     return theme.picture(_title(result), caption, {"spacing": 30, "vconcat": panels})
 

@@ -19,9 +19,9 @@ _PHASES = {"fill": "while the chamber fills", "film": "while oil is squeezed fro
 _PART = 1.28  # noise levels: the tenth above of what is noise alone
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """One panel a block; None where no effect was added, and without signals, or with too few."""
-    shown = [one for one in evidence["residual"]
+    shown = [one for one in figure_data["residual"]
              if min(len(bins["at"]) for bins in one["models"].values()) >= _FEWEST]
     if not shown:
         return None
@@ -31,11 +31,11 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
              f"with the effect by {bend['after']:.2g}")
     said = "; ".join(f"block “{BLOCKS[one['block']]}”, {_PHASES[one['phase']]}" for one in shown)
     return theme.picture(title, f"{said[0].upper()}{said[1:]}.", {
-        "spacing": 24, "vconcat": [_panel(one, result, evidence) for one in shown]})
+        "spacing": 24, "vconcat": [_panel(one, result, figure_data) for one in shown]})
 
 
-def _panel(one: Mapping[str, Any], result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec:
-    who = models(result, evidence)
+def _panel(one: Mapping[str, Any], result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
+    who = models(result, figure_data)
     colour = theme.whose(dict(who.values()))
     x: Spec = {"field": "at", "type": "quantitative", "title": one["driver"], "axis": {"grid": False},
                "scale": {"zero": False, "nice": False}}

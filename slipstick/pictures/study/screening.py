@@ -16,24 +16,24 @@ _ROW = 19  # px of an effect
 _LEAST = 1e-3  # noise levels: what is below is drawn there
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """A dot an effect, of the first screening and of the last; None where none was made."""
     rounds = [one for one in result["rounds"] if one["screening"]]
     if not rounds:
         return None
-    who = models(result, evidence)
+    who = models(result, figure_data)
     shown = {"before": rounds[0]} | ({"after": rounds[-1]} if len(rounds) > 1 and "after" in who else {})
     asked = [(probe["signature"], probe["effect"], key) for key, one in shown.items() for probe in one["screening"]]
-    rows = [{"effect": title(evidence, effect), "who": who[key][0],
+    rows = [{"effect": title(figure_data, effect), "who": who[key][0],
              "signature": theme.number(max(_LEAST, signature), 4)} for signature, effect, key in asked]
-    order = list(dict.fromkeys(title(evidence, effect) for _, effect, _ in sorted(asked, reverse=True)))
+    order = list(dict.fromkeys(title(figure_data, effect) for _, effect, _ in sorted(asked, reverse=True)))
     y = {"field": "effect", "type": "nominal", "sort": order, "title": None,
          "axis": {"labelLimit": 260, "grid": True, "ticks": False, "domain": False}}
     x = {"field": "signature", "type": "quantitative", "scale": {"type": "log"},
          "title": "signature that the residuals ask for [noise levels]", 
          "axis": {"format": "~g", "values": [10.0**power for power in range(-3, 3)]}}
     colour = {**theme.whose({name: hue for key, (name, hue) in who.items() if key in shown}), "field": "who"}
-    return theme.picture(_title(result, evidence, rounds), _subtitle(rounds), {
+    return theme.picture(_title(result, figure_data, rounds), _subtitle(rounds), {
         "width": theme.WIDTH - 200, "height": _ROW * len(order), "data": {"values": rows},
         "encoding": {"x": x, "y": y}, "layer": [
             {"transform": [{"filter": {"field": "who", "equal": who["before"][0]}}],
@@ -42,10 +42,10 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
             {"mark": {"type": "point", "filled": True, "size": 75, "opacity": 1}, "encoding": {"color": colour}}]})
 
 
-def _title(result: Mapping[str, Any], evidence: Mapping[str, Any], rounds: list[Mapping[str, Any]]) -> str:
+def _title(result: Mapping[str, Any], figure_data: Mapping[str, Any], rounds: list[Mapping[str, Any]]) -> str:
     if not result["answer"]["effects"] and not rounds[0]["ranking"]:
         return "The residuals ask for no effect beyond chance, or enough to matter"
-    return f"Of the catalogue, the residuals ask most for: {title(evidence, rounds[0]['screening'][0]['effect'])}"
+    return f"Of the catalogue, the residuals ask most for: {title(figure_data, rounds[0]['screening'][0]['effect'])}"
 
 
 def _subtitle(rounds: list[Mapping[str, Any]]) -> str:

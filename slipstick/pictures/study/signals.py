@@ -20,9 +20,9 @@ _ACROSS, _DOWN, _LABEL = 54, 12, 34  # px between panels, and above the first
 _WIDE, _LIGHT = 5.0, "#aab4bc"  # the measured line, seen on both sides of one that lies on it
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """A column an experiment, a row a signal; None without signals."""
-    shown, who = evidence["signals"], models(result, evidence)
+    shown, who = figure_data["signals"], models(result, figure_data)
     if not shown:
         return None
     width = (theme.WIDTH - _ACROSS * (len(shown) - 1)) // len(shown)
@@ -33,7 +33,7 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
         rows[0]["hconcat"][place]["layer"].append({
             "data": {"values": [{}]}, "encoding": {"x": {"value": 0}, "y": {"value": -_LABEL}},
             "mark": {"type": "text", "align": "left", "baseline": "top", "color": theme.FAINT, "lineHeight": 14,
-                     "text": _conditions(evidence["conditions"], one["condition"])}})
+                     "text": _conditions(figure_data["conditions"], one["condition"])}})
     return theme.picture(_title(result, shown, list(who)), "Measured, and simulated after the best fit.",
                          {"spacing": _DOWN, "vconcat": rows})
 

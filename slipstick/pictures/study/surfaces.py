@@ -16,17 +16,17 @@ _SIZE = 275
 _CELLS = 190, 240  # of the shading, across and up
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any], fits: Mapping[str, Mapping[str, Any]]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any], fits: Mapping[str, Mapping[str, Any]]) -> Spec | None:
     """The planes of both fits side by side; None where they have none, not of the same means, or no likelihood.
 
-    `fits`: `before` and `after` -> `result` and `evidence` of the fit on the table of that model of the study.
+    `fits`: `before` and `after` -> `result` and `figure_data` of the fit on the table of that model of the study.
     """
-    planes = [fit["evidence"]["surface"] for fit in fits.values()]
+    planes = [fit["figure_data"]["surface"] for fit in fits.values()]
     levels = {key: fit["result"]["log10_likelihood"] for key, fit in fits.items()}
     if None in planes or None in levels.values() or planes[0]["axes"] != planes[1]["axes"]:
         return None
     best, gained = max(levels.values()), levels["after"] - levels["before"]
-    spec, who = result["models"], models(result, evidence)
+    spec, who = result["models"], models(result, figure_data)
     panels = {key: _panel(fit, spec[key]["parameters"], best - levels[key]) for key, fit in fits.items()}
     rows = [row for panel in panels.values() for layer in panel["layer"] for row in layer["data"]["values"]]
     for at, axis in zip("xy", planes[0]["axes"], strict=True):
@@ -47,7 +47,7 @@ def draw(result: Mapping[str, Any], evidence: Mapping[str, Any], fits: Mapping[s
 
 def _panel(fit: Mapping[str, Any], nominal: Mapping[str, float], behind: float) -> Spec:
     """One plane with its axes in units, of a fit that many decades behind the better one."""
-    result, surface = fit["result"], fit["evidence"]["surface"]
+    result, surface = fit["result"], fit["figure_data"]["surface"]
     x, y, drops = inputs.smooth(surface, _CELLS)
     first, second = (nominal[axis] for axis in surface["axes"])
     pair = [result["axes"].index(axis) for axis in surface["axes"]]

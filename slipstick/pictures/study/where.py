@@ -23,12 +23,12 @@ _MOST = 8  # values of a condition that can be read side by side
 _FINE = 30.0  # times the noise: up to there the axis counts finer than in tens
 
 
-def draw(result: Mapping[str, Any], evidence: Mapping[str, Any]) -> Spec | None:
+def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
     """A matrix of blocks and phases for each model, and the worst cell by condition; None without signals."""
-    shown = evidence["where"]
+    shown = figure_data["where"]
     if shown is None:
         return None
-    who = models(result, evidence)
+    who = models(result, figure_data)
     worst = shown["worst"]
     block = f"the block “{BLOCKS[worst['block']]}”"
     title = f"Model and bench disagree most in {block}" if result["answer"]["effects"] else \

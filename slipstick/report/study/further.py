@@ -13,9 +13,9 @@ NOTE = ("Apart: how far the first of them and the one nearest to it predict apar
         "ahead by five standard errors, with all else refitted. Levels go up to a fifth beyond the recorded range.")
 
 
-def lead(one: Mapping[str, Any], evidence: Mapping[str, Any]) -> str:
+def lead(one: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:
     """What the table under it is for, of an entry of `further`."""
-    tied = phrase(evidence, one["effects"])
+    tied = phrase(figure_data, one["effects"])
     if not one["experiments"]:
         return f"Models with {tied} lock up under no common condition near these."
     if all(each["repetitions"] is None for each in one["experiments"]):

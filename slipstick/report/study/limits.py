@@ -7,7 +7,7 @@ import numpy as np
 
 from slipstick.pictures.study.words import phrase
 from slipstick.pictures.theme import plain
-from slipstick.report.study.words import Evidence, Result, channels
+from slipstick.report.study.words import FigureData, Result, channels
 from slipstick.report.words import listed, signed
 
 Said = list[tuple[str, str]]
@@ -33,19 +33,19 @@ _ALWAYS = (
 )
 
 
-def caveats(result: Result, evidence: Evidence) -> Said:
+def caveats(result: Result, figure_data: FigureData) -> Said:
     """What is to be read beside the answer."""
     said = _misfits(result)
-    if evidence["where"] is None:
+    if figure_data["where"] is None:
         said.append(_CLASS)
-    said += [("These recordings do not tell apart:", f"{phrase(evidence, group)}. Read the first as one of them.")
+    said += [("These recordings do not tell apart:", f"{phrase(figure_data, group)}. Read the first as one of them.")
              for group in result["answer"]["tied"] if len(group) > 1]
-    return said + _control(result, evidence)
+    return said + _control(result, figure_data)
 
 
-def limits(evidence: Evidence) -> Said:
+def limits(figure_data: FigureData) -> Said:
     """What no such study can say, and whether the order of these runs lets it tell a drift."""
-    return [*_order(evidence["conditions"]), *_ALWAYS]
+    return [*_order(figure_data["conditions"]), *_ALWAYS]
 
 
 def _misfits(result: Result) -> Said:
@@ -61,7 +61,7 @@ def _misfits(result: Result) -> Said:
              "narrow.")]
 
 
-def _control(result: Result, evidence: Evidence) -> Said:
+def _control(result: Result, figure_data: FigureData) -> Said:
     """Whether an effect that acts on something else closes as much."""
     if result["gap"] is None or result["gap"]["control"] is None:
         return []
@@ -70,7 +70,7 @@ def _control(result: Result, evidence: Evidence) -> Said:
     if named is None or other < _CONTROL * named:
         return []
     return [("The control closes much of the gap too:", f"{100 * other:.0f} % of that in the shifting time, by "
-             f"{phrase(evidence, [control['effect']])}, which acts on another quantity. That the gap shrinks does not "
+             f"{phrase(figure_data, [control['effect']])}, which acts on another quantity. That the gap shrinks does not "
              "speak for the name.")]
 
 

@@ -9,7 +9,7 @@ from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report.words import listed, signed
 
 Result = Mapping[str, Any]
-Evidence = Mapping[str, Any]
+FigureData = Mapping[str, Any]
 
 _CHANNELS = {name: (unit, 1.0) for name, unit in SIGNAL_UNITS.items()} | {"shifting_time": ("ms", 1e3)}
 """Each compared channel -> the unit it is told in, and that over the unit of the result."""
@@ -19,7 +19,7 @@ _CHANCE = 0.05  # p-value beyond which nothing is asked for
 _LEAST_P = 1e-3  # that replicates can show
 
 
-def lead(result: Result, evidence: Evidence) -> str:
+def lead(result: Result, figure_data: FigureData) -> str:
     """How sure the answer is, and what it is worth, in two or three sentences."""
     first, n, added = result["rounds"][0], result["experiments"], result["answer"]["effects"]
     if result["answer"]["kind"] == "not converged":
@@ -37,9 +37,9 @@ def lead(result: Result, evidence: Evidence) -> str:
     one = _placed(first, added[0])
     if one is None:
         return (f"No effect of the catalogue explains enough of what is missing; a bare term in the "
-                f"{evidence['effects'][added[0]]['quantity']} stands for it. The term describes what is missing and "
+                f"{figure_data['effects'][added[0]]['quantity']} stands for it. The term describes what is missing and "
                 f"does not name it. {_closed(result)}")
-    return (f"With {phrase(evidence, added[:1])} added, the model predicts conditions that its fit has not seen better "
+    return (f"With {phrase(figure_data, added[:1])} added, the model predicts conditions that its fit has not seen better "
             f"than the best fit without it, by {one['sure']:.0f} standard errors over {n} experiments; it is the best "
             f"candidate in {_share(one)} of bootstrap samples. {_closed(result)} {_often(result)}")
 
@@ -52,13 +52,13 @@ def _often(result: Result) -> str:
     return f"Where effects were hidden on purpose, {100 * right:.0f} % of such names were right: {meant}."
 
 
-def rounds(result: Result, evidence: Evidence) -> list[tuple[str, str]]:
+def rounds(result: Result, figure_data: FigureData) -> list[tuple[str, str]]:
     """Of each added effect what it is and how sure, and why the study ended; nothing where nothing was added."""
     said: list[tuple[str, str]] = []
     answer = result["answer"]
     for group, one in zip(answer["tied"], result["rounds"], strict=False):
         name = group[0]
-        what, placed = evidence["effects"][name], _placed(one, name)
+        what, placed = figure_data["effects"][name], _placed(one, name)
         said.append((f"{what['title']}:", f"the {what['quantity']} is {what['law']} ({what['source']}). Its mark: "
                                           f"{what['signature']}."))
         if placed is None:
@@ -76,17 +76,17 @@ def rounds(result: Result, evidence: Evidence) -> list[tuple[str, str]]:
     return [*said, ("Then:", _end(result))] if said else []
 
 
-def coefficients(result: Result, evidence: Evidence) -> Iterator[tuple[str, str, str]]:
+def coefficients(result: Result, figure_data: FigureData) -> Iterator[tuple[str, str, str]]:
     """Rows of: coefficient, estimate, interval."""
     for one in result["answer"]["coefficients"]:
         unit = "" if one["unit"] == "1" else f" [{one['unit']}]"
-        name = f"{title(evidence, one['effect'])}: {plain(one['coefficient'])}{unit}"
+        name = f"{title(figure_data, one['effect'])}: {plain(one['coefficient'])}{unit}"
         yield name, _number(one["value"]), _interval(one)
 
 
-def where(evidence: Evidence) -> list[tuple[str, str]]:
+def where(figure_data: FigureData) -> list[tuple[str, str]]:
     """The block and phase that disagree most, and how that depends on the conditions; nothing without signals."""
-    shown = evidence["where"]
+    shown = figure_data["where"]
     if shown is None:
         return []
     worst = shown["worst"]

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.matrix_product import product
+from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.chaos import least_squares, rules
 from slipstick.uncertainty.chaos.germs import Germ
 from slipstick.uncertainty.chaos.polynomials import Polynomials
@@ -134,18 +134,18 @@ class Expansion:
         if not weights.any():
             return np.full(len(self.mean), np.nan)
         residual = self.times - self.at(self.basis.nodes)
-        error: np.ndarray = np.sqrt(product(weights[None], residual**2)[0])
+        error: np.ndarray = np.sqrt(matrix_product(weights[None], residual**2)[0])
         return error
 
     def at(self, germs: np.ndarray) -> np.ndarray:
         """The polynomial at the germs (m, d): shape (m, n), s."""
         parts = np.array_split(germs, 1 + len(germs) // _ROWS)  # at all germs at once the polynomials fill gigabytes
-        return np.concatenate([product(self.basis.at(part), self.coefficients) for part in parts])
+        return np.concatenate([matrix_product(self.basis.at(part), self.coefficients) for part in parts])
 
 
 def expand(basis: Basis, times: np.ndarray) -> Expansion:
     """Project the model's times at the nodes (q, n), s, on the basis (eq. 6)."""
-    return Expansion(basis, product(basis.projection, times), times)
+    return Expansion(basis, matrix_product(basis.projection, times), times)
 
 
 @lru_cache(maxsize=8)

@@ -35,7 +35,7 @@ def germ_of(family: Family, mean: float, std: float, support: np.ndarray) -> Ger
 def from_score(family: Family, score: np.ndarray, mean: float, std: float, support: np.ndarray) -> np.ndarray:
     """Values with the normal scores `score`, same shape."""
     if family == "lognormal" and std > 0:
-        log_mean, log_std = of_logarithm(mean, std)
+        log_mean, log_std = logarithm_moments(mean, std)
         values: np.ndarray = np.exp(log_mean + log_std * score)
         return values
     values = mean + std * germ_of(family, mean, std, support).of_normal(score)
@@ -46,7 +46,7 @@ def to_score(family: Family, values: np.ndarray, mean: float, std: float, suppor
     """Normal scores of `values`, same shape; the std is positive. Values beyond the reach of a family have +-37."""
     score: np.ndarray
     if family == "lognormal":
-        log_mean, log_std = of_logarithm(mean, std)
+        log_mean, log_std = logarithm_moments(mean, std)
         with np.errstate(divide="ignore"):
             score = (np.log(np.maximum(values, 0.0)) - log_mean) / log_std
         np.maximum(score, -FARTHEST, out=score)
@@ -72,7 +72,7 @@ def to_score(family: Family, values: np.ndarray, mean: float, std: float, suppor
     return score
 
 
-def of_logarithm(mean: float, std: float) -> tuple[float, float]:
+def logarithm_moments(mean: float, std: float) -> tuple[float, float]:
     """Mean and std of the logarithm of a lognormal variable."""
     variance = float(np.log1p((std / mean) ** 2))
     return float(np.log(mean)) - variance / 2, float(np.sqrt(variance))

@@ -108,6 +108,6 @@ class Germ:
         return germs
 
 
-def of_normals(germs: tuple[Germ, ...], normals: np.ndarray) -> np.ndarray:
+def germs_from_normals(germs: tuple[Germ, ...], normals: np.ndarray) -> np.ndarray:
     """The d germs at standard normals (m, d), one germ a column: shape (m, d)."""
     return np.column_stack([germ.of_normal(column) for germ, column in zip(germs, normals.T, strict=True)])

@@ -6,8 +6,8 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 from slipstick.uncertainty.chaos.expansion import Expansion
-from slipstick.uncertainty.chaos.germs import of_normals
-from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
+from slipstick.uncertainty.chaos.germs import germs_from_normals
+from slipstick.uncertainty.sampling import log10_mean_density, standard_normals
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +43,8 @@ class Output:
     def quantiles(self, probabilities: np.ndarray) -> np.ndarray:
         """Quantiles at the probabilities (p,), noise included: shape (p, n), s."""
         basis = self.expansion.basis
-        normals = normal_germs(len(basis.germs) + 1, self.samples, self.seed)
-        times = self.expansion.at(of_normals(basis.germs, normals[:, :-1])) + self.output_std * normals[:, -1:]
+        normals = standard_normals(len(basis.germs) + 1, self.samples, self.seed)
+        times = self.expansion.at(germs_from_normals(basis.germs, normals[:, :-1])) + self.output_std * normals[:, -1:]
         quantiles: np.ndarray = np.quantile(times, probabilities, axis=0)
         return quantiles
 
@@ -53,6 +53,6 @@ class Output:
         if self.output_std == 0:
             raise InvalidValue("Samples without noise have no density", "Give an output std, or ask for quantiles")
         germs = self.expansion.basis.germs
-        outputs = self.expansion.at(of_normals(germs, normal_germs(len(germs), self.samples, self.seed)))
+        outputs = self.expansion.at(germs_from_normals(germs, standard_normals(len(germs), self.samples, self.seed)))
         density = np.power(10.0, [log10_mean_density(outputs, row, self.output_std) for row in times])
         return np.where(self.expansion.missing, np.nan, density)

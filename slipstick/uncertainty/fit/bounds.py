@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 from slipstick.uncertainty.outside import axis_mass_outside
 
@@ -38,12 +38,12 @@ class Remark:
     remedy: str
 
 
-def remarks(problem: Problem, space: Unknowns, found: np.ndarray) -> list[Remark]:
-    """Say which unknowns of `found` (k,) are at a bound of the search, and which inputs leave what the model covers."""
-    return [*_at_bounds(problem, space, found), *_outside(problem, space, found)]
+def remarks(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> list[Remark]:
+    """Say which unknowns of `optimum` (k,) are at a bound of the search, and which inputs leave what the model covers."""
+    return [*_at_bounds(problem, space, optimum), *_outside(problem, space, optimum)]
 
 
-def rough(error: float | None, output_std: float) -> Iterator[Remark]:
+def polynomial_remarks(error: float | None, output_std: float) -> Iterator[Remark]:
     """Say that polynomials stood for the model less closely than its output noise calls for; both in s."""
     if error is not None and error > _FINE * output_std:
         yield Remark("refinement and intervals",
@@ -52,10 +52,10 @@ def rough(error: float | None, output_std: float) -> Iterator[Remark]:
                      "Narrow std_bounds, or vary fewer inputs: the model bends too much over scatter this wide")
 
 
-def _at_bounds(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator[Remark]:
+def _at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
     d = len(space.axes)
-    kinds = ["mean"] * d + ["std"] * d + ["output std"] + ["correlation"] * (len(found) - 2 * d - 1)
-    shares, plain = (found - space.lower) / (space.upper - space.lower), space.plain(found)
+    kinds = ["mean"] * d + ["std"] * d + ["output std"] + ["correlation"] * (len(optimum) - 2 * d - 1)
+    shares, plain = (optimum - space.lower) / (space.upper - space.lower), space.to_natural(optimum)
     for place, (kind, name, share) in enumerate(zip(kinds, space.names, shares, strict=True)):
         if NEAR < share < 1 - NEAR:
             continue
@@ -70,8 +70,8 @@ def _at_bounds(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator
             yield Remark(name, f"The {name} is at its {side} bound, {plain[place]:.4g}{unit}", _REMEDIES[kind, side])
 
 
-def _outside(problem: Problem, space: Unknowns, found: np.ndarray) -> Iterator[Remark]:
-    inputs, d = space.candidate(found).inputs, len(space.axes)
+def _outside(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
+    inputs, d = space.candidate(optimum).inputs, len(space.axes)
     away = NEAR * (space.upper - space.lower)[:d]
     inner = (inputs.mean >= problem.lower + away) & (inputs.mean <= problem.upper - away)
     masses = axis_mass_outside(inputs, problem.lower, problem.upper)

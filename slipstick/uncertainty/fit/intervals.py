@@ -11,9 +11,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from slipstick.uncertainty.fit.refine import ROUNDS, climb, information, nearby, plain_scores
+from slipstick.uncertainty.fit.refine import ROUNDS, constrained_maximum, information, local_problem, natural_scores
 from slipstick.uncertainty.likelihood.likelihood import exact
-from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
 _SOLVES = 12  # values tried between one inside and one outside
@@ -24,7 +24,7 @@ _NEXT, _FURTHEST = 1.2, 3.0  # times as far is the next value, or else straight 
 _STEEPEST = 16.0  # times the drop: what lies beyond is taken as this, lest it outweigh what is near the end
 IDENTIFIED = 0.25
 """A combination is identified where its standard error is below this share of the range it can take in the search."""
-Near = tuple[Problem, Unknowns]
+Near = tuple[InferenceProblem, Unknowns]
 """A problem to climb in, and the space it holds in (refine.nearby)."""
 
 
@@ -55,10 +55,10 @@ class Combination:
     identified: bool
 
 
-def interval(problem: Problem, space: Unknowns, found: np.ndarray, direction: np.ndarray, level: float) -> Interval:
-    """The profile-likelihood interval of direction (k,) . plain about the maximum `found` (k,)."""
-    profile = _Profile(problem, space, found, direction)
-    allowed, ends, unsettled = drop_at(level), [], []
+def profile_interval(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray, direction: np.ndarray, level: float) -> Interval:
+    """The profile-likelihood interval of direction (k,) . plain about the maximum `optimum` (k,)."""
+    profile = _Profile(problem, space, optimum, direction)
+    allowed, ends, unsettled = drop_at_level(level), [], []
     for name, side in (("lower", -1), ("upper", 1)):
         try:
             ends.append(profile.end(side, allowed))
@@ -70,14 +70,14 @@ def interval(problem: Problem, space: Unknowns, found: np.ndarray, direction: np
     return Interval(profile.estimate, ends[0], ends[1], tuple(unsettled), level, curve, highest)
 
 
-def drop_to(problem: Problem, space: Unknowns, found: np.ndarray, direction: np.ndarray, value: float) -> float:
-    """Decades from the maximum `found` (k,) down to the profile where direction (k,) . plain has a value."""
-    return _Profile(problem, space, found, direction).drop(value)
+def profile_drop(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray, direction: np.ndarray, value: float) -> float:
+    """Decades from the maximum `optimum` (k,) down to the profile where direction (k,) . plain has a value."""
+    return _Profile(problem, space, optimum, direction).drop(value)
 
 
-def combinations(problem: Problem, space: Unknowns, found: np.ndarray) -> list[Combination]:
+def combinations(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> list[Combination]:
     """Orthogonal directions from the best to the least identified, from the information in the scores."""
-    values, vectors = np.linalg.eigh(information(plain_scores(problem, space, found)[1] * _span(space)))
+    values, vectors = np.linalg.eigh(information(natural_scores(problem, space, optimum)[1] * _span(space)))
     errors = 1 / np.sqrt(np.maximum(values - 1, 1e-12))  # by the recordings alone, not by the range
     return [Combination(vector * np.sign(vector[np.argmax(np.abs(vector))]), float(error), bool(error < IDENTIFIED))
             for vector, error in zip(vectors.T[::-1], errors[::-1], strict=True)]
@@ -89,12 +89,12 @@ def direction_of(space: Unknowns, weights: np.ndarray) -> np.ndarray:
     return direction
 
 
-def drop_at(level: float) -> float:
+def drop_at_level(level: float) -> float:
     """Decades by which a profile drops at the ends of an interval of `level`."""
     return float(chi2.ppf(level, 1) / 2 / np.log(10.0))
 
 
-def widest(level: float) -> float:
+def widest_identified_interval(level: float) -> float:
     """The widest interval of an identified combination: that of the standard error `IDENTIFIED`."""
     return float(2 * np.sqrt(chi2.ppf(level, 1)) * IDENTIFIED)
 
@@ -109,15 +109,15 @@ class _Profile:
     `points` is what is known: value -> drop in decades, the vector (k,) there, and where it was climbed to.
     """
 
-    def __init__(self, problem: Problem, space: Unknowns, found: np.ndarray, direction: np.ndarray) -> None:
+    def __init__(self, problem: InferenceProblem, space: Unknowns, optimum: np.ndarray, direction: np.ndarray) -> None:
         self.problem, self.space, self.direction = problem, space, direction
-        near = nearby(problem, space, found)
+        near = local_problem(problem, space, optimum)
         self.judge = replace(problem, direction=near[0].direction)
-        self.top, self.found = self._height(found), space.plain(found)
-        self.estimate = float(direction @ self.found)
-        self.points: dict[float, tuple[float, np.ndarray, Near]] = {self.estimate: (0.0, found, near)}
-        self.low, self.high = space.plain(space.lower), space.plain(space.upper)
-        scores = plain_scores(*near, found)[1] * _span(space)
+        self.top, self.optimum = self._height(optimum), space.to_natural(optimum)
+        self.estimate = float(direction @ self.optimum)
+        self.points: dict[float, tuple[float, np.ndarray, Near]] = {self.estimate: (0.0, optimum, near)}
+        self.low, self.high = space.to_natural(space.lower), space.to_natural(space.upper)
+        scores = natural_scores(*near, optimum)[1] * _span(space)
         covariance = np.linalg.inv(information(scores)) * np.outer(_span(space), _span(space))
         self.variance = float(direction @ covariance @ direction)
         self.path = covariance @ direction / self.variance  # by which the others follow a normal likelihood
@@ -133,12 +133,12 @@ class _Profile:
             return 0.0 if close else float(np.sqrt(np.clip(drop, 0.0, _STEEPEST * allowed)) - np.sqrt(allowed))
 
         inside, step = self.estimate, side * float(np.sqrt(2 * np.log(10.0) * allowed * self.variance))
-        while (found := excess(value := float(np.clip(self.estimate + step, low, high)))) < 0:
+        while (surplus := excess(value := float(np.clip(self.estimate + step, low, high)))) < 0:
             if value in (low, high):
                 return None
-            further = np.sqrt(allowed) / max(np.sqrt(allowed) + found, 1e-9)
+            further = np.sqrt(allowed) / max(np.sqrt(allowed) + surplus, 1e-9)
             inside, step = value, step * max(further, _NEXT) if further < _FURTHEST else side * np.inf
-        if found == 0:
+        if surplus == 0:
             return value if self.drop(value) > allowed or value not in (low, high) else None
         root, outcome = brentq(excess, inside, value, xtol=1e-3 * abs(value - inside), maxiter=_SOLVES,
                                full_output=True, disp=False)
@@ -152,8 +152,8 @@ class _Profile:
             nearest = min(self.points, key=lambda known: abs(known - value))
             _, beside, near = self.points[nearest]
             path = self.path if nearest == self.estimate else \
-                (self.space.plain(beside) - self.found) / (nearest - self.estimate)
-            vector, near = self._climbed(self._within(self.found + (value - self.estimate) * path, value), near)
+                (self.space.to_natural(beside) - self.optimum) / (nearest - self.estimate)
+            vector, near = self._climbed(self._within(self.optimum + (value - self.estimate) * path, value), near)
             self.points[value] = (self.top - self._height(vector), vector, near)
         return self.points[value][0]
 
@@ -167,27 +167,27 @@ class _Profile:
             if not share @ self.direction > 0:
                 break
             plain = plain + missing * share / (share @ self.direction)
-        return self.space.of_plain(plain)
+        return self.space.from_natural(plain)
 
     def _height(self, vector: np.ndarray) -> float:
         """log10 L of the model itself: polynomials about one candidate and another do not agree to its digits."""
         return float(exact(self.judge, self.space.candidate(vector)).sum())
 
     def _climbed(self, start: np.ndarray, near: Near) -> tuple[np.ndarray, Near]:
-        """The maximum next to `start` (k,) at its value; polynomials are laid anew where theirs end."""
+        """The maximum next to `start` (k,) at its value; polynomials are quadrature anew where theirs end."""
         for _ in range(ROUNDS):
             problem, region = near
             if np.all((start >= region.lower) & (start <= region.upper)):
-                start, _ = climb(problem, region, start, self.direction, _TOLERANCE)
+                start, _ = constrained_maximum(problem, region, start, self.direction, _TOLERANCE)
                 cut = (region.lower > self.space.lower) & (start <= region.lower) \
                     | (region.upper < self.space.upper) & (start >= region.upper)
                 if not np.any(cut):
                     return start, near
-            near = nearby(self.problem, self.space, start)
+            near = local_problem(self.problem, self.space, start)
         raise _NotFollowed
 
 
 def _span(space: Unknowns) -> np.ndarray:
     """The range of each unknown, stds as they are, shape (k,)."""
-    span: np.ndarray = space.plain(space.upper) - space.plain(space.lower)
+    span: np.ndarray = space.to_natural(space.upper) - space.to_natural(space.lower)
     return span

@@ -11,24 +11,24 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import LinearConstraint, minimize
 
-from slipstick.matrix_product import product
-from slipstick.uncertainty.likelihood.gradient import with_gradient
-from slipstick.uncertainty.likelihood.likelihood import KNOTTED, exact, slopes, steepest
-from slipstick.uncertainty.likelihood.local import localised
-from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.matrix_product import matrix_product
+from slipstick.uncertainty.likelihood.gradient import density_and_gradient
+from slipstick.uncertainty.likelihood.likelihood import KNOTTED, centre_slopes, exact, steepest_direction
+from slipstick.uncertainty.likelihood.local import polynomial_problem
+from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
 _TOLERANCE = 1e-6  # decades: far below what the integral across the lines is good for
 _ITERATIONS = 60
 _FEW = 3  # inputs up to which each is tried alone
 ROUNDS = 24
-"""How often polynomials are laid anew about where the last ones led."""
+"""How often polynomials are quadrature anew about where the last ones led."""
 _GAIN = 0.02  # decades: they are not where that gains less
 _WORST = 1e6  # stands for a likelihood of 0, which has no gradient to climb
 _LN10 = np.log(10.0)
 
 
-def refine(problem: Problem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
+def refined_vector(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
     """The best vector of unknowns (k,) that climbs reach from `begin` and what it leads to; `begin` if none is better.
 
     The model itself is the judge: polynomials about one candidate and another cannot be compared.
@@ -37,21 +37,21 @@ def refine(problem: Problem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
     return max((begin, *reached), key=lambda vector: _height(problem, space, vector))
 
 
-def nearby(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Problem, Unknowns]:
+def local_problem(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> tuple[InferenceProblem, Unknowns]:
     """The problem to climb in and the space it holds in: itself where it has knots, else polynomials about `vector`.
 
     These also stand for a table whose inputs are not all normal: it has no gradient but by differences.
     In more inputs than lines are exact in, their direction is held: turned lines sample other inputs.
     """
     if problem.knots is None or set(space.families) != {"normal"}:
-        return localised(problem, space, vector)
+        return polynomial_problem(problem, space, vector)
     if len(space.axes) > KNOTTED and problem.direction is None:
         inputs = space.candidate(vector).inputs
-        return replace(problem, direction=steepest(inputs, slopes(problem, inputs)[1])), space
+        return replace(problem, direction=steepest_direction(inputs, centre_slopes(problem, inputs)[1])), space
     return problem, space
 
 
-def climb(problem: Problem, space: Unknowns, begin: np.ndarray, held: np.ndarray | None = None,
+def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.ndarray, held: np.ndarray | None = None,
           tolerance: float = _TOLERANCE) -> tuple[np.ndarray, float]:
     """The maximum next to `begin` (k,) within the bounds, to a tolerance in decades: vector, log10 L.
 
@@ -60,12 +60,12 @@ def climb(problem: Problem, space: Unknowns, begin: np.ndarray, held: np.ndarray
     Sequential quadratic programming, along axes on which the information in the scores is 1: its first step is then
     that of Fisher scoring. It moves stds as they are, since in its logarithm a std near 0 has no slope to climb.
     """
-    low, middle, high = (space.plain(vector) for vector in (space.lower, begin, space.upper))
+    low, middle, high = (space.to_natural(vector) for vector in (space.lower, begin, space.upper))
     span, best = high - low, (begin, -np.inf)
 
     def scores(vector: np.ndarray) -> tuple[float, np.ndarray]:
         nonlocal best
-        density, gradient = plain_scores(problem, space, vector)
+        density, gradient = natural_scores(problem, space, vector)
         whole = float(density.sum())
         if whole > best[1]:
             best = (vector, whole)
@@ -77,7 +77,7 @@ def climb(problem: Problem, space: Unknowns, begin: np.ndarray, held: np.ndarray
     share = (middle - low) / span
 
     def loss(step: np.ndarray) -> tuple[float, np.ndarray]:
-        whole, slope = scores(space.of_plain(middle + span * (axes @ step))) if np.any(step) else first
+        whole, slope = scores(space.from_natural(middle + span * (axes @ step))) if np.any(step) else first
         if not np.isfinite(whole):
             return _WORST, np.zeros(len(step))
         return -_LN10 * whole, -slope.sum(axis=0) @ axes
@@ -88,10 +88,10 @@ def climb(problem: Problem, space: Unknowns, begin: np.ndarray, held: np.ndarray
     return best
 
 
-def plain_scores(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def natural_scores(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """log10 p (n,) at a vector (k,), and the derivatives of ln p in its plain values (n, k)."""
-    density, gradient = with_gradient(problem, space, vector)
-    return density, _LN10 * gradient / np.where(space.logs, space.plain(vector), 1.0)
+    density, gradient = density_and_gradient(problem, space, vector)
+    return density, _LN10 * gradient / np.where(space.is_logarithmic, space.to_natural(vector), 1.0)
 
 
 def information(scores: np.ndarray) -> np.ndarray:
@@ -100,32 +100,32 @@ def information(scores: np.ndarray) -> np.ndarray:
     Added is that each lies within its range, give or take. A condition without a density says nothing.
     """
     known = scores[np.all(np.isfinite(scores), axis=1)]
-    matrix: np.ndarray = product(known.T, known) + np.eye(scores.shape[1])
+    matrix: np.ndarray = matrix_product(known.T, known) + np.eye(scores.shape[1])
     return matrix
 
 
-def _ascend(problem: Problem, space: Unknowns, start: np.ndarray) -> np.ndarray:
+def _ascend(problem: InferenceProblem, space: Unknowns, start: np.ndarray) -> np.ndarray:
     vector = start
     for _ in range(ROUNDS):
-        near, region = nearby(problem, space, vector)
+        near, region = local_problem(problem, space, vector)
         before = vector
-        vector, reached = climb(near, region, before)
+        vector, reached = constrained_maximum(near, region, before)
         if near.knots is not None or reached - _height(near, region, before) < _GAIN:
             break
     return vector
 
 
-def _height(problem: Problem, space: Unknowns, vector: np.ndarray) -> float:
+def _height(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> float:
     return float(exact(problem, space.candidate(vector)).sum())
 
 
-def _alone(problem: Problem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
+def _alone(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
     """Candidates in which one input alone scatters, as widely as all of them together do to the times."""
     d = len(space.axes)
     if not 1 < d <= _FEW:
         return
     inputs = space.candidate(begin).inputs
-    steepness = np.sqrt(np.mean(slopes(problem, inputs)[1] ** 2, axis=1))
+    steepness = np.sqrt(np.mean(centre_slopes(problem, inputs)[1] ** 2, axis=1))
     whole = np.sqrt(np.sum(steepness**2))
     for axis in range(d):
         if steepness[axis] > 0:

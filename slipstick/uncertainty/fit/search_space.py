@@ -5,13 +5,13 @@ import numpy as np
 from slipstick.errors import InvalidValue
 from slipstick.uncertainty.chaos.families import POSITIVE
 from slipstick.uncertainty.fit.settings import Bounds, FitSettings
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import WIDEST_BETA, Unknowns
 
 _CORRELATION = 0.98  # largest partial correlation of a search: at 1 one input fixes the other
 _WITHIN = 0.02  # of a support that a beta mean keeps away from its ends
 
-def unknowns(settings: FitSettings, problem: Problem) -> Unknowns:
+def search_space(settings: FitSettings, problem: InferenceProblem) -> Unknowns:
     """What the settings leave to search; the means stay where the model covers. Raises `InvalidValue`."""
     d = len(problem.axes)
     mean, std = (_each(bounds, d, "pairs of bounds") for bounds in (settings.mean_bounds, settings.std_bounds))
@@ -39,7 +39,7 @@ def unknowns(settings: FitSettings, problem: Problem) -> Unknowns:
                     np.concatenate([upper, np.log(std[:, 1]), noise[1:], partial]))
 
 
-def nominal(problem: Problem, space: Unknowns) -> Candidate:
+def nominal_candidate(problem: InferenceProblem, space: Unknowns) -> Candidate:
     """The model before a fit: all means 1, the least std, and the noise that explains the residuals best.
 
     That noise is their root mean square; each unknown stays in its bounds.

@@ -1,0 +1,8 @@
+"""The likelihood of measured shifting times (section III.B, eq. 7): exact, by expansion, and by sampling."""
+
+from slipstick.uncertainty.likelihood.likelihood import SAMPLES, TOLERANCE, by_expansion, by_sampling, converged, exact
+from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, ShiftingTimeModel
+from slipstick.uncertainty.likelihood.unknowns import Unknowns
+
+__all__ = ["SAMPLES", "TOLERANCE", "Candidate", "InferenceProblem", "ShiftingTimeModel", "Unknowns", "by_expansion",
+           "by_sampling", "converged", "exact"]

@@ -11,73 +11,73 @@ differences of the same smooth integral.
 
 import numpy as np
 
-from slipstick.matrix_product import product
+from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.likelihood import lines
-from slipstick.uncertainty.likelihood.likelihood import KNOTTED, exact, lay, outputs
-from slipstick.uncertainty.likelihood.local import Polynomial
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.likelihood.unknowns import Unknowns, correlation_of, partial_of
+from slipstick.uncertainty.likelihood.likelihood import KNOTTED, exact, integration_lines, times_on_lines
+from slipstick.uncertainty.likelihood.local import PolynomialModel
+from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
+from slipstick.uncertainty.likelihood.unknowns import Unknowns, correlation_from_partial, partial_from_factor
 
 _DIFFERENCE = 1e-4
 _SMALL = 1e-6  # for derivatives of inputs and correlations, smooth to the last digit
 _LN10 = np.log(10.0)
 
 
-def with_gradient(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def density_and_gradient(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """log10 p (n,) per ms at a vector of unknowns (k,), and its derivatives (n, k); NaN where p is 0."""
     candidate = space.candidate(vector)
-    if isinstance(problem.model, Polynomial):
+    if isinstance(problem.model, PolynomialModel):
         return _along_paths(problem, problem.model, space, vector)
     if set(space.families) != {"normal"} or len(space.axes) > KNOTTED:
         return exact(problem, candidate), _differences(problem, space, vector)
-    laid = lay(problem, candidate)
-    density, moments = lines.with_moments(laid, outputs(problem, candidate.inputs, laid), problem.measured_time,
+    quadrature = integration_lines(problem, candidate)
+    density, moments = lines.density_and_moments(quadrature, times_on_lines(problem, candidate.inputs, quadrature), problem.measured_time,
                                           candidate.output_std)
-    return density, _by_moments(space, candidate, laid, moments) / _LN10
+    return density, _by_moments(space, candidate, quadrature, moments) / _LN10
 
 
-def _along_paths(problem: Problem, model: Polynomial, space: Unknowns,
+def _along_paths(problem: InferenceProblem, model: PolynomialModel, space: Unknowns,
                  vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     candidate, noise = space.candidate(vector), 2 * len(space.axes)
-    laid = lay(problem, candidate)
-    points = candidate.inputs.at_scores(laid.scores)
-    density, changes, of_noise = lines.with_changes(laid, model(points, problem.conditions), problem.measured_time,
+    quadrature = integration_lines(problem, candidate)
+    points = candidate.inputs.at_scores(quadrature.scores)
+    density, changes, of_noise = lines.density_and_derivatives(quadrature, model(points, problem.conditions), problem.measured_time,
                                                     candidate.output_std)
-    theta = laid.scores @ np.linalg.inv(candidate.inputs.factor).T
-    paths = np.array([_path(space, vector, place, theta) for place in range(len(vector))])
-    gradient = sum((product(paths[:, :, axis], changes * slopes).T for axis, slopes in enumerate(model.slopes(points))),
+    normals = quadrature.scores @ np.linalg.inv(candidate.inputs.factor).T
+    paths = np.array([_path(space, vector, place, normals) for place in range(len(vector))])
+    gradient = sum((matrix_product(paths[:, :, axis], changes * slopes).T for axis, slopes in enumerate(model.slopes(points))),
                    np.zeros((len(density), len(vector))))
     gradient[:, noise] = of_noise
     return density, np.where(np.isfinite(density)[:, None], gradient, np.nan) / _LN10
 
 
-def _path(space: Unknowns, vector: np.ndarray, place: int, theta: np.ndarray) -> np.ndarray:
+def _path(space: Unknowns, vector: np.ndarray, place: int, normals: np.ndarray) -> np.ndarray:
     """How inputs at the standard normals (m, d) move with one unknown, shape (m, d)."""
     step = _SMALL * np.eye(len(vector))[place]
     ends = [np.clip(vector + move, space.lower, space.upper) for move in (step, -step)]
-    ahead, behind = (space.candidate(end).inputs.points(theta) for end in ends)
+    ahead, behind = (space.candidate(end).inputs.points(normals) for end in ends)
     path: np.ndarray = (ahead - behind) / (ends[0] - ends[1])[place]
     return path
 
 
-def _by_moments(space: Unknowns, candidate: Candidate, laid: lines.Lines, moments: lines.Moments) -> np.ndarray:
-    d, inverse = len(laid.factor), np.linalg.inv(laid.factor)
+def _by_moments(space: Unknowns, candidate: Candidate, quadrature: lines.Lines, moments: lines.Moments) -> np.ndarray:
+    d, inverse = len(quadrature.factor), np.linalg.inv(quadrature.factor)
     mean = moments.first @ inverse / candidate.inputs.marginal_std
-    std = np.einsum("ia,nab,bi->ni", laid.factor, moments.second, inverse) - 1.0
+    std = np.einsum("ia,nab,bi->ni", quadrature.factor, moments.second, inverse) - 1.0
     noise = moments.residual / candidate.output_std**2 - 1.0
     columns = [mean, std, noise[:, None]]
     if space.correlated:
         by_entry = np.einsum("ai,nab,bj->nij", inverse, moments.second - np.eye(d), inverse)
-        partial = partial_of(candidate.inputs.factor)
+        partial = partial_from_factor(candidate.inputs.factor)
         for number in range(len(partial)):
             step = np.zeros(len(partial))
             step[number] = _SMALL
-            change = (correlation_of(partial + step, d) - correlation_of(partial - step, d)) / (2 * _SMALL)
+            change = (correlation_from_partial(partial + step, d) - correlation_from_partial(partial - step, d)) / (2 * _SMALL)
             columns.append(0.5 * np.einsum("nij,ij->n", by_entry, change)[:, None])
     return np.concatenate(columns, axis=1)
 
 
-def _differences(problem: Problem, space: Unknowns, vector: np.ndarray) -> np.ndarray:
+def _differences(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> np.ndarray:
     columns = []
     for number in range(len(vector)):
         ends = []

@@ -13,14 +13,14 @@ from scipy.special import roots_legendre
 
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood.lines import Lines
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty.sampling import standard_normals
 
 WINDOW = 5.5
 """Lines end so many stds from the centre, unless a measured time draws them further."""
 STEP = 0.5
 """Stds between the points of `ACROSS` lines that no knots break."""
 ACROSS = 64
-"""Lines laid in three inputs and more by default, a power of two."""
+"""Lines quadrature in three inputs and more by default, a power of two."""
 _PIECE = 1.0  # longest piece of the rule across the lines, in stds
 _FEWEST_NODES, _MOST_NODES = 2, 10  # Gauss nodes of a piece
 _NODES_A_WIDTH = 1.5  # for each width over which a density rises or falls where the time does not depend on z
@@ -76,7 +76,7 @@ def along(direction: np.ndarray, factor: np.ndarray, reach: float = WINDOW, coun
         steps = np.arange(-WINDOW, WINDOW + step / 2, step)
         across, log_weight = steps[:, None], _log_normal(steps) + np.log(step)
     else:
-        across, log_weight = normal_germs(d - 1, count, seed), np.full(count, -np.log(count))
+        across, log_weight = standard_normals(d - 1, count, seed), np.full(count, -np.log(count))
     return Lines(np.tile(np.arange(-end, end + step / 2, step), (len(across), 1)), across, log_weight,
                  factor @ rotation)
 

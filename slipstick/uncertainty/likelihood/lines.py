@@ -69,7 +69,7 @@ def log10_density(lines: Lines, outputs: np.ndarray, times: np.ndarray, output_s
     return _integrate(lines, outputs, times, output_std, 1)[0]
 
 
-def with_moments(lines: Lines, outputs: np.ndarray, times: np.ndarray, output_std: float) -> tuple[np.ndarray, Moments]:
+def density_and_moments(lines: Lines, outputs: np.ndarray, times: np.ndarray, output_std: float) -> tuple[np.ndarray, Moments]:
     """As `log10_density`, with the moments behind the gradient."""
     d, n = len(lines.factor), len(times)
     log_density, sums = _integrate(lines, outputs, times, output_std, 2 + d + d * (d + 1) // 2)
@@ -80,7 +80,7 @@ def with_moments(lines: Lines, outputs: np.ndarray, times: np.ndarray, output_st
     return log_density, Moments(moments[:, 1:1 + d], second, moments[:, 0])
 
 
-def with_changes(lines: Lines, outputs: np.ndarray, times: np.ndarray,
+def density_and_derivatives(lines: Lines, outputs: np.ndarray, times: np.ndarray,
                  output_std: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """As `log10_density`, with the derivatives of ln p in each output, shape (m g, n) in 1/s, and in ln noise (n,).
 

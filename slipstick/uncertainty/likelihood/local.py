@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.matrix_product import product
+from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.chaos.expansion import Basis, Expansion, ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import slopes, steepest
-from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.uncertainty.likelihood.likelihood import centre_slopes, steepest_direction
+from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
 _ORDERS, _LOWEST_ORDER = {1: 10, 2: 8, 3: 6, 4: 5, 5: 5, 6: 4, 7: 4, 8: 3, 9: 3, 10: 3}, 2  # by the number of inputs
@@ -26,7 +26,7 @@ _LOST = 0.2  # share of the runs that may give a condition no time
 
 
 @dataclass(frozen=True, eq=False)
-class Polynomial:
+class PolynomialModel:
     """A model (uncertainty.likelihood.Model) by the polynomials of a Hermite `expansion` in (x - mean) / std, (d,)."""
 
     expansion: Expansion
@@ -46,7 +46,7 @@ class Polynomial:
     def slopes(self, points: np.ndarray) -> np.ndarray:
         """Derivatives of the times in the inputs at the points (m, d): shape (d, m, n), s."""
         values = self.expansion.basis.at((points - self.mean) / self.std)
-        return np.array([product(values, coefficients) for coefficients in self._derived])
+        return np.array([matrix_product(values, coefficients) for coefficients in self._derived])
 
     @cached_property
     def _derived(self) -> np.ndarray:
@@ -61,7 +61,7 @@ class Polynomial:
         return derived
 
 
-def localised(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Problem, Unknowns]:
+def polynomial_problem(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> tuple[InferenceProblem, Unknowns]:
     """The problem with polynomials about a vector of unknowns (k,), and the part of `space` they hold in."""
     d = len(space.axes)
     inputs = space.candidate(vector).inputs
@@ -73,8 +73,8 @@ def localised(problem: Problem, space: Unknowns, vector: np.ndarray) -> tuple[Pr
     lower[:d] = np.maximum(lower[:d], inputs.mean - _REACH * std)
     upper[:d] = np.minimum(upper[:d], inputs.mean + _REACH * std)
     upper[d:2 * d] = np.minimum(upper[d:2 * d], np.log(std))
-    near = replace(problem, model=Polynomial(expansion, inputs.mean, std), knots=None)
-    return (replace(near, direction=steepest(inputs, slopes(near, inputs)[1])),
+    near = replace(problem, model=PolynomialModel(expansion, inputs.mean, std), knots=None)
+    return (replace(near, direction=steepest_direction(inputs, centre_slopes(near, inputs)[1])),
             replace(space, lower=np.minimum(lower, vector), upper=np.maximum(upper, vector)))
 
 
@@ -83,7 +83,7 @@ def _bridged(basis: Basis, times: np.ndarray) -> np.ndarray:
 
     Out in the tails of many inputs some run of hundreds does not lock: that must not cost a condition its polynomial.
     """
-    hat, bridged = product(basis.at(basis.nodes), basis.projection), times.copy()
+    hat, bridged = matrix_product(basis.at(basis.nodes), basis.projection), times.copy()
     for condition in np.flatnonzero(np.isnan(times).any(axis=0)):
         lost = np.isnan(times[:, condition])
         if lost.mean() <= _LOST:

@@ -23,7 +23,7 @@ class ShiftingTimeModel(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class InferenceProblem:
     """A model, conditions, their measured times (n,) in s, and the box `lower`, `upper` (d,) the model covers.
 
     `axes` names the d inputs in what is said of them. `knots`, where the model has any, are the values of each input

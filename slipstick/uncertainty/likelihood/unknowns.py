@@ -38,20 +38,20 @@ class Unknowns:
                 *(self._correlation(first, second) for first, second in pairs))
 
     @cached_property
-    def logs(self) -> np.ndarray:
+    def is_logarithmic(self) -> np.ndarray:
         """Which unknowns are searched as logarithms, shape (k,)."""
         place, d = np.arange(len(self.lower)), len(self.axes)
         return (place >= d) & (place <= 2 * d)
 
-    def plain(self, vector: np.ndarray) -> np.ndarray:
+    def to_natural(self, vector: np.ndarray) -> np.ndarray:
         """A vector (k,) with its stds as they are, and not their logarithms."""
-        plain: np.ndarray = np.where(self.logs, np.exp(np.where(self.logs, vector, 0.0)), vector)
+        plain: np.ndarray = np.where(self.is_logarithmic, np.exp(np.where(self.is_logarithmic, vector, 0.0)), vector)
         return plain
 
-    def of_plain(self, plain: np.ndarray) -> np.ndarray:
+    def from_natural(self, plain: np.ndarray) -> np.ndarray:
         """The vector (k,) within the bounds whose `plain` this is."""
-        within = np.clip(plain, self.plain(self.lower), self.plain(self.upper))
-        vector = np.where(self.logs, np.log(np.where(self.logs, within, 1.0)), within)
+        within = np.clip(plain, self.to_natural(self.lower), self.to_natural(self.upper))
+        vector = np.where(self.is_logarithmic, np.log(np.where(self.is_logarithmic, within, 1.0)), within)
         clipped: np.ndarray = np.clip(vector, self.lower, self.upper)  # against rounding
         return clipped
 
@@ -63,14 +63,14 @@ class Unknowns:
             if family == "beta":
                 low, high = self.support[axis]
                 std[axis] = min(std[axis], WIDEST_BETA * np.sqrt((mean[axis] - low) * (high - mean[axis])))
-        correlation = correlation_of(vector[2 * d + 1:], d) if self.correlated else None
+        correlation = correlation_from_partial(vector[2 * d + 1:], d) if self.correlated else None
         return Candidate(Inputs(mean, std, families=self.families, correlation=correlation, support=self.support),
                          float(np.exp(vector[2 * d])))
 
     def vector(self, candidate: Candidate) -> np.ndarray:
         """The vector (k,) of a candidate, within the bounds."""
         inputs = candidate.inputs
-        partial = partial_of(inputs.factor) if self.correlated else np.empty(0)
+        partial = partial_from_factor(inputs.factor) if self.correlated else np.empty(0)
         with np.errstate(divide="ignore"):
             whole = np.concatenate([inputs.mean, np.log(inputs.marginal_std), [np.log(candidate.output_std)], partial])
         clipped: np.ndarray = np.clip(whole, self.lower, self.upper)
@@ -81,7 +81,7 @@ class Unknowns:
         return name if first == 0 else f"partial {name} given {' and '.join(self.axes[:first])}"
 
 
-def correlation_of(partial: np.ndarray, dimension: int) -> np.ndarray:
+def correlation_from_partial(partial: np.ndarray, dimension: int) -> np.ndarray:
     """The correlation matrix (d, d) of canonical partial correlations (d (d - 1) / 2,), row after row."""
     factor = np.zeros((dimension, dimension))
     rest = np.ones(dimension)  # what earlier columns leave of the unit length of each row
@@ -97,7 +97,7 @@ def correlation_of(partial: np.ndarray, dimension: int) -> np.ndarray:
     return correlation
 
 
-def partial_of(factor: np.ndarray) -> np.ndarray:
+def partial_from_factor(factor: np.ndarray) -> np.ndarray:
     """The canonical partial correlations of the Cholesky factor (d, d) of a correlation matrix."""
     d = len(factor)
     table = np.zeros((d, d))

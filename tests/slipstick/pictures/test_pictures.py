@@ -29,7 +29,7 @@ DATA = {"comparison": "symbol", "inputs": "line", "profiles": "line", "densities
 
 def draw(output: dict[str, Any]) -> dict[str, Spec]:
     # By way of JSON, as the service draws them.
-    return pictures(*(json.loads(json.dumps(output[name])) for name in ("result", "evidence")))
+    return pictures(*(json.loads(json.dumps(output[name])) for name in ("result", "figure_data")))
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_every_experiment_has_its_points(made: Made, n: int, marks: Marks) -> No
 
 def test_the_density_counts_what_lies_outside(made: Made) -> None:
     output = made()
-    shown = output["evidence"]["prediction"]
+    shown = output["figure_data"]["prediction"]
     outside = np.abs(np.array(shown["measured"]) - shown["mean"]) > 1.644854 * np.array(shown["std"])
     title = draw(output)["densities"]["title"]["text"]
     assert title == (f"{outside.sum()} of 216 measured times lie outside the central 90 % predicted for them; "
@@ -71,9 +71,9 @@ def test_the_density_counts_what_lies_outside(made: Made) -> None:
 def test_what_never_locks_is_left_out_and_said(made: Made, marks: Marks) -> None:
     output = made()
     for name, lost in (("before", 3), ("mean", 5)):
-        output["evidence"]["prediction"][name][lost] = None
-    output["evidence"]["prediction"]["density"][5] = output["evidence"]["prediction"]["density_time"][5] = []
-    output["evidence"]["engagement"] |= {"lock": None, "touch": None, "measured": None}
+        output["figure_data"]["prediction"][name][lost] = None
+    output["figure_data"]["prediction"]["density"][5] = output["figure_data"]["prediction"]["density_time"][5] = []
+    output["figure_data"]["engagement"] |= {"lock": None, "touch": None, "measured": None}
     found = draw(output)
     assert "2 without a simulated" in found["comparison"]["title"]["subtitle"][0]
     assert len(marks(found["comparison"], "symbol")) == 4 * 216 - 2 * 2
@@ -94,7 +94,7 @@ def test_the_phases_of_an_engagement_follow_one_another(made: Made) -> None:
 
 def test_seven_inputs_show_the_plane_of_the_surface(made: Made, marks: Marks) -> None:
     output = made(SEVEN)
-    output["evidence"]["surface"]["axes"] = ["initial_position", "pressure_bias"]
+    output["figure_data"]["surface"]["axes"] = ["initial_position", "pressure_bias"]
     found = draw(output)
     assert found["inputs"]["encoding"]["x"]["title"] == "initial position [multiple of nominal]"
     assert "All other inputs are kept as fitted." in " ".join(found["inputs"]["title"]["subtitle"])
@@ -143,7 +143,7 @@ def test_a_ridge_narrower_than_its_grid_is_whole() -> None:
 def test_the_title_says_whether_the_means_are_fixed(made: Made) -> None:
     output = made()
     assert draw(output)["inputs"]["title"]["text"].startswith("A ridge")
-    surface = output["evidence"]["surface"]
+    surface = output["figure_data"]["surface"]
     first, second = np.meshgrid(surface["first"], surface["second"], indexing="ij")
     surface["log10_likelihood"] = (-300.0 * ((first - 1) ** 2 + (second - 1) ** 2)).tolist()
     surface["log10_likelihood"][0][0] = None

@@ -27,7 +27,7 @@ def output(studied: Studied) -> dict[str, Any]:
 
 
 def draw(output: dict[str, Any]) -> dict[str, Spec]:
-    return study_pictures(output["result"], output["evidence"])
+    return study_pictures(output["result"], output["figure_data"])
 
 
 def texts(marks: list[ElementTree.Element]) -> list[str]:
@@ -67,13 +67,13 @@ def test_the_law_rises_by_what_the_bench_does(output: dict[str, Any], marks: Mar
     found = draw(output)["law"]
     assert "torque over pressure grows by" in found["title"]["text"]
     assert len(marks(found, "line")) == 3  # measured, before, after
-    assert len(marks(found, "symbol")) == len(output["evidence"]["law"]["cloud"]["slip"])
-    output["evidence"]["law"]["bins"]["median"].reverse()
+    assert len(marks(found, "symbol")) == len(output["figure_data"]["law"]["cloud"]["slip"])
+    output["figure_data"]["law"]["bins"]["median"].reverse()
     assert "torque over pressure falls by" in draw(output)["law"]["title"]["text"]
 
 
 def test_each_cell_of_the_matrix_is_written(output: dict[str, Any], marks: Marks) -> None:
-    where = output["evidence"]["where"]
+    where = output["figure_data"]["where"]
     where["before"]["chi_square"]["output_torque"]["slip"] = 123.4
     where["before"]["chi_square"]["pressure"]["slip"] = 0.96
     found = draw(output)["where"]
@@ -127,7 +127,7 @@ def test_the_best_of_a_round_that_added_nothing_is_not_called_added(output: dict
 
 
 def test_the_residual_bends_less_with_the_effect(output: dict[str, Any]) -> None:
-    one = output["evidence"]["residual"][0]
+    one = output["figure_data"]["residual"][0]
     one["models"] = {"before": {"at": [1, 2, 3], "low": [-1, 1, 3], "median": [0, 2, 4], "high": [1, 3, 5]},
                      "after": {"at": [1, 2, 3], "low": [-1, -1, -1], "median": [0, 0.5, 0.1], "high": [1, 1, 1]}}
     found = draw(output)["residual"]
@@ -140,7 +140,7 @@ def test_the_worst_signals_are_overlaid(output: dict[str, Any], marks: Marks) ->
     # Three experiments of pressure, two speeds and torque: measured, before and after.
     assert len(marks(found, "line")) == 3 * 4 * 3
     assert found["title"]["text"].startswith("In the worst experiments the output torque is off by")
-    for one in output["evidence"]["signals"]:
+    for one in output["figure_data"]["signals"]:
         for who in ("before", "after"):
             one[who]["pressure"] = [value + 1.0 for value in one["measured"]["pressure"]]
     assert "the pressure is off by 1 bar, with the effect by 1;" in draw(output)["signals"]["title"]["text"]
@@ -179,7 +179,7 @@ def test_the_density_is_the_normal_one() -> None:
 
 
 def test_the_likelihood_says_how_many_decades_are_gained(output: dict[str, Any], marks: Marks) -> None:
-    prediction, n = output["evidence"]["prediction"], output["result"]["experiments"]
+    prediction, n = output["figure_data"]["prediction"], output["result"]["experiments"]
     for who, std in (("before", 0.1), ("after", 0.01)):
         prediction[who] = {"mean": prediction["measured"], "std": [std] * n}
     found = draw(output)["likelihood"]
@@ -189,7 +189,7 @@ def test_the_likelihood_says_how_many_decades_are_gained(output: dict[str, Any],
 
 def test_an_unlisted_term_has_its_pictures(output: dict[str, Any]) -> None:
     name = "open_friction_coefficient"
-    output["evidence"]["effects"][name] = {"title": "Unlisted term in the friction coefficient", "block": "torque"}
+    output["figure_data"]["effects"][name] = {"title": "Unlisted term in the friction coefficient", "block": "torque"}
     output["result"]["answer"] |= {"kind": "unlisted", "effects": [name]}
     output["result"]["rounds"][-1]["added"] = [name]
     found = draw(output)
@@ -208,22 +208,22 @@ def test_the_same_study_gives_the_same_pictures(studied: Studied) -> None:
 
 def test_too_few_values_for_a_curve_leave_it_out(output: dict[str, Any]) -> None:
     empty: dict[str, list[float]] = {"at": [], "low": [], "median": [], "high": []}
-    output["evidence"]["law"]["bins"] = empty
-    output["evidence"]["residual"][0]["models"]["before"] = empty
+    output["figure_data"]["law"]["bins"] = empty
+    output["figure_data"]["residual"][0]["models"]["before"] = empty
     assert not {"law", "residual"} & draw(output).keys()
 
 
 def test_conditions_of_many_values_are_not_written_side_by_side(
         output: dict[str, Any], marks: Marks, scales: Scales) -> None:
-    output["evidence"]["conditions"]["motor_speed"] = [100.0 + place for place in range(24)]
+    output["figure_data"]["conditions"]["motor_speed"] = [100.0 + place for place in range(24)]
     for who in ("before", "after"):
-        groups = output["evidence"]["where"][who]["by_condition"]
+        groups = output["figure_data"]["where"][who]["by_condition"]
         groups["motor_speed"] = [{"value": 100.0 + place, "chi_square": 1.0} for place in range(24)]
     found = draw(output)
     titles = {scale["title"] for scale in scales(found["where"]) if scale.get("title")}
     assert titles == {"chi-square", "current profile", "run order"}
     assert "100 rad/s" not in texts(marks(found["gap"], "text"))
     for who in ("before", "after"):
-        output["evidence"]["where"][who]["by_condition"] = {
-            name: [] for name in output["evidence"]["where"][who]["by_condition"]}
+        output["figure_data"]["where"][who]["by_condition"] = {
+            name: [] for name in output["figure_data"]["where"][who]["by_condition"]}
     assert marks(draw(output)["where"], "rect")

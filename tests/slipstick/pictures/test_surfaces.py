@@ -52,7 +52,7 @@ def test_the_worse_fit_is_as_pale_as_it_is_far_behind(
 
 @pytest.mark.parametrize("change", [
     lambda fit, made: fit.update(made(("pressure_bias",))),
-    lambda fit, made: fit["evidence"]["surface"].update(axes=["pressure_bias", "friction_coefficient"]),
+    lambda fit, made: fit["figure_data"]["surface"].update(axes=["pressure_bias", "friction_coefficient"]),
     lambda fit, made: fit["result"].update(log10_likelihood=None)])
 def test_what_cannot_be_compared_is_not_drawn(
         both_fits: Fits, made: Callable[..., dict[str, Any]], change: Callable[..., None]) -> None:

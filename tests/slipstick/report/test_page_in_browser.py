@@ -67,6 +67,6 @@ def test_every_picture_of_a_study_is_drawn_without_a_network(
         both_fits: dict[str, dict[str, Any]], name: str, hostile: bool, left_out: int) -> None:
     output = studied(name)[2]
     if hostile:
-        for effect in output["evidence"]["effects"].values():
+        for effect in output["figure_data"]["effects"].values():
             effect["title"] = HOSTILE[1]
     shows(study_page(STUDY, output, None if name == "nothing" else both_fits), len(study.CAPTIONS) - left_out, 140)

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from slipstick.figure_data import evidence
+from slipstick.figure_data import figure_data
 from slipstick.inference import table_problem
 from slipstick.pictures import CAPTIONS
 from slipstick.report import costs, page, words
 from slipstick.storage.library import Library
-from slipstick.uncertainty.fit import fit
+from slipstick.uncertainty import fit
 
 Made = Callable[..., dict[str, Any]]
 Read = Callable[[str], Any]
@@ -43,13 +43,13 @@ def test_a_real_fit_has_all_that_the_made_up_one_has(shelf: Path, made: Made, re
     table, recordings = library.table("nominal"), library.recording("measured")
     problem = table_problem(table, recordings, "clip")
     settings = fit.FitSettings(population=4, generations=1, refine=False)
-    state = fit.advance(settings, problem, fit.start(settings, problem))
-    estimate = fit.profile(settings, problem, fit.refined(settings, problem, state))
-    result = fit.conclude(settings, problem, state, estimate)
-    shown = evidence(settings, problem, estimate["found"], table.model, recordings)
+    state = fit.next_state(settings, problem, fit.initial_state(settings, problem))
+    estimate = fit.with_next_interval(settings, problem, fit.refined_estimate(settings, problem, state))
+    result = fit.summary(settings, problem, state, estimate)
+    shown = figure_data(settings, problem, estimate["vector"], table.model, recordings)
     assert shape(made()["result"]) <= shape(result)
-    assert shape(made()["evidence"]) == shape(shown)
-    said = reading(page(FIT, {"result": result, "evidence": shown, "seconds": {}, "processor_seconds": {}}))
+    assert shape(made()["figure_data"]) == shape(shown)
+    said = reading(page(FIT, {"result": result, "figure_data": shown, "seconds": {}, "processor_seconds": {}}))
     assert said.count("figure") == len(CAPTIONS)
 
 

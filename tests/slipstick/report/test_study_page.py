@@ -61,14 +61,14 @@ def test_every_kind_of_answer_has_a_page(studied: Studied, reading: Read, name: 
 def test_what_was_not_sure_enough_is_said(output: dict[str, Any]) -> None:
     output["result"]["answer"] |= {"kind": "none", "effects": []}
     assert "no effect of the catalogue surely predicts experiments better" in words.lead(output["result"],
-                                                                                       output["evidence"])
+                                                                                       output["figure_data"])
     output["result"]["answer"]["kind"] = "not converged"
-    assert "did not come to an end" in words.lead(output["result"], output["evidence"])
+    assert "did not come to an end" in words.lead(output["result"], output["figure_data"])
 
 
 def test_an_unlisted_term_is_not_called_a_name(output: dict[str, Any], reading: Read) -> None:
     term = "open_friction_coefficient"
-    output["evidence"]["effects"][term] = {**output["evidence"]["effects"]["stribeck_friction"],
+    output["figure_data"]["effects"][term] = {**output["figure_data"]["effects"]["stribeck_friction"],
                                            "title": "Unlisted term in the friction coefficient"}
     output["result"]["answer"] |= {"kind": "unlisted", "effects": [term], "tied": [[term]], "coefficients": [
         {"effect": term, "coefficient": "signal", "unit": "1", "value": 4.0, "lower": 4.0, "upper": 4.0,
@@ -88,15 +88,15 @@ def test_a_tie_names_all_that_are_tied(output: dict[str, Any]) -> None:
     ranking = output["result"]["rounds"][0]["ranking"]
     ranking[1:] = [{**ranking[0], "effect": "quadratic_load_drag", "title": "Quadratic load drag", "behind": 1.2}]
     assert "slip-speed-dependent friction and quadratic load drag. Read the first as one of them." in said(
-        limits.caveats(output["result"], output["evidence"]))
+        limits.caveats(output["result"], output["figure_data"]))
     assert "do not tell it apart from Quadratic load drag." in said(
-        words.rounds(output["result"], output["evidence"]))
+        words.rounds(output["result"], output["figure_data"]))
 
 
 def test_a_rival_of_one_round_that_was_told_apart_later_is_no_tie(output: dict[str, Any]) -> None:
     ranking = output["result"]["rounds"][0]["ranking"]
     ranking[1:] = [{**ranking[0], "effect": "thermal_fade", "title": "Thermal fade", "behind": 1.2, "tied": True}]
-    text = said(words.rounds(output["result"], output["evidence"]))
+    text = said(words.rounds(output["result"], output["figure_data"]))
     assert "trails the best by 1.2 standard errors, and is told from it by what was added beside it." in text
     assert "do not tell it apart" not in text
 
@@ -132,19 +132,19 @@ def test_a_control_that_closes_as_much_casts_doubt(output: dict[str, Any]) -> No
     for closure, doubt in ((0.6, True), (0.1, False), (-4.0, False)):
         gap["control"]["closures"]["shifting_time"]["closure"] = closure
         assert ("The control closes much of the gap too: 60 %" in said(
-            limits.caveats(output["result"], output["evidence"]))) == doubt
+            limits.caveats(output["result"], output["figure_data"]))) == doubt
     assert next(row[-1] for row in words.gap(output["result"]) if row[0] == "shifting time [ms]") == \
         "none, the error grows"
 
 
 def test_a_run_order_that_follows_a_condition_is_said(output: dict[str, Any]) -> None:
-    conditions = output["evidence"]["conditions"]
-    assert "here no condition follows the run order" in said(limits.limits(output["evidence"]))
+    conditions = output["figure_data"]["conditions"]
+    assert "here no condition follows the run order" in said(limits.limits(output["figure_data"]))
     order = sorted(range(24), key=lambda place: conditions["motor_speed"][place])
     conditions["run_order"] = [order.index(place) for place in range(24)]
-    assert "the run order follows motor speed (0.97)" in said(limits.limits(output["evidence"]))
+    assert "the run order follows motor speed (0.97)" in said(limits.limits(output["figure_data"]))
     conditions["run_order"] = None
-    assert "do not say in which order they were run" in said(limits.limits(output["evidence"]))
+    assert "do not say in which order they were run" in said(limits.limits(output["figure_data"]))
 
 
 def test_why_the_study_ended_is_said(output: dict[str, Any]) -> None:
@@ -154,14 +154,14 @@ def test_why_the_study_ended_is_said(output: dict[str, Any]) -> None:
                            ({"p_value": 0.001, "ranking": output["result"]["rounds"][0]["ranking"]},
                             "Slip-speed-dependent friction would come next")):
         last |= change
-        assert phrase in said(words.rounds(output["result"], output["evidence"]))
+        assert phrase in said(words.rounds(output["result"], output["figure_data"]))
 
 
 def test_nothing_in_the_data_becomes_markup(output: dict[str, Any], reading: Read) -> None:
     tame = reading(study_page(STUDY, output))
     output["result"]["answer"]["sentence"] = HOSTILE
     output["result"]["answer"]["coefficients"][0] |= {"coefficient": HOSTILE, "unit": HOSTILE}
-    output["evidence"]["effects"]["stribeck_friction"] = dict.fromkeys(
+    output["figure_data"]["effects"]["stribeck_friction"] = dict.fromkeys(
         ("title", "block", "quantity", "law", "signature", "source"), HOSTILE)
     hostile = reading(study_page(STUDY | dict.fromkeys(("id", "recordings", "recordings_digest"), HOSTILE), output))
     assert hostile.count("img") == 0

@@ -14,9 +14,8 @@ from slipstick.errors import CorruptTable, InvalidValue, OutsideTable, WrongDige
 from slipstick.storage.hdf5 import text
 from slipstick.table import Axis, Grid, HeldOut, Network, Surrogate, Table
 from slipstick.table.surrogate import germs
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import exact
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, exact
 
 AXES = (Axis("pressure_bias", np.array([0.8, 1.2]), 1.6, "bar"),
         Axis("initial_position", np.array([0.5, 2.0]), 5e-4, "m"))
@@ -206,10 +205,10 @@ def test_what_lies_outside_is_an_error_the_edge_or_nan_as_for_a_grid(surrogate):
 def test_is_smooth_so_likelihoods_take_it_without_knots(surrogate):
     assert surrogate.knots is None
     measured = surrogate.interpolate(np.array([[1.0, 1.2]]))[0]
-    problem = Problem(surrogate, surrogate.conditions, measured, surrogate.lower, surrogate.upper, ("a", "b"))
+    problem = InferenceProblem(surrogate, surrogate.conditions, measured, surrogate.lower, surrogate.upper, ("a", "b"))
     candidate = Candidate(Inputs([1.0, 1.2], [0.01, 0.01]), 0.05)
-    theta = np.random.default_rng(3).standard_normal((400_000, 2))
-    residual = (surrogate(candidate.inputs.points(theta), surrogate.conditions) - measured) / 0.05
+    normals = np.random.default_rng(3).standard_normal((400_000, 2))
+    residual = (surrogate(candidate.inputs.points(normals), surrogate.conditions) - measured) / 0.05
     sampled = np.log10(np.mean(np.exp(-residual**2 / 2), axis=0) / (0.05 * math.sqrt(2 * math.pi))) - 3
     np.testing.assert_allclose(exact(problem, candidate), sampled, atol=5e-3)
 

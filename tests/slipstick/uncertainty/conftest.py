@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.likelihood.unknowns import Unknowns
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns
 
 Closed = Callable[[np.ndarray], float]
 
@@ -52,9 +51,9 @@ def measure(model: Callable[[np.ndarray, Surfaces], np.ndarray], conditions: Sur
     return np.diagonal(times) + truth.output_std * random.standard_normal(count)
 
 
-def pose(model: Callable[[np.ndarray, Surfaces], np.ndarray], count: int, truth: Candidate) -> Problem:
+def pose(model: Callable[[np.ndarray, Surfaces], np.ndarray], count: int, truth: Candidate) -> InferenceProblem:
     conditions = surfaces(count)
-    return Problem(model, conditions, measure(model, conditions, truth), np.full(2, 0.5), np.full(2, 1.5),
+    return InferenceProblem(model, conditions, measure(model, conditions, truth), np.full(2, 0.5), np.full(2, 1.5),
                    ("pressure_bias", "initial_position"))
 
 
@@ -64,13 +63,13 @@ def truth() -> Candidate:
 
 
 @pytest.fixture(scope="session")
-def problem_measured_at() -> Callable[[Candidate], Problem]:
+def problem_measured_at() -> Callable[[Candidate], InferenceProblem]:
     """Makes 72 kinked conditions, measured at a truth, in the box of the default table."""
     return lambda truth: pose(kinked, 72, truth)
 
 
 @pytest.fixture(scope="session")
-def problem(truth: Candidate) -> Problem:
+def problem(truth: Candidate) -> InferenceProblem:
     return pose(kinked, 72, truth)
 
 
@@ -81,23 +80,23 @@ def mixed() -> Candidate:
 
 
 @pytest.fixture(scope="session")
-def linear_problem(mixed: Candidate) -> Problem:
+def linear_problem(mixed: Candidate) -> InferenceProblem:
     """24 linear conditions, whose times are exactly normal, measured at `mixed`."""
     return pose(linear, 24, mixed)
 
 
 @pytest.fixture(scope="session")
-def posed() -> Callable[[np.ndarray, Candidate], tuple[Problem, Unknowns, Closed]]:
+def posed() -> Callable[[np.ndarray, Candidate], tuple[InferenceProblem, Unknowns, Closed]]:
     """Makes a linear model of slopes (d, n) measured at a truth, and its log10 likelihood at plain values (k,).
 
     That is a closed form: its times are normal, by the rules for sums of normals.
     """
-    def make(slope: np.ndarray, truth: Candidate) -> tuple[Problem, Unknowns, Closed]:
+    def make(slope: np.ndarray, truth: Candidate) -> tuple[InferenceProblem, Unknowns, Closed]:
         random, (d, n) = np.random.default_rng(3), slope.shape
         points = truth.inputs.points(random.standard_normal((n, d)))
         times = 1.0 + np.sum((points - 1.0) * slope.T, axis=1) + truth.output_std * random.standard_normal(n)
         knots = tuple(np.linspace(0.0, 2.0, 9) for _ in range(d))
-        problem = Problem(lambda points, conditions: 1.0 + (points - 1.0) @ slope, None, times, np.zeros(d),
+        problem = InferenceProblem(lambda points, conditions: 1.0 + (points - 1.0) @ slope, None, times, np.zeros(d),
                           np.full(d, 2.0), tuple("abcdefg"[:d]), knots)
 
         def closed(plain: np.ndarray) -> float:
@@ -105,14 +104,14 @@ def posed() -> Callable[[np.ndarray, Candidate], tuple[Problem, Unknowns, Closed
             std = np.sqrt(plain[2 * d]**2 + plain[d:2 * d]**2 @ slope**2)
             return float(np.sum(norm.logpdf(times, mean, std)) / np.log(10) - 3 * n)
 
-        return problem, unknowns(FitSettings(std_bounds=((0.002, 0.5),)), problem), closed
+        return problem, search_space(FitSettings(std_bounds=((0.002, 0.5),)), problem), closed
 
     return make
 
 
 @pytest.fixture(scope="session")
-def ridge(posed: Callable[[np.ndarray, Candidate], tuple[Problem, Unknowns, Closed]],
-          ) -> tuple[Problem, Unknowns, Closed]:
+def ridge(posed: Callable[[np.ndarray, Candidate], tuple[InferenceProblem, Unknowns, Closed]],
+          ) -> tuple[InferenceProblem, Unknowns, Closed]:
     """Two inputs whose slopes are alike, so that either can scatter for the other."""
     random = np.random.default_rng(1)
     slope = random.uniform(0.1, 0.3, 48) * np.array([[1.0], [-0.8]]) + 0.02 * random.standard_normal((2, 48))

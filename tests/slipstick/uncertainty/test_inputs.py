@@ -8,9 +8,8 @@ import pytest
 from scipy import stats
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.chaos.germs import Germ
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty import Inputs, standard_normals
+from slipstick.uncertainty.chaos import Germ
 
 MIXING = np.array([[0.10, 0.04], [0.03, 0.05]])
 CORRELATION = np.array([[1.0, -0.6, 0.3], [-0.6, 1.0, 0.2], [0.3, 0.2, 1.0]])
@@ -19,14 +18,14 @@ EVERY: dict[str, Any] = {"mean": [1.0, 1.1, 0.9, 1.0, 1.2], "std": [0.1, 0.2, 0.
                          "families": ("normal", "lognormal", "gamma", "beta", "uniform")}
 COPULA: dict[str, Any] = {"mean": [1.0, 1.1, 0.9], "std": [0.2, 0.3, 0.05], "correlation": CORRELATION,
                           "families": ("gamma", "lognormal", "uniform")}
-THETA = {d: normal_germs(d, 4096, 1) for d in (2, 3, 5)}
+THETA = {d: standard_normals(d, 4096, 1) for d in (2, 3, 5)}
 
 
 def test_mixing_mixes_germs() -> None:
-    inputs, theta = Inputs([1.0, 0.9], mixing=MIXING), THETA[2]
-    points = inputs.points(theta)
-    np.testing.assert_allclose(points[:, 0], 1.0 + 0.10 * theta[:, 0] + 0.04 * theta[:, 1], rtol=1e-14)
-    np.testing.assert_allclose(points[:, 1], 0.9 + 0.03 * theta[:, 0] + 0.05 * theta[:, 1], rtol=1e-14)
+    inputs, normals = Inputs([1.0, 0.9], mixing=MIXING), THETA[2]
+    points = inputs.points(normals)
+    np.testing.assert_allclose(points[:, 0], 1.0 + 0.10 * normals[:, 0] + 0.04 * normals[:, 1], rtol=1e-14)
+    np.testing.assert_allclose(points[:, 1], 0.9 + 0.03 * normals[:, 0] + 0.05 * normals[:, 1], rtol=1e-14)
     np.testing.assert_allclose(np.cov(points.T), MIXING @ MIXING.T, rtol=5e-3)
     # The transposed matrix mixes inputs, not germs: another covariance.
     assert np.abs(np.cov(points.T) - MIXING.T @ MIXING).max() > 5e-4
@@ -72,9 +71,9 @@ def test_correlation_leaves_each_input_its_family() -> None:
 ], ids=["every family", "std 0", "std 1e-12", "copula", "mixing", "mirrored", "correlated, std 0", "own germs"])
 def test_standard_normals_and_germs_lead_to_the_same_inputs(arguments: Mapping[str, Any]) -> None:
     inputs = Inputs(**arguments)
-    theta = THETA[inputs.dimension]
-    germs = inputs.germs_of(theta)
-    np.testing.assert_allclose(inputs.at_germs(germs), inputs.points(theta), rtol=1e-12)
+    normals = THETA[inputs.dimension]
+    germs = inputs.germs_of(normals)
+    np.testing.assert_allclose(inputs.at_germs(germs), inputs.points(normals), rtol=1e-12)
     np.testing.assert_allclose(germs.mean(axis=0), 0, atol=5e-3)
     np.testing.assert_allclose(germs.std(axis=0), 1, atol=5e-3)
 
@@ -93,9 +92,9 @@ def test_germs_follow_table_1_unless_inputs_depend_on_one_another() -> None:
 
 
 def test_scores_are_the_normals_that_made_an_input() -> None:
-    inputs, theta = Inputs(**EVERY), THETA[5][:64]
-    for number, values in enumerate(inputs.points(theta).T):
-        np.testing.assert_allclose(inputs.scores(number, values), theta[:, number], atol=1e-9)
+    inputs, normals = Inputs(**EVERY), THETA[5][:64]
+    for number, values in enumerate(inputs.points(normals).T):
+        np.testing.assert_allclose(inputs.scores(number, values), normals[:, number], atol=1e-9)
 
 
 PAIR: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.1, 0.1]}

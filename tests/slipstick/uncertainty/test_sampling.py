@@ -5,24 +5,22 @@ import pytest
 from scipy.stats import beta, gamma, multivariate_normal, norm
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.outside import axis_mass_outside, count_outside, mass_outside
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty import Inputs, axis_mass_outside, count_outside, mass_outside, standard_normals
 
 MIXING = np.array([[0.10, 0.04], [0.03, 0.05]])
 LOWER, UPPER = np.array([0.8, 0.9]), np.array([1.1, 1.5])
 
 
 def test_samples_follow_their_seed_and_the_standard_normal() -> None:
-    theta = normal_germs(3, 4096, 7)
-    np.testing.assert_array_equal(theta, normal_germs.__wrapped__(3, 4096, 7))
-    assert not np.array_equal(theta, normal_germs(3, 4096, 8))
-    np.testing.assert_allclose(theta.mean(axis=0), 0, atol=1e-3)
-    np.testing.assert_allclose(np.cov(theta.T), np.eye(3), atol=5e-3)
+    normals = standard_normals(3, 4096, 7)
+    np.testing.assert_array_equal(normals, standard_normals.__wrapped__(3, 4096, 7))
+    assert not np.array_equal(normals, standard_normals(3, 4096, 8))
+    np.testing.assert_allclose(normals.mean(axis=0), 0, atol=1e-3)
+    np.testing.assert_allclose(np.cov(normals.T), np.eye(3), atol=5e-3)
     with pytest.raises(ValueError, match="read-only"):
-        theta[0, 0] = 0.0
+        normals[0, 0] = 0.0
     with pytest.raises(InvalidValue, match="power of two"):
-        normal_germs(2, 1000, 1)
+        standard_normals(2, 1000, 1)
 
 
 @pytest.mark.parametrize("std", [[0.05, 0.05], [0.3, 0.02], [0.0, 0.1]])
@@ -31,7 +29,7 @@ def test_mass_outside_is_exact_for_independent_inputs(std: list[float]) -> None:
     inside = [norm.cdf(high, mean, max(s, 1e-12)) - norm.cdf(low, mean, max(s, 1e-12))
               for low, high, mean, s in zip(LOWER, UPPER, inputs.mean, std, strict=True)]
     np.testing.assert_allclose(axis_mass_outside(inputs, LOWER, UPPER), 1 - np.array(inside), atol=1e-15)
-    mass = mass_outside(inputs, LOWER, UPPER, normal_germs(2, 2, 1))
+    mass = mass_outside(inputs, LOWER, UPPER, standard_normals(2, 2, 1))
     np.testing.assert_allclose(mass, 1 - np.prod(inside), rtol=1e-10)
 
 
@@ -44,22 +42,22 @@ def test_mass_outside_is_that_of_the_family() -> None:
 
 
 def test_mass_outside_keeps_its_digits_and_its_ends() -> None:
-    theta, box = normal_germs(2, 2, 1), (np.full(2, 0.5), np.full(2, 1.5))
+    normals, box = standard_normals(2, 2, 1), (np.full(2, 0.5), np.full(2, 1.5))
     far = Inputs([1.0, 1.0], [0.05, 0.05])  # both edges at 10 std
-    np.testing.assert_allclose(mass_outside(far, *box, theta), 4 * norm.sf(10.0), rtol=1e-12)
-    assert mass_outside(Inputs([0.5, 1.5], [0.0, 0.0]), *box, theta) == 0.0
-    assert mass_outside(Inputs([0.4, 1.0], [0.0, 0.1]), *box, theta) == 1.0
+    np.testing.assert_allclose(mass_outside(far, *box, normals), 4 * norm.sf(10.0), rtol=1e-12)
+    assert mass_outside(Inputs([0.5, 1.5], [0.0, 0.0]), *box, normals) == 0.0
+    assert mass_outside(Inputs([0.4, 1.0], [0.0, 0.1]), *box, normals) == 1.0
 
 
 def test_mass_outside_of_mixed_inputs_against_the_integral() -> None:
     inputs = Inputs([0.95, 1.0], mixing=MIXING)
     joint = multivariate_normal(inputs.mean, MIXING @ MIXING.T)
-    theta = normal_germs(2, 2**14, 1)
+    normals = standard_normals(2, 2**14, 1)
     expected = 1 - joint.cdf(UPPER, lower_limit=LOWER)
-    np.testing.assert_allclose(mass_outside(inputs, LOWER, UPPER, theta), expected, atol=1e-3)
+    np.testing.assert_allclose(mass_outside(inputs, LOWER, UPPER, normals), expected, atol=1e-3)
     independent = Inputs(inputs.mean, inputs.marginal_std)
-    assert abs(mass_outside(independent, LOWER, UPPER, theta) - expected) > 5e-3  # the mixing matters here
-    np.testing.assert_allclose(mass_outside(Inputs([1.0, 1.0], mixing=MIXING), np.full(2, 0.5), np.full(2, 1.5), theta),
+    assert abs(mass_outside(independent, LOWER, UPPER, normals) - expected) > 5e-3  # the mixing matters here
+    np.testing.assert_allclose(mass_outside(Inputs([1.0, 1.0], mixing=MIXING), np.full(2, 0.5), np.full(2, 1.5), normals),
                                2 * norm.sf(0.5 / np.hypot(0.10, 0.04)), rtol=1e-6)  # too rare for the samples
 
 

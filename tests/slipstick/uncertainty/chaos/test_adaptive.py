@@ -9,10 +9,16 @@ from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.chaos.adaptive import adapt
-from slipstick.uncertainty.chaos.expansion import Expansion, ExpansionSettings, expand, make_basis
-from slipstick.uncertainty.chaos.germs import Germ, of_normals
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.uncertainty import standard_normals
+from slipstick.uncertainty.chaos import (
+    Expansion,
+    ExpansionSettings,
+    Germ,
+    adapt,
+    expand,
+    germs_from_normals,
+    make_basis,
+)
 
 AXES = ("pressure_bias", "initial_position", "friction_coefficient", "current_gain", "current_delay")
 CONDITIONS = paper_conditions().take(range(0, 216, 5))
@@ -31,7 +37,7 @@ def smooth(germs: np.ndarray) -> np.ndarray:
 
 def true_error(expansion: Expansion, model: OfGerms, samples: int = 1024) -> np.ndarray:
     germs = expansion.basis.germs
-    held_out = of_normals(germs, normal_germs(len(germs), samples, 99))
+    held_out = germs_from_normals(germs, standard_normals(len(germs), samples, 99))
     error: np.ndarray = np.sqrt(np.mean((expansion.at(held_out) - model(held_out)) ** 2, axis=0))
     return error
 

@@ -6,11 +6,18 @@ import openturns
 import pytest
 
 from slipstick.errors import InvalidValue
-from slipstick.matrix_product import product
-from slipstick.uncertainty.chaos import sensitivity
-from slipstick.uncertainty.chaos.expansion import Basis, Expansion, ExpansionSettings, expand, make_basis
-from slipstick.uncertainty.chaos.germs import Germ, of_normals
-from slipstick.uncertainty.sampling import normal_germs
+from slipstick.matrix_product import matrix_product
+from slipstick.uncertainty import standard_normals
+from slipstick.uncertainty.chaos import (
+    Basis,
+    Expansion,
+    ExpansionSettings,
+    Germ,
+    expand,
+    germs_from_normals,
+    make_basis,
+    sensitivity,
+)
 
 HERMITE = Germ("hermite")
 FAMILIES = {
@@ -84,7 +91,7 @@ def test_agrees_with_chaospy_by_eq_6() -> None:
     nodes, weights = chaospy.generate_quadrature(6, germ, rule="gaussian")
     oracle = chaospy.fit_quadrature(polynomials, nodes, weights, wavy(nodes.T))
     basis = make_basis((HERMITE, Germ("legendre")), ExpansionSettings(6, checks=0))
-    expansion, germs = expand(basis, wavy(basis.nodes)), of_normals(basis.germs, normal_germs(2, 256, 1))
+    expansion, germs = expand(basis, wavy(basis.nodes)), germs_from_normals(basis.germs, standard_normals(2, 256, 1))
     np.testing.assert_allclose(expansion.mean, chaospy.E(oracle, germ), rtol=1e-12)
     np.testing.assert_allclose(expansion.std, chaospy.Std(oracle, germ), rtol=1e-9)
     np.testing.assert_allclose(expansion.at(germs), oracle(*germs.T).T, rtol=1e-9)
@@ -169,5 +176,5 @@ def test_rules_that_cannot_work_are_refused() -> None:
 def test_product_against_its_readable_twin() -> None:
     random = np.random.default_rng(1)
     left, right = random.standard_normal((101, 45)), random.standard_normal((45, 33))
-    np.testing.assert_allclose(product(left, right), left @ right, atol=1e-12)
-    np.testing.assert_allclose(product(left.T[:45, :45], right), left.T[:45, :45] @ right, atol=1e-12)
+    np.testing.assert_allclose(matrix_product(left, right), left @ right, atol=1e-12)
+    np.testing.assert_allclose(matrix_product(left.T[:45, :45], right), left.T[:45, :45] @ right, atol=1e-12)

@@ -8,8 +8,8 @@ import pytest
 from scipy import stats
 from scipy.integrate import quad
 
-from slipstick.uncertainty.chaos.families import FAMILIES, HERMITE, Family, beta_shape, from_score, germ_of, to_score
-from slipstick.uncertainty.chaos.germs import Germ
+from slipstick.uncertainty.chaos import FAMILIES, Family, Germ
+from slipstick.uncertainty.chaos.families import HERMITE, beta_shape, from_score, germ_of, to_score
 
 SUPPORT = np.array([0.5, 1.5])
 

@@ -6,7 +6,7 @@ import pytest
 from scipy import stats
 
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.uncertainty.chaos.germs import Germ, of_normals
+from slipstick.uncertainty.chaos import Germ, germs_from_normals
 from slipstick.uncertainty.chaos.polynomials import Polynomials
 from slipstick.uncertainty.chaos.rules import gauss
 
@@ -59,7 +59,7 @@ def test_germs_of_several_inputs_are_taken_column_by_column() -> None:
     germs = tuple(FAMILIES)[:3]
     normals = NORMALS.reshape(3, 3)
     columns = [germ.of_normal(normals[:, axis]) for axis, germ in enumerate(germs)]
-    np.testing.assert_array_equal(of_normals(germs, normals), np.column_stack(columns))
+    np.testing.assert_array_equal(germs_from_normals(germs, normals), np.column_stack(columns))
 
 
 @pytest.mark.parametrize("shape", [1e4, 1e6, 1e9, 1e14])

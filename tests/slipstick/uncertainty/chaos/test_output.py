@@ -5,13 +5,12 @@ import pytest
 from scipy.stats import norm
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.chaos.expansion import ExpansionSettings, expand, make_basis
-from slipstick.uncertainty.chaos.output import Output
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty.chaos import ExpansionSettings, Output, expand, make_basis
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem
 
 
 @pytest.fixture(scope="module")
-def output(linear_problem: Problem, mixed: Candidate) -> Output:
+def output(linear_problem: InferenceProblem, mixed: Candidate) -> Output:
     basis = make_basis(mixed.inputs.germs, ExpansionSettings(checks=0))
     times = linear_problem.model(mixed.inputs.points(basis.nodes), linear_problem.conditions)
     times[0, 5] = np.nan
@@ -19,7 +18,7 @@ def output(linear_problem: Problem, mixed: Candidate) -> Output:
 
 
 @pytest.fixture(scope="module")
-def normal(linear_problem: Problem, mixed: Candidate) -> tuple[np.ndarray, np.ndarray]:
+def normal(linear_problem: InferenceProblem, mixed: Candidate) -> tuple[np.ndarray, np.ndarray]:
     surfaces = linear_problem.conditions
     mean = surfaces.base + surfaces.slope @ (mixed.inputs.mean - 1)
     std = np.sqrt(np.sum((surfaces.slope @ mixed.inputs.mixing) ** 2, axis=1) + mixed.output_std**2)

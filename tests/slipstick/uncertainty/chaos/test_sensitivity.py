@@ -7,9 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from slipstick.uncertainty.chaos import sensitivity
-from slipstick.uncertainty.chaos.expansion import ExpansionSettings, expand, make_basis
-from slipstick.uncertainty.chaos.germs import Germ
+from slipstick.uncertainty.chaos import ExpansionSettings, Germ, expand, make_basis, sensitivity
 
 
 @dataclass(frozen=True)

@@ -10,17 +10,16 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import norm, qmc
 
-from slipstick.uncertainty.fit import classic, fit
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.likelihood.problem import Problem
+from slipstick.uncertainty.fit import FitSettings, classic, fit
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import InferenceProblem
 
 TINY = FitSettings(method="classic", grid=3, samples=32, seed=5, refine=False, intervals=False,
                    mean_bounds=((0.9, 1.1),), std_bounds=((0.01, 0.1),), output_std_bounds=(0.002, 0.02))
 
 
 @pytest.fixture(scope="module")
-def small() -> Problem:
+def small() -> InferenceProblem:
     """Six engagements of a model that curves, and has no time at large values of the first input."""
     slopes = np.random.default_rng(3).uniform(-0.2, 0.2, (2, 6))
 
@@ -30,23 +29,23 @@ def small() -> Problem:
         return times
 
     measured = 0.5 + 0.02 * np.random.default_rng(4).standard_normal(6)
-    return Problem(model, None, measured, np.full(2, 0.5), np.full(2, 1.5), ("a", "b"))
+    return InferenceProblem(model, None, measured, np.full(2, 0.5), np.full(2, 1.5), ("a", "b"))
 
 
-def slow(settings: FitSettings, problem: Problem) -> tuple[list[float], float, int]:
+def slow(settings: FitSettings, problem: InferenceProblem) -> tuple[list[float], float, int]:
     """The best of all candidates, in the unknowns' own scale."""
     levels = [np.linspace(*settings.mean_bounds[0], settings.grid)] * 2
     levels += [np.geomspace(*settings.std_bounds[0], settings.grid)] * 2
     levels += [np.geomspace(*settings.output_std_bounds, settings.grid)]
     levels += [np.linspace(-0.98, 0.98, settings.grid)] * settings.correlated
-    theta = qmc.MultivariateNormalQMC(np.zeros(2), rng=settings.seed).random(settings.samples)
+    normals = qmc.MultivariateNormalQMC(np.zeros(2), rng=settings.seed).random(settings.samples)
     best, highest, count = [], -np.inf, 0
     for values in product(*levels):
         count += 1
         first, second, std_1, std_2, noise = values[:5]
         rho = values[5] if settings.correlated else 0.0
         logs = np.full((settings.samples, 6), -np.inf)
-        for row, (one, other) in enumerate(theta):
+        for row, (one, other) in enumerate(normals):
             point = [first + std_1 * one, second + std_2 * (rho * one + np.sqrt(1 - rho**2) * other)]
             logs[row] = norm.logpdf(1e3 * problem.measured_time, 1e3 * problem.model(np.array([point]), None)[0],
                                     1e3 * noise)
@@ -58,36 +57,36 @@ def slow(settings: FitSettings, problem: Problem) -> tuple[list[float], float, i
 
 
 @pytest.mark.parametrize("changes", [{}, {"correlated": True, "grid": 2}])
-def test_its_best_node_is_the_best_of_all_candidates(small: Problem, changes: dict[str, Any]) -> None:
+def test_its_best_node_is_the_best_of_all_candidates(small: InferenceProblem, changes: dict[str, Any]) -> None:
     settings = replace(TINY, **changes)
-    space = unknowns(settings, small)
+    space = search_space(settings, small)
     expected, highest, count = slow(settings, small)
-    assert classic.candidates(settings, space) == count
-    found = [classic.search(settings, small, space, block) for block in range(classic.blocks(settings, space))]
+    assert classic.candidate_count(settings, space) == count
+    found = [classic.best_of_block(settings, small, space, block) for block in range(classic.block_count(settings, space))]
     vector, reached = max(found, key=lambda one: one[1])
     np.testing.assert_allclose(reached, highest, rtol=1e-12)
     np.testing.assert_allclose([*vector[:2], *np.exp(vector[2:5]), *vector[5:]], expected, rtol=1e-12)
     assert len({tuple(one[0][:2]) for one in found}) == settings.grid**2  # each block has means of its own
 
 
-def test_blocks_resume_after_json(small: Problem) -> None:
-    straight = begun = fit.start(TINY, small)
+def test_blocks_resume_after_json(small: InferenceProblem) -> None:
+    straight = begun = fit.initial_state(TINY, small)
     assert begun["generations"] == 9
-    while not fit.finished(TINY, straight):
-        straight = fit.advance(TINY, small, straight)
+    while not fit.is_finished(TINY, straight):
+        straight = fit.next_state(TINY, small, straight)
     for _ in range(4):
-        begun = fit.advance(TINY, small, begun)
+        begun = fit.next_state(TINY, small, begun)
     revived = json.loads(json.dumps(begun, allow_nan=False))
-    while not fit.finished(TINY, revived):
-        revived = fit.advance(TINY, small, revived)
+    while not fit.is_finished(TINY, revived):
+        revived = fit.next_state(TINY, small, revived)
     assert revived == straight
     assert straight["history"] == sorted(straight["history"])
     np.testing.assert_allclose(straight["history"][-1], slow(TINY, small)[1], rtol=1e-12)
 
 
-def test_a_grid_without_any_likelihood_has_none(small: Problem) -> None:
-    lost = Problem(lambda points, conditions: np.full((len(points), 6), np.nan), None, small.measured_time, small.lower,
+def test_a_grid_without_any_likelihood_has_none(small: InferenceProblem) -> None:
+    lost = InferenceProblem(lambda points, conditions: np.full((len(points), 6), np.nan), None, small.measured_time, small.lower,
                    small.upper, small.axes)
-    vector, highest = classic.search(TINY, lost, unknowns(TINY, lost), 0)
+    vector, highest = classic.best_of_block(TINY, lost, search_space(TINY, lost), 0)
     assert highest == -np.inf
     assert np.isfinite(vector).all()

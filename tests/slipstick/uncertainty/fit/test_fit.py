@@ -14,41 +14,39 @@ import pytest
 from scipy.optimize import differential_evolution
 
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.uncertainty.fit import fit
-from slipstick.uncertainty.fit.fit import FitSettings, State
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import by_expansion, exact
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty import Inputs, fit
+from slipstick.uncertainty.fit import FitSettings, SearchState
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, by_expansion, exact
 
 QUICK = FitSettings(order=4, population=24, patience=12, intervals=False)
 
 
-def through_json(state: State) -> State:
-    revived: State = json.loads(json.dumps(state, allow_nan=False))
+def through_json(state: SearchState) -> SearchState:
+    revived: SearchState = json.loads(json.dumps(state, allow_nan=False))
     return revived
 
 
-def run(settings: FitSettings, problem: Problem, state: State | None = None, generations: int = 1000) -> State:
-    state = state or fit.start(settings, problem)
-    while not fit.finished(settings, state) and generations:
-        state, generations = fit.advance(settings, problem, state), generations - 1
+def run(settings: FitSettings, problem: InferenceProblem, state: SearchState | None = None, generations: int = 1000) -> SearchState:
+    state = state or fit.initial_state(settings, problem)
+    while not fit.is_finished(settings, state) and generations:
+        state, generations = fit.next_state(settings, problem, state), generations - 1
     return state
 
 
-def conclude(settings: FitSettings, problem: Problem, state: State) -> dict[str, Any]:
-    estimate = fit.refined(settings, problem, state)
-    while not fit.profiled(settings, estimate):
-        estimate = fit.profile(settings, problem, estimate)
-    return fit.conclude(settings, problem, state, estimate)
+def conclude(settings: FitSettings, problem: InferenceProblem, state: SearchState) -> dict[str, Any]:
+    estimate = fit.refined_estimate(settings, problem, state)
+    while not fit.has_all_intervals(settings, estimate):
+        estimate = fit.with_next_interval(settings, problem, estimate)
+    return fit.summary(settings, problem, state, estimate)
 
 
 @pytest.fixture(scope="module")
-def settled(problem: Problem) -> State:
+def settled(problem: InferenceProblem) -> SearchState:
     return run(QUICK, problem)
 
 
-def test_resumes_bit_for_bit_after_json(problem: Problem) -> None:
+def test_resumes_bit_for_bit_after_json(problem: InferenceProblem) -> None:
     straight = run(QUICK, problem, generations=20)
     revived = through_json(run(QUICK, problem, generations=10))
     assert revived["generation"] == 10
@@ -61,11 +59,12 @@ def test_gives_the_same_bits_on_any_number_of_threads() -> None:
     code = (
         "import numpy as np\n"
         "from slipstick.uncertainty import fit\n"
+        "from slipstick.uncertainty.likelihood import InferenceProblem\n"
         "slope = np.random.default_rng(1).uniform(-0.2, 0.2, (2, 216))\n"
         "def model(points, conditions): return 0.5 + np.einsum('md,dn->mn', np.exp(points), slope)\n"
-        "problem = fit.Problem(model, None, np.full(216, 0.5), np.full(2, 0.5), np.full(2, 1.5), ('a', 'b'))\n"
+        "problem = InferenceProblem(model, None, np.full(216, 0.5), np.full(2, 0.5), np.full(2, 1.5), ('a', 'b'))\n"
         "settings = fit.FitSettings()\n"
-        "print(fit.advance(settings, problem, fit.start(settings, problem)))\n"
+        "print(fit.next_state(settings, problem, fit.initial_state(settings, problem)))\n"
     )
     digests = [
         hashlib.sha256(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True,
@@ -75,9 +74,9 @@ def test_gives_the_same_bits_on_any_number_of_threads() -> None:
     assert digests[0] == digests[1]
 
 
-def test_finds_what_differential_evolution_finds(problem: Problem) -> None:
+def test_finds_what_differential_evolution_finds(problem: InferenceProblem) -> None:
     """Near it on the likelihood by expansion, in a third of scipy's evaluations; refined, as good as scipy's best."""
-    space, spent = unknowns(QUICK, problem), 0
+    space, spent = search_space(QUICK, problem), 0
 
     def loss(vectors: np.ndarray) -> np.ndarray:
         nonlocal spent
@@ -92,13 +91,13 @@ def test_finds_what_differential_evolution_finds(problem: Problem) -> None:
         state = run(replace(QUICK, seed=seed, generations=40, patience=40), problem)
         best = -loss(np.array(state["points"][0])[:, None])[0]
         assert best > -peer.fun - 5.0
-        found = fit.refined(QUICK, problem, state)["found"]
+        found = fit.refined_estimate(QUICK, problem, state)["vector"]
         assert exact(problem, space.candidate(np.array(found))).sum() > peer_exact - 0.05
     first = np.array(run(QUICK, problem, generations=1)["points"][0])
     assert -loss(first[:, None])[0] < -peer.fun - 5.0  # there was something to find
 
 
-def test_recovers_the_truth(problem: Problem, truth: Candidate, settled: State) -> None:
+def test_recovers_the_truth(problem: InferenceProblem, truth: Candidate, settled: SearchState) -> None:
     result = conclude(QUICK, problem, settled)
     whole = exact(problem, truth).sum()
     assert whole < result["log10_likelihood"] < whole + 5
@@ -108,7 +107,7 @@ def test_recovers_the_truth(problem: Problem, truth: Candidate, settled: State) 
     assert result["remarks"] == []
 
 
-def test_result_is_json_and_consistent(problem: Problem, settled: State) -> None:
+def test_result_is_json_and_consistent(problem: InferenceProblem, settled: SearchState) -> None:
     result = conclude(QUICK, problem, settled)
     assert json.loads(json.dumps(result, allow_nan=False)) == result
     assert result == conclude(QUICK, problem, through_json(settled))
@@ -122,9 +121,9 @@ def test_result_is_json_and_consistent(problem: Problem, settled: State) -> None
     np.testing.assert_allclose(rough["searched"]["log10_likelihood_by_expansion"], settled["history"][-1], rtol=1e-9)
 
 
-def test_progress_and_end(problem: Problem) -> None:
+def test_progress_and_end(problem: InferenceProblem) -> None:
     settings = replace(QUICK, patience=4, tolerance=0.2)
-    begun = fit.start(settings, problem)
+    begun = fit.initial_state(settings, problem)
     assert fit.progress(settings, problem, begun)["log10_likelihood"] is None
     told = fit.progress(settings, problem, run(settings, problem))
     history = told["history"]
@@ -138,7 +137,7 @@ def test_progress_and_end(problem: Problem) -> None:
     assert run(replace(settings, generations=2), problem)["generation"] == 2
 
 
-def test_the_first_generation_holds_the_nominal_model(problem: Problem) -> None:
+def test_the_first_generation_holds_the_nominal_model(problem: InferenceProblem) -> None:
     state = run(replace(QUICK, population=4), problem, generations=1)
     before = conclude(replace(QUICK, refine=False), problem, state)["before"]
     assert before["mean"] == [1.0, 1.0]
@@ -148,12 +147,12 @@ def test_the_first_generation_holds_the_nominal_model(problem: Problem) -> None:
     assert state["history"][0] >= before["log10_likelihood_by_expansion"] - 1e-9
 
 
-def causes(settings: FitSettings, problem: Problem) -> dict[str, tuple[str, str]]:
+def causes(settings: FitSettings, problem: InferenceProblem) -> dict[str, tuple[str, str]]:
     result = conclude(settings, problem, run(settings, problem))
     return {remark["unknown"]: (remark["cause"], remark["remedy"]) for remark in result["remarks"]}
 
 
-def test_a_truth_beyond_the_table_is_said(problem_measured_at: Callable[[Candidate], Problem]) -> None:
+def test_a_truth_beyond_the_table_is_said(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.2, 1.0], [0.03, 0.03]), 0.004))
     short = replace(problem, upper=np.array([1.1, 1.5]))
     said = causes(QUICK, short)
@@ -166,20 +165,20 @@ def test_a_truth_beyond_the_table_is_said(problem_measured_at: Callable[[Candida
     assert "table" not in cause + remedy
 
 
-def test_scatter_beyond_the_table_is_said(problem_measured_at: Callable[[Candidate], Problem]) -> None:
+def test_scatter_beyond_the_table_is_said(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.05, 1.0], [0.06, 0.03]), 0.004))
     cause, remedy = causes(QUICK, replace(problem, upper=np.array([1.1, 1.5])))["pressure_bias"]
     assert 5 < float(cause.split(" %")[0]) < 45
     assert "pressure_bias goes from" in remedy
 
 
-def test_data_without_scatter_are_said(problem_measured_at: Callable[[Candidate], Problem]) -> None:
+def test_data_without_scatter_are_said(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.04, 0.97], [0.0, 0.0]), 0.004))
     said = causes(QUICK, problem)
     assert "lower bound, 0.002" in said["std of pressure_bias"][0] or "std of initial_position" in said
 
 
-def test_scatter_beyond_the_bounds_is_said(problem: Problem) -> None:
+def test_scatter_beyond_the_bounds_is_said(problem: InferenceProblem) -> None:
     tight = replace(QUICK, std_bounds=((0.002, 0.01),), output_std_bounds=(0.0005, 0.003))
     said = causes(tight, problem)
     assert "upper bound, 0.01" in said["std of pressure_bias"][0]
@@ -187,7 +186,7 @@ def test_scatter_beyond_the_bounds_is_said(problem: Problem) -> None:
     assert "lacks" in said["output std"][1]
 
 
-def test_a_condition_that_never_locks_is_named(problem: Problem) -> None:
+def test_a_condition_that_never_locks_is_named(problem: InferenceProblem) -> None:
     def broken(points: np.ndarray, conditions: object) -> np.ndarray:
         times = problem.model(points, conditions)
         times[:, 17] = np.nan
@@ -197,7 +196,7 @@ def test_a_condition_that_never_locks_is_named(problem: Problem) -> None:
         run(QUICK, replace(problem, model=broken), generations=1)
 
 
-def test_steers_clear_of_where_conditions_never_lock(problem: Problem) -> None:
+def test_steers_clear_of_where_conditions_never_lock(problem: InferenceProblem) -> None:
     """A corner without times costs its candidates, not the fit; the refinement may look into it."""
     def holed(points: np.ndarray, conditions: object) -> np.ndarray:
         times = problem.model(points, conditions)
@@ -215,11 +214,11 @@ def test_one_input(truth: Candidate) -> None:
     random = np.random.default_rng(2)
     slope = random.uniform(0.5, 1.0, 100)
     measured = slope * random.normal(1.1, 0.03, 100) + 0.002 * random.standard_normal(100)
-    problem = Problem(lambda points, conditions: points * conditions, slope, measured, np.array([0.5]), np.array([1.5]),
+    problem = InferenceProblem(lambda points, conditions: points * conditions, slope, measured, np.array([0.5]), np.array([1.5]),
                       ("gain",))
-    state = fit.start(QUICK, problem)
-    while not fit.finished(QUICK, state):
-        state = fit.advance(QUICK, problem, state)
+    state = fit.initial_state(QUICK, problem)
+    while not fit.is_finished(QUICK, state):
+        state = fit.next_state(QUICK, problem, state)
     result = conclude(QUICK, problem, state)
     np.testing.assert_allclose(result["mean"] + result["std"], [1.1, 0.03], atol=0.01)
 
@@ -236,20 +235,20 @@ def test_settings_survive_json_and_refuse_nonsense() -> None:
             FitSettings(**wrong)  # type: ignore[arg-type]
 
 
-def test_bounds_that_do_not_fit_the_problem_are_refused(problem: Problem) -> None:
+def test_bounds_that_do_not_fit_the_problem_are_refused(problem: InferenceProblem) -> None:
     with pytest.raises(InvalidValue, match="outside what the model covers"):
         run(replace(QUICK, mean_bounds=((1.6, 2.0),)), problem, generations=1)
     with pytest.raises(InvalidValue, match="3 pairs of bounds for 2 inputs"):
         run(replace(QUICK, mean_bounds=((0.5, 1.5),) * 3), problem, generations=1)
     with pytest.raises(InvalidValue, match="5 nodes an axis"):
-        fit.start(FitSettings(nodes=5), problem)
+        fit.initial_state(FitSettings(nodes=5), problem)
 
 
-def test_intervals_hold_the_truth_and_stay_open_where_nothing_is_known(problem: Problem, truth: Candidate,
-                                                                       settled: State) -> None:
+def test_intervals_hold_the_truth_and_stay_open_where_nothing_is_known(problem: InferenceProblem, truth: Candidate,
+                                                                       settled: SearchState) -> None:
     result = conclude(replace(QUICK, intervals=True), problem, settled)
     by_name = {entry["unknown"]: entry for entry in result["intervals"]}
-    assert list(by_name) == list(unknowns(QUICK, problem).names)
+    assert list(by_name) == list(search_space(QUICK, problem).names)
     noise = by_name["output std"]
     assert (noise["lower"] or 0) < truth.output_std < noise["upper"]  # open below: so much can be scatter
     for entry in result["intervals"]:
@@ -258,17 +257,17 @@ def test_intervals_hold_the_truth_and_stay_open_where_nothing_is_known(problem: 
         assert ends[0] is None or ends[0] < entry["estimate"]
     assert result["combinations"][0]["identified"]
     # An input that moves nothing is open at both ends.
-    idle = Problem(lambda points, conditions: problem.model(
+    idle = InferenceProblem(lambda points, conditions: problem.model(
         np.column_stack([points[:, :1], np.ones(len(points))]), conditions), problem.conditions, problem.measured_time,
         problem.lower, problem.upper, problem.axes)
     state = run(replace(QUICK, generations=8), idle)
-    estimate = fit.refined(QUICK, idle, state)
-    entry = fit.profile(QUICK, idle, fit.profile(QUICK, idle, estimate))["intervals"][1]
+    estimate = fit.refined_estimate(QUICK, idle, state)
+    entry = fit.with_next_interval(QUICK, idle, fit.with_next_interval(QUICK, idle, estimate))["intervals"][1]
     assert entry["unsettled"] == []
     assert (entry["lower"], entry["upper"]) == (None, None)
 
 
-def test_families_correlation_and_the_classic_grid(problem: Problem) -> None:
+def test_families_correlation_and_the_classic_grid(problem: InferenceProblem) -> None:
     short = replace(QUICK, generations=6)
     for settings in (replace(short, families=("gamma", "beta")), replace(short, correlated=True),
                      replace(short, families=("lognormal", "uniform"), refine=False),
@@ -290,7 +289,7 @@ def test_seven_inputs(truth: Candidate) -> None:
 
     drawn = random.normal(1.0, 0.05, (16, 7))
     measured = 1.0 + np.sum((drawn - 1.0) * slope, axis=1) + 0.003 * random.standard_normal(16)
-    seven = Problem(model, slope, measured, np.full(7, 0.5), np.full(7, 1.5), tuple("abcdefg"))
+    seven = InferenceProblem(model, slope, measured, np.full(7, 0.5), np.full(7, 1.5), tuple("abcdefg"))
     settings = replace(QUICK, order=1, generations=5)
     result = conclude(settings, seven, run(settings, seven))
     known = Candidate(Inputs(np.ones(7), np.full(7, 0.05)), 0.003)

@@ -7,30 +7,33 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from slipstick.uncertainty.fit import fit, intervals
-from slipstick.uncertainty.fit.fit import FitSettings
-from slipstick.uncertainty.fit.intervals import combinations, direction_of, drop_at, drop_to, interval
-from slipstick.uncertainty.fit.refine import climb, refine
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import exact
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.likelihood.unknowns import Unknowns
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.fit import FitSettings, fit, intervals
+from slipstick.uncertainty.fit.intervals import (
+    combinations,
+    direction_of,
+    drop_at_level,
+    profile_drop,
+    profile_interval,
+)
+from slipstick.uncertainty.fit.refine import constrained_maximum, refined_vector
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns, exact
 
 Closed = Callable[[np.ndarray], float]
-Case = tuple[Problem, Unknowns, Closed]
+Case = tuple[InferenceProblem, Unknowns, Closed]
 LEVEL = 0.9
 
 
 @pytest.fixture(scope="module")
 def found(ridge: Case) -> np.ndarray:
     problem, space, _ = ridge
-    return refine(problem, space, (space.lower + space.upper) / 2)
+    return refined_vector(problem, space, (space.lower + space.upper) / 2)
 
 
 def closed_drop(case: Case, found: np.ndarray, direction: np.ndarray, value: float) -> float:
     """The drop of the profile in closed form, by scipy from several starts."""
     _, space, closed = case
-    low, high, best = space.plain(space.lower), space.plain(space.upper), space.plain(found)
+    low, high, best = space.to_natural(space.lower), space.to_natural(space.upper), space.to_natural(found)
     random, ends = np.random.default_rng(1), []
     for share in (0.0, 0.3):
         start = (1 - share) * best + share * (low + random.random(len(low)) * (high - low))
@@ -49,19 +52,19 @@ def directions(case: Case, found: np.ndarray) -> list[np.ndarray]:
 
 def test_ends_are_where_the_closed_form_drops(ridge: Case, found: np.ndarray) -> None:
     problem, space, _ = ridge
-    low, high = space.plain(space.lower), space.plain(space.upper)
+    low, high = space.to_natural(space.lower), space.to_natural(space.upper)
     closed_ends = 0
     for direction in directions(ridge, found):
-        one = interval(problem, space, found, direction, LEVEL)
+        one = profile_interval(problem, space, found, direction, LEVEL)
         assert one.unsettled == ()
         edges = np.sort([direction * low, direction * high], axis=0).sum(axis=1)
         for end, edge in zip((one.lower, one.upper), edges, strict=True):
             drop = closed_drop(ridge, found, direction, edge if end is None else end)
             if end is None:
-                assert drop < drop_at(LEVEL)
+                assert drop < drop_at_level(LEVEL)
             else:
                 closed_ends += 1
-                assert drop == pytest.approx(drop_at(LEVEL), rel=0.05)
+                assert drop == pytest.approx(drop_at_level(LEVEL), rel=0.05)
         assert abs(one.curve[:, 1].min()) < 1e-12
         assert np.all(np.diff(one.curve[:, 0]) > 0)
         for value, drop in one.curve[::3]:
@@ -73,9 +76,9 @@ def test_drop_to_the_truth(ridge: Case, found: np.ndarray) -> None:
     """All of it held together, against one unknown held: none can drop further than all."""
     problem, space, closed = ridge
     true = np.array([0.95, 1.05, 0.1, 0.08, 0.006])
-    whole = closed(space.plain(found)) - closed(true)
+    whole = closed(space.to_natural(found)) - closed(true)
     for direction in directions(ridge, found):
-        drop = drop_to(problem, space, found, direction, float(direction @ true))
+        drop = profile_drop(problem, space, found, direction, float(direction @ true))
         assert -0.001 < drop < whole + 0.001
         assert drop == pytest.approx(closed_drop(ridge, found, direction, float(direction @ true)), abs=0.01)
 
@@ -84,25 +87,25 @@ def test_what_moves_nothing_is_open(posed: Callable[[np.ndarray, Candidate], Cas
     slope = np.random.default_rng(6).uniform(-0.3, 0.3, (2, 60)) * [[1.0], [0.0]]
     problem, space, _ = posed(slope, Candidate(Inputs([0.95, 1.05], [0.1, 0.08]), 0.006))
     for start in (problem, replace(problem, knots=None)):
-        found = refine(start, space, space.vector(Candidate(Inputs([1.0, 1.0], [0.05, 0.05]), 0.02)))
+        found = refined_vector(start, space, space.vector(Candidate(Inputs([1.0, 1.0], [0.05, 0.05]), 0.02)))
         for place in (1, 3):
-            one = interval(start, space, found, np.eye(5)[place], LEVEL)
+            one = profile_interval(start, space, found, np.eye(5)[place], LEVEL)
             assert (one.lower, one.upper, one.unsettled) == (None, None, ())
-            bounds = [space.plain(space.lower)[place], space.plain(space.upper)[place]]
+            bounds = [space.to_natural(space.lower)[place], space.to_natural(space.upper)[place]]
             np.testing.assert_allclose(one.curve[[0, -1], 0], bounds)
-        one = interval(start, space, found, np.eye(5)[0], LEVEL)
+        one = profile_interval(start, space, found, np.eye(5)[0], LEVEL)
         assert one.lower is not None
         assert one.upper is not None
         assert one.lower < 0.95 < one.upper
 
 
 def test_polynomials_follow_as_far_as_the_model(ridge: Case, found: np.ndarray) -> None:
-    """Far along a ridge the first polynomials end; laid anew they lead to the same ends as the model itself."""
+    """Far along a ridge the first polynomials end; quadrature anew they lead to the same ends as the model itself."""
     problem, space, _ = ridge
     near = replace(problem, knots=None)
     for place in (0, 3):
-        expected = interval(problem, space, found, np.eye(5)[place], LEVEL)
-        one = interval(near, space, found, np.eye(5)[place], LEVEL)
+        expected = profile_interval(problem, space, found, np.eye(5)[place], LEVEL)
+        one = profile_interval(near, space, found, np.eye(5)[place], LEVEL)
         assert one.unsettled == ()
         for end, other in ((one.lower, expected.lower), (one.upper, expected.upper)):
             assert end == (None if other is None else pytest.approx(other, abs=0.01))
@@ -112,7 +115,7 @@ def test_an_end_that_is_not_reached_is_not_called_open(ridge: Case, found: np.nd
                                                        monkeypatch: pytest.MonkeyPatch) -> None:
     problem, space, _ = ridge
     monkeypatch.setattr(intervals, "ROUNDS", 1)  # the first polynomials alone
-    one = interval(replace(problem, knots=None), space, found, np.eye(5)[0], LEVEL)
+    one = profile_interval(replace(problem, knots=None), space, found, np.eye(5)[0], LEVEL)
     assert one.unsettled
     for side in one.unsettled:
         assert getattr(one, side) is None
@@ -122,21 +125,21 @@ def test_an_end_that_is_not_reached_is_not_called_open(ridge: Case, found: np.nd
 def test_a_better_candidate_is_found_and_taken(ridge: Case, found: np.ndarray) -> None:
     """Intervals about a false maximum would be false: the fit starts again from the better one."""
     problem, space, closed = ridge
-    false, height = climb(problem, space, found + np.array([0.2, 0.0, 0.0, 0.0, 0.0]), np.eye(5)[0])
-    top = closed(space.plain(found))
+    false, height = constrained_maximum(problem, space, found + np.array([0.2, 0.0, 0.0, 0.0, 0.0]), np.eye(5)[0])
+    top = closed(space.to_natural(found))
     assert height < top - 0.2
-    one = interval(problem, space, false, np.eye(5)[0], LEVEL)
+    one = profile_interval(problem, space, false, np.eye(5)[0], LEVEL)
     assert one.curve[:, 1].min() < -0.05
-    assert closed(space.plain(one.highest)) > height + 0.05
+    assert closed(space.to_natural(one.highest)) > height + 0.05
 
     settings = FitSettings(std_bounds=((0.002, 0.5),))
     begun = {"found": false.tolist(), "combinations": [], "intervals": []}
-    better = fit.profile(settings, problem, begun)
+    better = fit.with_next_interval(settings, problem, begun)
     assert better["intervals"] == []
-    assert exact(problem, space.candidate(np.array(better["found"]))).sum() == pytest.approx(top, abs=0.01)
-    assert len(fit.profile(settings, problem, better)["intervals"]) == 1
-    kept = fit.profile(replace(settings, refine=False), problem, begun)  # who asks for no refinement gets none
-    assert kept["found"] == begun["found"]
+    assert exact(problem, space.candidate(np.array(better["vector"]))).sum() == pytest.approx(top, abs=0.01)
+    assert len(fit.with_next_interval(settings, problem, better)["intervals"]) == 1
+    kept = fit.with_next_interval(replace(settings, refine=False), problem, begun)  # who asks for no refinement gets none
+    assert kept["vector"] == begun["vector"]
     assert min(drop for _, drop in kept["intervals"][0]["curve"]) < -0.05
 
 
@@ -145,14 +148,14 @@ def test_combinations_are_as_well_known_as_their_intervals_are_narrow(
     random = np.random.default_rng(8)
     slope = random.uniform(0.1, 0.3, 160) * np.array([[1.0], [-0.8]]) + 0.1 * random.standard_normal((2, 160))
     problem, space, _ = posed(slope, Candidate(Inputs([0.95, 1.05], [0.1, 0.08]), 0.01))
-    found = refine(problem, space, (space.lower + space.upper) / 2)
+    found = refined_vector(problem, space, (space.lower + space.upper) / 2)
     runs = combinations(problem, space, found)
     weights, errors = np.array([one.weights for one in runs]), [one.std_error for one in runs]
     np.testing.assert_allclose(weights @ weights.T, np.eye(5), atol=1e-9)
     assert errors == sorted(errors)
     for one in runs[:3]:
         assert one.identified
-        profile = interval(problem, space, found, direction_of(space, one.weights), LEVEL)
+        profile = profile_interval(problem, space, found, direction_of(space, one.weights), LEVEL)
         assert profile.lower is not None
         assert profile.upper is not None
         assert (profile.upper - profile.lower) / 2 / 1.645 == pytest.approx(one.std_error, rel=0.25)

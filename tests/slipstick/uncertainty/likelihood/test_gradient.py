@@ -9,13 +9,11 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 from scipy.stats import norm
 
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.likelihood.gradient import with_gradient
-from slipstick.uncertainty.likelihood.likelihood import exact
-from slipstick.uncertainty.likelihood.local import localised
-from slipstick.uncertainty.likelihood.problem import Problem
-from slipstick.uncertainty.likelihood.unknowns import Unknowns
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import InferenceProblem, Unknowns, exact
+from slipstick.uncertainty.likelihood.gradient import density_and_gradient
+from slipstick.uncertainty.likelihood.local import polynomial_problem
 
 KNOTS = (np.linspace(0.5, 1.5, 11), np.array([0.5, 0.8, 0.95, 1.0, 1.1, 1.5]))
 WEIGHTS = np.random.default_rng(6).uniform(0.05, 0.2, (3, 20)) * np.array([[1.0], [-1.0], [0.3]])
@@ -23,15 +21,15 @@ FAR = (np.linspace(-19.0, 21.0, 41),) * 2
 """Knots all over the scores of a straight model."""
 
 
-def straight(dimension: int) -> Problem:
+def straight(dimension: int) -> InferenceProblem:
     return posed(dimension, lambda points, conditions: 0.5 + (points - 1.0) @ WEIGHTS[:dimension])
 
 
-def smooth(dimension: int) -> Problem:
+def smooth(dimension: int) -> InferenceProblem:
     return posed(dimension, lambda points, conditions: 0.5 + np.expm1((points - 1.0) @ WEIGHTS[:dimension]))
 
 
-def knotted() -> Problem:
+def knotted() -> InferenceProblem:
     first, second = np.meshgrid(*KNOTS, indexing="ij")
     random = np.random.default_rng(3)
     times = 0.5 + np.multiply.outer(first - 1, WEIGHTS[0]) + np.multiply.outer(second - 1, WEIGHTS[1])
@@ -39,16 +37,16 @@ def knotted() -> Problem:
     return replace(posed(2, lambda points, conditions: table(np.clip(points, 0.5, 1.5))), knots=KNOTS)
 
 
-def posed(dimension: int, model: Any) -> Problem:
+def posed(dimension: int, model: Any) -> InferenceProblem:
     """Twenty conditions with times 0.5 s, but for the scatter of a bench."""
     times = 0.5 + 0.02 * np.random.default_rng(1).standard_normal(20)
-    return Problem(model, None, times, np.full(dimension, 0.5), np.full(dimension, 1.5), tuple("abc"[:dimension]))
+    return InferenceProblem(model, None, times, np.full(dimension, 0.5), np.full(dimension, 1.5), tuple("abc"[:dimension]))
 
 
-def at(problem: Problem, partial: float = 0.0, **changes: Any) -> tuple[Unknowns, np.ndarray]:
+def at(problem: InferenceProblem, partial: float = 0.0, **changes: Any) -> tuple[Unknowns, np.ndarray]:
     """A search, and a vector well within it."""
     d = len(problem.axes)
-    space = unknowns(FitSettings(**changes), problem)
+    space = search_space(FitSettings(**changes), problem)
     vector = [*np.array([1.02, 0.97, 1.05])[:d], *np.log([0.06, 0.09, 0.05])[:d], np.log(0.008)]
     return space, np.array(vector + [partial] * (len(space.lower) - len(vector)))
 
@@ -80,13 +78,13 @@ def test_a_straight_model_has_the_gradient_of_a_normal_density(dimension: int, p
         density: np.ndarray = norm.logpdf(1e3 * problem.measured_time, 1e3 * mean, 1e3 * std) / np.log(10)
         return density
 
-    density, gradient = with_gradient(problem, space, vector)
+    density, gradient = density_and_gradient(problem, space, vector)
     np.testing.assert_allclose(density, normal(vector), atol=closeness)
     expected = by_differences(normal, vector)
     np.testing.assert_allclose(gradient, expected, atol=closeness * np.abs(expected).max())
 
 
-CASES: dict[str, tuple[Problem, dict[str, Any]]] = {
+CASES: dict[str, tuple[InferenceProblem, dict[str, Any]]] = {
     "table": (knotted(), {}),
     "table, correlated": (knotted(), {"correlated": True, "partial": -0.5}),
     "smooth": (smooth(2), {}),
@@ -103,7 +101,7 @@ def test_the_gradient_is_that_of_the_likelihood(case: str) -> None:
     """To rounding where the likelihood is that of the table itself, else as closely as the lines hold the model."""
     problem, changes = CASES[case]
     space, vector = at(problem, **changes)
-    density, gradient = with_gradient(problem, space, vector)
+    density, gradient = density_and_gradient(problem, space, vector)
     np.testing.assert_array_equal(density, exact(problem, space.candidate(vector)))
     expected = by_differences(lambda moved: exact(problem, space.candidate(moved), 256), vector)
     itself = problem.knots is not None and "families" not in changes
@@ -117,8 +115,8 @@ def test_polynomials_have_the_gradient_of_their_integral_itself(families: tuple[
                                                                 partial: float | None) -> None:
     """However few lines there are: sixty-four samples of what lies across them do not blur it."""
     space, vector = at(problem := smooth(3), partial or 0.0, families=families, correlated=partial is not None)
-    near, _ = localised(problem, space, vector)
-    density, gradient = with_gradient(near, space, vector)
+    near, _ = polynomial_problem(problem, space, vector)
+    density, gradient = density_and_gradient(near, space, vector)
     np.testing.assert_array_equal(density, exact(near, space.candidate(vector)))
     expected = by_differences(lambda moved: exact(near, space.candidate(moved)), vector, 1e-4)
     np.testing.assert_allclose(gradient, expected, atol=2e-5 * np.abs(expected).max())
@@ -128,9 +126,9 @@ def test_a_bound_has_a_gradient_too() -> None:
     """By a difference to the one side that there is."""
     space, vector = at(problem := knotted(), families=("gamma", "lognormal"), mean_bounds=((0.5, 1.2),))
     vector[0], vector[2:4] = space.upper[0], space.upper[2:4]
-    gradient = with_gradient(problem, space, vector)[1]
+    gradient = density_and_gradient(problem, space, vector)[1]
     inside = vector - 1e-4 * np.array([1, 0, 1, 1, 0])
-    np.testing.assert_allclose(gradient, with_gradient(problem, space, inside)[1], atol=1e-3 * np.abs(gradient).max())
+    np.testing.assert_allclose(gradient, density_and_gradient(problem, space, inside)[1], atol=1e-3 * np.abs(gradient).max())
 
 
 def test_a_condition_that_has_no_density_has_no_gradient_either() -> None:
@@ -139,7 +137,7 @@ def test_a_condition_that_has_no_density_has_no_gradient_either() -> None:
         np.arange(20) == 7, np.nan, problem.model(points, conditions)))
     for families in (("normal",), ("gamma",)):
         space, vector = at(problem, families=families)
-        (density, gradient), (whole, expected) = (with_gradient(one, space, vector) for one in (holed, problem))
+        (density, gradient), (whole, expected) = (density_and_gradient(one, space, vector) for one in (holed, problem))
         assert density[7] == -np.inf
         assert np.isnan(gradient[7]).all()
         np.testing.assert_allclose(np.delete(density, 7), np.delete(whole, 7), atol=1e-9)

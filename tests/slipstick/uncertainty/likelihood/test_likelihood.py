@@ -10,13 +10,20 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.chaos.expansion import ExpansionSettings
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import SAMPLES, TOLERANCE, by_expansion, by_sampling, exact, settled
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.sampling import log10_mean_density, normal_germs
+from slipstick.uncertainty import Inputs, log10_mean_density, standard_normals
+from slipstick.uncertainty.chaos import ExpansionSettings
+from slipstick.uncertainty.likelihood import (
+    SAMPLES,
+    TOLERANCE,
+    Candidate,
+    InferenceProblem,
+    by_expansion,
+    by_sampling,
+    converged,
+    exact,
+)
 
-THETA = normal_germs(2, SAMPLES, 1)
+THETA = standard_normals(2, SAMPLES, 1)
 DEFAULT = ExpansionSettings(checks=0)
 
 
@@ -26,15 +33,15 @@ def readable(outputs: np.ndarray, times: np.ndarray, output_std: float) -> np.nd
     return logsumexp(logs, axis=0, b=1 / len(outputs)) / np.log(10)
 
 
-def direct(problem: Problem, candidate: Candidate, blocks: int = 32) -> np.ndarray:
+def direct(problem: InferenceProblem, candidate: Candidate, blocks: int = 32) -> np.ndarray:
     """Plain Monte Carlo with 8192 fresh pseudo-random runs a block."""
     random = np.random.default_rng(11)
     logs = [sampled(problem, candidate, random.standard_normal((8192, 2))) for _ in range(blocks)]
     return np.log10(np.mean(np.power(10.0, logs), axis=0))
 
 
-def sampled(problem: Problem, candidate: Candidate, theta: np.ndarray) -> np.ndarray:
-    outputs = problem.model(candidate.inputs.points(theta), problem.conditions)
+def sampled(problem: InferenceProblem, candidate: Candidate, normals: np.ndarray) -> np.ndarray:
+    outputs = problem.model(candidate.inputs.points(normals), problem.conditions)
     return log10_mean_density(outputs, problem.measured_time, candidate.output_std)
 
 
@@ -46,7 +53,7 @@ def test_density_against_its_readable_twin() -> None:
                                    rtol=1e-12)
 
 
-def test_linear_model_has_a_normal_density(linear_problem: Problem, mixed: Candidate) -> None:
+def test_linear_model_has_a_normal_density(linear_problem: InferenceProblem, mixed: Candidate) -> None:
     candidate, surfaces = mixed, linear_problem.conditions
     spread = np.sum((surfaces.slope @ mixed.inputs.mixing) ** 2, axis=1)
     mean = surfaces.base + surfaces.slope @ (candidate.inputs.mean - 1)
@@ -63,7 +70,7 @@ def test_linear_model_has_a_normal_density(linear_problem: Problem, mixed: Candi
     assert np.abs(exact(linear_problem, transposed) - expected).max() > 0.1
 
 
-def test_integration_is_right_far_in_the_tails_where_samples_are_not(linear_problem: Problem) -> None:
+def test_integration_is_right_far_in_the_tails_where_samples_are_not(linear_problem: InferenceProblem) -> None:
     """Noise of 1 ms, and times a hundred of it away from anything that 4096 samples reach."""
     candidate = Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 1e-3)
     surfaces = linear_problem.conditions
@@ -74,16 +81,16 @@ def test_integration_is_right_far_in_the_tails_where_samples_are_not(linear_prob
     assert np.abs(sampled(far, candidate, THETA) - expected).max() > 10
 
 
-def test_settled_keeps_its_error(problem: Problem, truth: Candidate) -> None:
+def test_settled_keeps_its_error(problem: InferenceProblem, truth: Candidate) -> None:
     for noise in (0.001, 0.004, 0.02):
         candidate = Candidate(truth.inputs, noise)
-        likelihood, error = settled(problem, candidate)
+        likelihood, error = converged(problem, candidate)
         assert error < TOLERANCE
         assert abs(likelihood.sum() - exact(problem, candidate, 4096).sum()) < 2 * TOLERANCE
 
 
 @pytest.mark.parametrize("std", [0.01, 0.03, 0.1])
-def test_agrees_with_direct_monte_carlo(problem_measured_at: Callable[[Candidate], Problem], std: float) -> None:
+def test_agrees_with_direct_monte_carlo(problem_measured_at: Callable[[Candidate], InferenceProblem], std: float) -> None:
     candidate = Candidate(Inputs([1.04, 0.97], [std, 1.5 * std]), 0.004)
     problem = problem_measured_at(candidate)
     reference = direct(problem, candidate)
@@ -95,19 +102,19 @@ def test_agrees_with_direct_monte_carlo(problem_measured_at: Callable[[Candidate
     assert abs(expanded.sum() - reference.sum()) < 1.0
 
 
-def test_default_samples_cost_hundredths_of_a_decade(problem: Problem, truth: Candidate) -> None:
+def test_default_samples_cost_hundredths_of_a_decade(problem: InferenceProblem, truth: Candidate) -> None:
     """Over all 216 conditions, noise and scatter alike; a sixteenth of the samples is not enough for that."""
-    reference = sampled(problem, truth, normal_germs(2, 2**17, 99)).sum()
+    reference = sampled(problem, truth, standard_normals(2, 2**17, 99)).sum()
 
     def error(count: int) -> float:
-        sums = [sampled(problem, truth, normal_germs(2, count, seed)).sum() for seed in range(1, 9)]
+        sums = [sampled(problem, truth, standard_normals(2, count, seed)).sum() for seed in range(1, 9)]
         return float(np.sqrt(np.mean((np.array(sums) - reference) ** 2)))
 
     assert error(SAMPLES) < 0.03
     assert error(SAMPLES // 16) > 0.05
 
 
-def test_never_under_or_overflows(linear_problem: Problem) -> None:
+def test_never_under_or_overflows(linear_problem: InferenceProblem) -> None:
     """One sample, so that the answer is a single normal, thousands of decades down or a spike."""
     inputs = Inputs([1.0, 1.0], [0.0, 0.0])
     base = linear_problem.conditions.base
@@ -122,14 +129,14 @@ def test_never_under_or_overflows(linear_problem: Problem) -> None:
             assert np.isfinite(by_expansion(far, [candidate], DEFAULT)).all()
 
 
-def test_is_per_millisecond(linear_problem: Problem) -> None:
+def test_is_per_millisecond(linear_problem: InferenceProblem) -> None:
     """Per second, each condition would be 3 decades higher: the density at the peak of 1 ms of noise is 0.4 per ms."""
     here = replace(linear_problem, measured_time=linear_problem.conditions.base)
     likelihood = exact(here, Candidate(Inputs([1.0, 1.0], [0.0, 0.0]), 1e-3))
     np.testing.assert_allclose(likelihood, np.log10(1 / np.sqrt(2 * np.pi)), rtol=1e-6)
 
 
-def test_many_candidates_are_answered_as_one_by_one(problem: Problem) -> None:
+def test_many_candidates_are_answered_as_one_by_one(problem: InferenceProblem) -> None:
     random, settings = np.random.default_rng(3), ExpansionSettings(4, checks=0)
     many = [Candidate(Inputs(random.uniform(0.8, 1.2, 2), random.uniform(0.01, 0.1, 2)), 0.005) for _ in range(70)]
     together = by_expansion(problem, many, settings)
@@ -138,7 +145,7 @@ def test_many_candidates_are_answered_as_one_by_one(problem: Problem) -> None:
     assert len(np.unique(together.sum(axis=1))) == 70
 
 
-def test_engagements_that_never_lock(linear_problem: Problem) -> None:
+def test_engagements_that_never_lock(linear_problem: InferenceProblem) -> None:
     def half(points: np.ndarray, conditions: object) -> np.ndarray:
         times = linear_problem.model(points, conditions)
         times[points[:, 0] > 1.0, 3] = np.nan
@@ -160,7 +167,7 @@ def test_noise_that_makes_no_sense_is_refused(output_std: float) -> None:
         Candidate(Inputs([1.0], [0.1]), output_std)
 
 
-def test_problems_that_make_no_sense_are_refused(problem: Problem) -> None:
+def test_problems_that_make_no_sense_are_refused(problem: InferenceProblem) -> None:
     with pytest.raises(InvalidValue, match="one finite number"):
         replace(problem, measured_time=np.append(problem.measured_time[:-1], np.nan))
     with pytest.raises(InvalidValue, match="1 axes"):

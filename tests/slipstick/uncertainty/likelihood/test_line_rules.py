@@ -10,7 +10,7 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.special import logsumexp, roots_hermitenorm, roots_legendre
 from scipy.stats import multivariate_normal, norm
 
-from slipstick.uncertainty.inputs import Inputs
+from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.likelihood.line_rules import WINDOW, along, knotted
 from slipstick.uncertainty.likelihood.lines import Lines, log10_density
 
@@ -60,8 +60,8 @@ def brute(inputs: Inputs, model: Model, times: np.ndarray, noise: float) -> np.n
     return expected
 
 
-def found(laid: Lines, inputs: Inputs, model: Model, times: np.ndarray, noise: float) -> np.ndarray:
-    return log10_density(laid, model(inputs.at_scores(laid.scores)), times, noise)
+def found(quadrature: Lines, inputs: Inputs, model: Model, times: np.ndarray, noise: float) -> np.ndarray:
+    return log10_density(quadrature, model(inputs.at_scores(quadrature.scores)), times, noise)
 
 
 def slopes(inputs: Inputs, model: Model) -> np.ndarray:
@@ -92,9 +92,9 @@ def test_knotted_lines_integrate_the_table_itself(pair: str, noise: float) -> No
     """But for the bend of inputs that are not normal, which costs some 10^-4 decades."""
     inputs, model = Inputs([1.01, 1.03], **PAIRS[pair]), table()
     times = measured(inputs, model)
-    laid = knotted(inputs, KNOTS, slopes(inputs, model), noise, 8.0)
+    quadrature = knotted(inputs, KNOTS, slopes(inputs, model), noise, 8.0)
     bent = 3e-4 if "families" in PAIRS[pair] else 1e-5
-    np.testing.assert_allclose(found(laid, inputs, model, times, noise), brute(inputs, model, times, noise), atol=bent)
+    np.testing.assert_allclose(found(quadrature, inputs, model, times, noise), brute(inputs, model, times, noise), atol=bent)
 
 
 def test_knotted_lines_of_one_input() -> None:
@@ -105,11 +105,11 @@ def test_knotted_lines_of_one_input() -> None:
     def model(points: np.ndarray) -> np.ndarray:
         return np.interp(points, KNOTS[0], values) * np.ones(len(times))
 
-    laid = knotted(inputs, KNOTS[:1], slopes(inputs, model), noise, 8.0)
+    quadrature = knotted(inputs, KNOTS[:1], slopes(inputs, model), noise, 8.0)
     nodes, weights = pieces(-9.0, 9.0, inputs.scores(0, KNOTS[0]), 0.02)
     logs = norm.logpdf(1e3 * times, 1e3 * model(inputs.at_scores(nodes[:, None])), 1e3 * noise)
     expected = logsumexp(logs + (norm.logpdf(nodes) + np.log(weights))[:, None], axis=0) / np.log(10)
-    np.testing.assert_allclose(found(laid, inputs, model, times, noise), expected, atol=1e-8)
+    np.testing.assert_allclose(found(quadrature, inputs, model, times, noise), expected, atol=1e-8)
 
 
 def test_an_input_without_scatter_is_integrated_as_if_it_were_not_there() -> None:
@@ -125,10 +125,10 @@ def test_an_input_without_scatter_is_integrated_as_if_it_were_not_there() -> Non
 def test_the_weights_of_knotted_lines_hold_all_of_the_inputs(pair: str) -> None:
     """Times without slope or residual: the integral is that of the density of the inputs alone, which is 1."""
     inputs = Inputs([1.01, 1.03], **PAIRS[pair])
-    laid = knotted(inputs, KNOTS, slopes(inputs, table()), 0.01, 8.0)
-    flat = np.zeros((laid.breakpoints.size, 1))
+    quadrature = knotted(inputs, KNOTS, slopes(inputs, table()), 0.01, 8.0)
+    flat = np.zeros((quadrature.breakpoints.size, 1))
     peak = norm.logpdf(0.0, scale=10.0) / np.log(10)
-    np.testing.assert_allclose(log10_density(laid, flat, np.zeros(1), 0.01), peak, atol=1e-7)
+    np.testing.assert_allclose(log10_density(quadrature, flat, np.zeros(1), 0.01), peak, atol=1e-7)
 
 
 @pytest.mark.parametrize("count", [64, 256, 1024])
@@ -138,12 +138,12 @@ def test_lines_along_a_direction_hold_all_of_the_inputs_and_turn_nothing_but_the
     random = np.random.default_rng(dimension)
     direction, factor = random.standard_normal(dimension), np.tril(random.uniform(0.2, 1.0, (dimension, dimension)))
     direction /= np.linalg.norm(direction)
-    laid = along(direction, factor, count=count)
-    np.testing.assert_allclose(laid.factor @ laid.factor.T, factor @ factor.T, atol=1e-12)
-    np.testing.assert_allclose(np.abs(np.linalg.solve(factor, laid.factor)[:, 0]), np.abs(direction), atol=1e-12)
-    flat, peak = np.zeros((laid.breakpoints.size, 1)), norm.logpdf(0.0, scale=10.0) / np.log(10)
-    np.testing.assert_allclose(log10_density(laid, flat, np.zeros(1), 0.01), peak, atol=1e-7)
-    assert -laid.breakpoints[0, 0] == laid.breakpoints[0, -1] == WINDOW
+    quadrature = along(direction, factor, count=count)
+    np.testing.assert_allclose(quadrature.factor @ quadrature.factor.T, factor @ factor.T, atol=1e-12)
+    np.testing.assert_allclose(np.abs(np.linalg.solve(factor, quadrature.factor)[:, 0]), np.abs(direction), atol=1e-12)
+    flat, peak = np.zeros((quadrature.breakpoints.size, 1)), norm.logpdf(0.0, scale=10.0) / np.log(10)
+    np.testing.assert_allclose(log10_density(quadrature, flat, np.zeros(1), 0.01), peak, atol=1e-7)
+    assert -quadrature.breakpoints[0, 0] == quadrature.breakpoints[0, -1] == WINDOW
     assert along(direction, factor, 7.2, count).breakpoints[0, -1] >= 7.2
 
 
@@ -160,5 +160,5 @@ def test_lines_along_a_direction_approach_the_integral_of_a_smooth_model(dimensi
     expected = logsumexp(logs, axis=0, b=weights.prod(axis=1)[:, None]) / np.log(10)
     steep = slopes(inputs, curved).sum(axis=1)
     for count, allowed in ((64, coarse), (1024, fine)):
-        laid = along(steep / np.linalg.norm(steep), inputs.factor, count=count)
-        np.testing.assert_allclose(found(laid, inputs, curved, times, noise), expected, atol=allowed)
+        quadrature = along(steep / np.linalg.norm(steep), inputs.factor, count=count)
+        np.testing.assert_allclose(found(quadrature, inputs, curved, times, noise), expected, atol=allowed)

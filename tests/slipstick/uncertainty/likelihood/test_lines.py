@@ -10,7 +10,13 @@ from scipy.integrate import quad
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from slipstick.uncertainty.likelihood.lines import Lines, Moments, log10_density, with_changes, with_moments
+from slipstick.uncertainty.likelihood.lines import (
+    Lines,
+    Moments,
+    density_and_derivatives,
+    density_and_moments,
+    log10_density,
+)
 
 WHOLE = Lines(np.array([[-2e4, 2e4]]), np.zeros((1, 0)), np.zeros(1), np.eye(1))
 """One straight line over all scores there are."""
@@ -25,13 +31,13 @@ def kinked(count: int = 3, conditions: int = 5) -> tuple[Lines, np.ndarray, np.n
     return Lines(breakpoints, across, np.log(weight), np.eye(3)), outputs, random.normal(0.5, 0.05, conditions)
 
 
-def twin(laid: Lines, outputs: np.ndarray, time: float, noise: float, condition: int,
+def twin(quadrature: Lines, outputs: np.ndarray, time: float, noise: float, condition: int,
          of: Callable[[np.ndarray, float], float] = lambda u, residual: 1.0) -> float:
     """The same by adaptive quadrature of the normal densities themselves: mean of `of`(u, residual), per ms."""
     whole = 0.0
-    for row, (points, across, log_weight) in enumerate(zip(laid.breakpoints, laid.across, laid.log_weight,
+    for row, (points, across, log_weight) in enumerate(zip(quadrature.breakpoints, quadrature.across, quadrature.log_weight,
                                                            strict=True)):
-        values = outputs.reshape(*laid.breakpoints.shape, -1)[row, :, condition]
+        values = outputs.reshape(*quadrature.breakpoints.shape, -1)[row, :, condition]
 
         def density(z: float, points: np.ndarray = points, across: np.ndarray = across,
                     values: np.ndarray = values) -> float:
@@ -59,22 +65,22 @@ def test_a_straight_line_has_a_normal_density(noise: float, away: float) -> None
 
 @pytest.mark.parametrize("noise", [0.02, 0.2])
 def test_kinked_lines_against_quadrature(noise: float) -> None:
-    laid, outputs, times = kinked()
-    expected = [np.log10(twin(laid, outputs, time, noise, i)) for i, time in enumerate(times)]
-    np.testing.assert_allclose(log10_density(laid, outputs, times, noise), expected, atol=1e-9)
+    quadrature, outputs, times = kinked()
+    expected = [np.log10(twin(quadrature, outputs, time, noise, i)) for i, time in enumerate(times)]
+    np.testing.assert_allclose(log10_density(quadrature, outputs, times, noise), expected, atol=1e-9)
 
 
 def test_moments_against_quadrature() -> None:
-    laid, outputs, times = kinked()
+    quadrature, outputs, times = kinked()
     noise = 0.03
-    density, moments = with_moments(laid, outputs, times, noise)
-    np.testing.assert_array_equal(density, log10_density(laid, outputs, times, noise))
+    density, moments = density_and_moments(quadrature, outputs, times, noise)
+    np.testing.assert_array_equal(density, log10_density(quadrature, outputs, times, noise))
     for i, time in enumerate(times[:2]):
-        whole = twin(laid, outputs, time, noise, i)
+        whole = twin(quadrature, outputs, time, noise, i)
 
         def given(of: Callable[[np.ndarray, float], float], i: int = i, time: float = time,
                   whole: float = whole) -> float:
-            return twin(laid, outputs, time, noise, i, of) / whole
+            return twin(quadrature, outputs, time, noise, i, of) / whole
 
         np.testing.assert_allclose(moments.residual[i], given(lambda u, residual: residual**2), rtol=1e-8)
         for a in range(3):
@@ -91,7 +97,7 @@ def test_moments_of_a_straight_line_are_those_of_a_normal_variable(noise: float,
     slope = np.array([0.3, -0.01])
     total = slope**2 + noise**2
     gap = away * np.sqrt(total)
-    moments: Moments = with_moments(WHOLE, WHOLE.breakpoints.T * slope, gap, noise)[1]
+    moments: Moments = density_and_moments(WHOLE, WHOLE.breakpoints.T * slope, gap, noise)[1]
     mean, variance = slope * gap / total, noise**2 / total
     np.testing.assert_allclose(moments.first[:, 0], mean, rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(moments.second[:, 0, 0], mean**2 + variance, rtol=1e-6, atol=1e-12)
@@ -100,18 +106,18 @@ def test_moments_of_a_straight_line_are_those_of_a_normal_variable(noise: float,
 
 def test_changes_against_differences() -> None:
     """With each time on the lines, and with the noise; a NaN changes nothing."""
-    laid, outputs, times = kinked()
+    quadrature, outputs, times = kinked()
     outputs[4, 1] = np.nan
     for noise in (0.05, 0.002):
-        density, changes, of_noise = with_changes(laid, outputs, times, noise)
-        np.testing.assert_array_equal(density, log10_density(laid, outputs, times, noise))
+        density, changes, of_noise = density_and_derivatives(quadrature, outputs, times, noise)
+        np.testing.assert_array_equal(density, log10_density(quadrature, outputs, times, noise))
         step = 1e-4 * noise
-        ends = [log10_density(laid, outputs, times, noise * np.exp(side * 1e-4)) for side in (1, -1)]
+        ends = [log10_density(quadrature, outputs, times, noise * np.exp(side * 1e-4)) for side in (1, -1)]
         np.testing.assert_allclose(of_noise, (ends[0] - ends[1]) * np.log(10) / 2e-4, rtol=1e-5, atol=1e-5)
         for row in range(len(outputs)):
             moved = np.zeros(outputs.shape)
             moved[row] = step
-            ends = [log10_density(laid, outputs + side * moved, times, noise) for side in (1, -1)]
+            ends = [log10_density(quadrature, outputs + side * moved, times, noise) for side in (1, -1)]
             expected = (ends[0] - ends[1]) * np.log(10) / (2 * step)
             np.testing.assert_allclose(changes[row], expected, rtol=1e-4, atol=1e-4 * np.abs(changes).max())
 
@@ -123,16 +129,16 @@ def test_a_line_cut_in_pieces_is_the_line() -> None:
     cut = Lines(breakpoints, np.zeros((1, 0)), np.zeros(1), np.eye(1))
     slope, times = np.array([0.0, 0.1, -2.0]), np.array([0.3, 3.0, -0.5])
     for noise in (1e-3, 1.0):
-        whole = with_moments(WHOLE, WHOLE.breakpoints.T * slope, times, noise)
-        pieces = with_moments(cut, breakpoints.T * slope, times, noise)
+        whole = density_and_moments(WHOLE, WHOLE.breakpoints.T * slope, times, noise)
+        pieces = density_and_moments(cut, breakpoints.T * slope, times, noise)
         np.testing.assert_allclose(pieces[0], whole[0], rtol=1e-9)
         np.testing.assert_allclose(pieces[1].first, whole[1].first, rtol=1e-7, atol=1e-11)
 
 
 def test_a_piece_with_a_gap_at_either_end_has_no_density() -> None:
-    laid = Lines(np.array([[-9.0, -1.0, 1.0, 9.0]]), np.zeros((1, 0)), np.zeros(1), np.eye(1))
+    quadrature = Lines(np.array([[-9.0, -1.0, 1.0, 9.0]]), np.zeros((1, 0)), np.zeros(1), np.eye(1))
     outputs = np.array([[0.5, 0.5, np.nan], [0.5, np.nan, np.nan], [0.5, 0.5, np.nan], [0.5, 0.5, np.nan]])
-    density, moments = with_moments(laid, outputs, np.full(3, 0.5), 0.01)
+    density, moments = density_and_moments(quadrature, outputs, np.full(3, 0.5), 0.01)
     np.testing.assert_allclose(density[1] - density[0], np.log10(norm.sf(1.0)), rtol=1e-12)
     assert density[2] == -np.inf
     assert np.isnan(moments.first[2]).all()
@@ -141,25 +147,25 @@ def test_a_piece_with_a_gap_at_either_end_has_no_density() -> None:
 
 def test_lines_add_up_by_their_weights() -> None:
     """Also where one of them lies a thousand decades below the other."""
-    laid, outputs, times = kinked(2)
+    quadrature, outputs, times = kinked(2)
     for noise in (0.05, 1e-4):
-        apart = [log10_density(Lines(laid.breakpoints[[row]], laid.across[[row]], laid.log_weight[[row]], laid.factor),
+        apart = [log10_density(Lines(quadrature.breakpoints[[row]], quadrature.across[[row]], quadrature.log_weight[[row]], quadrature.factor),
                                outputs[7 * row:7 * row + 7], times, noise) for row in range(2)]
-        np.testing.assert_allclose(log10_density(laid, outputs, times, noise),
+        np.testing.assert_allclose(log10_density(quadrature, outputs, times, noise),
                                    logsumexp(np.array(apart) * np.log(10), axis=0) / np.log(10), rtol=1e-12)
 
 
 def test_conditions_do_not_touch_each_other() -> None:
     """Nor the threads they are shared among."""
-    laid, outputs, times = kinked(conditions=300)
-    together = with_moments(laid, outputs, times, 0.02)
+    quadrature, outputs, times = kinked(conditions=300)
+    together = density_and_moments(quadrature, outputs, times, 0.02)
     for i in (0, 63, 64, 299):
-        alone = with_moments(laid, outputs[:, [i]], times[[i]], 0.02)
+        alone = density_and_moments(quadrature, outputs[:, [i]], times[[i]], 0.02)
         assert alone[0] == together[0][i]
         np.testing.assert_array_equal(alone[1].second[0], together[1].second[i])
 
 
 def test_scores_go_line_after_line_by_the_factor() -> None:
     factor = np.array([[1.0, 2.0], [3.0, 4.0]])
-    laid = Lines(np.array([[10.0, 20.0], [30.0, 40.0]]), np.array([[1.0], [2.0]]), np.zeros(2), factor)
-    np.testing.assert_array_equal(laid.scores, [[12, 34], [22, 64], [34, 98], [44, 128]])
+    quadrature = Lines(np.array([[10.0, 20.0], [30.0, 40.0]]), np.array([[1.0], [2.0]]), np.zeros(2), factor)
+    np.testing.assert_array_equal(quadrature.scores, [[12, 34], [22, 64], [34, 98], [44, 128]])

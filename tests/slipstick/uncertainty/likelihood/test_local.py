@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.uncertainty.fit.fit import FitSettings
-from slipstick.uncertainty.fit.search_space import unknowns
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.likelihood import exact
-from slipstick.uncertainty.likelihood.local import localised
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, exact
+from slipstick.uncertainty.likelihood.local import polynomial_problem
 
 
 def curved(points: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -28,22 +27,22 @@ class Counted:
         return curved(points, conditions)
 
 
-def posed(dimension: int, model: Any = curved) -> Problem:
+def posed(dimension: int, model: Any = curved) -> InferenceProblem:
     random = np.random.default_rng(dimension)
     slope = random.uniform(-0.8, 0.8, (dimension, 40))
     times = curved(random.normal(1.02, 0.08, (1, dimension)), slope)[0] + 0.004 * random.standard_normal(40)
     names = tuple("abcdefghijklmnopqrst"[:dimension])
-    return Problem(model, slope, times, np.full(dimension, 0.5), np.full(dimension, 1.5), names)
+    return InferenceProblem(model, slope, times, np.full(dimension, 0.5), np.full(dimension, 1.5), names)
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 7])
 def test_is_the_model_near_the_candidate(dimension: int) -> None:
     counted = Counted()
     problem = posed(dimension, counted)
-    space = unknowns(FitSettings(), problem)
+    space = search_space(FitSettings(), problem)
     mean, std = np.linspace(0.95, 1.1, dimension), np.linspace(0.05, 0.08, dimension)
     vector = space.vector(Candidate(Inputs(mean, std), 0.005))
-    near, region = localised(problem, space, vector)
+    near, region = polynomial_problem(problem, space, vector)
     runs = counted.runs
     scatter = np.random.default_rng(1).standard_normal((500, dimension))
     points = mean + 2 * std * scatter / np.maximum(1, np.abs(scatter))
@@ -61,9 +60,9 @@ def test_is_the_model_near_the_candidate(dimension: int) -> None:
 def test_the_region_is_as_wide_as_its_scatter() -> None:
     """Where the polynomials end, so do the bounds; the noise may go as far as before."""
     problem = posed(2)
-    space = unknowns(FitSettings(), problem)
+    space = search_space(FitSettings(), problem)
     wide, narrow = (space.vector(Candidate(Inputs([1.0, 1.0], [std, 0.05]), 0.005)) for std in (0.2, 0.02))
-    regions = [localised(problem, space, vector)[1] for vector in (wide, narrow)]
+    regions = [polynomial_problem(problem, space, vector)[1] for vector in (wide, narrow)]
     spans = [region.upper - region.lower for region in regions]
     assert spans[0][0] > 5 * spans[1][0]
     for region in regions:
@@ -73,9 +72,9 @@ def test_the_region_is_as_wide_as_its_scatter() -> None:
 
 def test_a_candidate_at_the_edge_stays_inside() -> None:
     problem = posed(2)
-    space = unknowns(FitSettings(), problem)
+    space = search_space(FitSettings(), problem)
     for vector in (space.lower, space.upper):
-        near, region = localised(problem, space, vector)
+        near, region = polynomial_problem(problem, space, vector)
         assert np.all((region.lower <= vector) & (vector <= region.upper))
         assert np.all(np.isfinite(near.model(vector[None, :2], problem.conditions)))
 
@@ -89,15 +88,15 @@ def test_runs_that_do_not_lock_leave_the_polynomials_of_the_others(dimension: in
         return np.where(points[:, :1] > 1.35, np.nan, times)
 
     problem = posed(dimension, halting)
-    space = unknowns(FitSettings(), problem)
+    space = search_space(FitSettings(), problem)
     vector = space.vector(Candidate(Inputs(np.ones(dimension), np.full(dimension, 0.1)), 0.005))
-    near, _ = localised(problem, space, vector)
+    near, _ = polynomial_problem(problem, space, vector)
     points = np.random.default_rng(1).normal(1.0, 0.06, (200, dimension))
     np.testing.assert_allclose(near.model(points, problem.conditions), halting(points, problem.conditions), atol=1e-9)
 
 
 def test_any_number_of_inputs_has_polynomials() -> None:
     problem = posed(20)
-    space = unknowns(FitSettings(), problem)
-    near, _ = localised(problem, space, (space.lower + space.upper) / 2)
+    space = search_space(FitSettings(), problem)
+    near, _ = polynomial_problem(problem, space, (space.lower + space.upper) / 2)
     assert np.all(np.isfinite(near.model(np.ones((1, 20)), problem.conditions)))

@@ -9,26 +9,25 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty.chaos.expansion import make_basis
-from slipstick.uncertainty.chaos.families import FAMILIES
-from slipstick.uncertainty.fit.search_space import nominal, unknowns
-from slipstick.uncertainty.fit.settings import FitSettings
-from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood.problem import Candidate, Problem
-from slipstick.uncertainty.likelihood.unknowns import Unknowns, correlation_of, partial_of
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.chaos import FAMILIES, make_basis
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.search_space import nominal_candidate, search_space
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns
+from slipstick.uncertainty.likelihood.unknowns import correlation_from_partial, partial_from_factor
 
 DIMENSIONS = pytest.mark.parametrize("dimension", [1, 2, 3, 7])
 
 
-def pose(dimension: int, lower: float = 0.5, upper: float = 1.5) -> Problem:
+def pose(dimension: int, lower: float = 0.5, upper: float = 1.5) -> InferenceProblem:
     """Times that are 0.5 s and the mean of the multiples, a quarter of a second of it; no scatter in the measured."""
-    return Problem(lambda points, conditions: 0.25 + 0.25 * points.mean(axis=1, keepdims=True) + 0 * conditions,
+    return InferenceProblem(lambda points, conditions: 0.25 + 0.25 * points.mean(axis=1, keepdims=True) + 0 * conditions,
                    np.zeros(5), np.linspace(0.48, 0.56, 5), np.full(dimension, lower), np.full(dimension, upper),
                    tuple("abcdefg"[:dimension]))
 
 
 def space_of(dimension: int, **changes: Any) -> Unknowns:
-    return unknowns(FitSettings(**changes), pose(dimension))
+    return search_space(FitSettings(**changes), pose(dimension))
 
 
 def vectors(space: Unknowns, count: int, seed: int = 1) -> np.ndarray:
@@ -69,13 +68,13 @@ def test_a_vector_is_its_candidate_and_back(dimension: int, correlated: bool) ->
 def test_plain_unknowns_are_those_of_the_candidate(dimension: int) -> None:
     space = space_of(dimension, correlated=True)
     for vector in vectors(space, 20):
-        candidate, plain = space.candidate(vector), space.plain(vector)
+        candidate, plain = space.candidate(vector), space.to_natural(vector)
         expected = [*candidate.inputs.mean, *candidate.inputs.marginal_std, candidate.output_std]
         np.testing.assert_array_equal(plain[:2 * dimension + 1], expected)
         np.testing.assert_array_equal(plain[2 * dimension + 1:], vector[2 * dimension + 1:])
-        np.testing.assert_allclose(space.of_plain(plain), vector, atol=1e-14)
-    np.testing.assert_array_equal(space.of_plain(0 * space.lower - 9), space.lower)
-    np.testing.assert_array_equal(space.of_plain(0 * space.lower + 9), space.upper)
+        np.testing.assert_allclose(space.from_natural(plain), vector, atol=1e-14)
+    np.testing.assert_array_equal(space.from_natural(0 * space.lower - 9), space.lower)
+    np.testing.assert_array_equal(space.from_natural(0 * space.lower + 9), space.upper)
 
 
 @pytest.mark.parametrize("dimension", [2, 3, 7])
@@ -92,11 +91,11 @@ def test_every_vector_has_a_correlation_that_inputs_can_have(dimension: int) -> 
 @pytest.mark.parametrize("dimension", [2, 3, 5])
 def test_partial_correlations_are_those_of_what_earlier_inputs_leave(dimension: int) -> None:
     partial = np.random.default_rng(dimension).uniform(-0.9, 0.9, dimension * (dimension - 1) // 2)
-    correlation = correlation_of(partial, dimension)
+    correlation = correlation_from_partial(partial, dimension)
     expected = [partial_by_regression(correlation, *pair) for pair in zip(*np.triu_indices(dimension, 1), strict=True)]
     np.testing.assert_allclose(partial, expected, atol=1e-9)
-    np.testing.assert_allclose(partial_of(np.linalg.cholesky(correlation)), partial, atol=1e-9)
-    np.testing.assert_array_equal(correlation_of(0 * partial, dimension), np.eye(dimension))
+    np.testing.assert_allclose(partial_from_factor(np.linalg.cholesky(correlation)), partial, atol=1e-9)
+    np.testing.assert_array_equal(correlation_from_partial(0 * partial, dimension), np.eye(dimension))
 
 
 def test_a_candidate_beyond_the_bounds_is_taken_to_them() -> None:
@@ -114,17 +113,17 @@ def test_every_vector_of_a_default_search_can_be_computed(families: Sequence[str
     problem = pose(len(families), *box)
     for correlated in (False, True):
         settings = FitSettings(families=tuple(families), correlated=correlated)
-        space, theta = unknowns(settings, problem), np.linspace(-8, 8, 9)[:, None] * np.ones(len(families))
+        space, normals = search_space(settings, problem), np.linspace(-8, 8, 9)[:, None] * np.ones(len(families))
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             for vector in vectors(space, 40):
                 inputs = space.candidate(vector).inputs
-                points, basis = inputs.points(theta), make_basis(inputs.germs, settings.expansion(len(families)))
+                points, basis = inputs.points(normals), make_basis(inputs.germs, settings.expansion(len(families)))
                 assert np.isfinite(points).all()
                 assert np.isfinite(inputs.at_germs(basis.nodes)).all()
                 if not correlated:
                     assert np.all(np.diff(points, axis=0) >= 0)
-                np.testing.assert_allclose(space.candidate(space.vector(Candidate(inputs, 0.01))).inputs.points(theta),
+                np.testing.assert_allclose(space.candidate(space.vector(Candidate(inputs, 0.01))).inputs.points(normals),
                                            points, rtol=1e-6)
 
 
@@ -137,12 +136,12 @@ def test_a_beta_input_scatters_no_more_than_it_can() -> None:
 
 
 def test_means_stay_in_the_box_and_where_their_family_has_values() -> None:
-    space = unknowns(FitSettings(families=("normal", "gamma", "beta"), mean_bounds=((-1.0, 3.0),)), pose(3, -0.5, 2.0))
+    space = search_space(FitSettings(families=("normal", "gamma", "beta"), mean_bounds=((-1.0, 3.0),)), pose(3, -0.5, 2.0))
     np.testing.assert_allclose(space.lower[:3], [-0.5, 1e-6, -0.45])
     np.testing.assert_allclose(space.upper[:3], [2.0, 2.0, 1.95])
     np.testing.assert_allclose(space.lower[3:], np.log([0.002] * 3 + [0.0005]))
     np.testing.assert_allclose(space.upper[3:], np.log([0.3] * 3 + [0.1]))
-    each = unknowns(FitSettings(mean_bounds=((0.6, 0.7), (0.8, 0.9)), std_bounds=((0.01, 0.02), (0.03, 0.04))), pose(2))
+    each = search_space(FitSettings(mean_bounds=((0.6, 0.7), (0.8, 0.9)), std_bounds=((0.01, 0.02), (0.03, 0.04))), pose(2))
     np.testing.assert_allclose(each.lower, [0.6, 0.8, *np.log([0.01, 0.03, 0.0005])])
     np.testing.assert_allclose(each.upper, [0.7, 0.9, *np.log([0.02, 0.04, 0.1])])
 
@@ -161,7 +160,7 @@ def test_bounds_that_leave_nothing_to_search_are_refused(change: dict[str, Any],
 def test_the_nominal_model_has_the_noise_that_explains_its_residuals() -> None:
     for correlated in (False, True):
         space, problem = space_of(3, correlated=correlated), pose(3)
-        before = nominal(problem, space)
+        before = nominal_candidate(problem, space)
         np.testing.assert_array_equal(before.inputs.mean, 1.0)
         np.testing.assert_allclose(before.inputs.marginal_std, 0.002)
         assert before.output_std == pytest.approx(np.sqrt(np.mean((problem.measured_time - 0.5) ** 2)))
@@ -171,12 +170,12 @@ def test_the_nominal_model_has_the_noise_that_explains_its_residuals() -> None:
 
 def test_the_nominal_model_stays_in_the_bounds_and_leaves_out_what_never_locks() -> None:
     problem = pose(2)
-    narrow = unknowns(FitSettings(mean_bounds=((1.1, 1.2),), output_std_bounds=(0.0005, 0.001)), problem)
-    np.testing.assert_allclose([*nominal(problem, narrow).inputs.mean, nominal(problem, narrow).output_std],
+    narrow = search_space(FitSettings(mean_bounds=((1.1, 1.2),), output_std_bounds=(0.0005, 0.001)), problem)
+    np.testing.assert_allclose([*nominal_candidate(problem, narrow).inputs.mean, nominal_candidate(problem, narrow).output_std],
                                [1.1, 1.1, 0.001])
     holed = replace(problem, model=lambda points, conditions: np.where(
         np.arange(5) == 4, np.nan, problem.model(points, conditions)))
     expected = np.sqrt(np.mean((problem.measured_time[:4] - 0.5) ** 2))
-    assert nominal(holed, space_of(2)).output_std == pytest.approx(expected)
+    assert nominal_candidate(holed, space_of(2)).output_std == pytest.approx(expected)
     lost = replace(problem, model=lambda points, conditions: np.full((len(points), 5), np.nan))
-    assert nominal(lost, space_of(2)).output_std == pytest.approx(0.0005)
+    assert nominal_candidate(lost, space_of(2)).output_std == pytest.approx(0.0005)
