@@ -1,46 +1,50 @@
-# Needs python3.11+, make and a C compiler; everything else goes into .venv.
+# Needs Python 3.11 or newer and make; everything else goes into .venv. `make` alone lists the targets.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: setup demo demo-stop test lint picture bench study-blind clean
+.PHONY: help setup demo demo-stop test lint picture bench study-blind clean
+.DEFAULT_GOAL := help
 
-setup: $(VENV)/.stamp
+help: ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "make %-12s %s\n", $$1, $$2 }'
 
+setup: $(VENV)/.stamp ## make the environment in .venv and install everything into it
+
+# Wheels are preferred to newer source packages, so that no compiler is needed (numpoly).
 $(VENV)/.stamp: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Slipstick needs Python 3.11 or newer: set PYTHON=/path/to/python3.11"; exit 1; }
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	@echo "Installing (a few minutes: one package is compiled)"
-	$(BIN)/python -m pip install --quiet -e '.[test]'
-	touch $@
+	@echo "Creating the environment in $(VENV)"
+	@$(PYTHON) -m venv $(VENV)
+	@echo "Installing Slipstick and its dependencies (a few minutes)"
+	@$(PIP) install --upgrade pip 2>&1 | sed '/^WARNING/d'
+	@$(PIP) install --prefer-binary -e '.[test]' > $(VENV)/install.log 2>&1 || { cat $(VENV)/install.log; exit 1; }
+	@touch $@
+	@echo "Installed; activate the environment with: . $(BIN)/activate"
 
-demo: setup
-	$(BIN)/python demo.py start
+demo: setup ## build tables, calibrate, fit, and study the shipped recordings; leaves service and worker running
+	@$(BIN)/python demo.py start
 
-demo-stop:
-	$(PYTHON) demo.py stop
+demo-stop: ## stop the service and the worker of the demo
+	@$(PYTHON) demo.py stop
 
-# The picture of the README: needs `make demo` to have calibrated.
-picture: setup
-	$(BIN)/python docs/picture.py var/calibration.json docs/engagement.svg
+test: lint ## ruff, mypy and all tests (at most six minutes on two cores)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
-# Minutes long, on an idle machine: rewrites the tables in benchmarks/.
-bench: setup
-	$(BIN)/python -m benchmarks
+lint: setup ## ruff and mypy only
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy
 
-# About two hours: studies of recordings with hidden effects; killed, the same command goes on where it was.
-study-blind: setup
-	$(BIN)/python -m benchmarks.study_blind
+picture: setup ## redraw the pictures of the README (needs a finished `make demo`)
+	@$(BIN)/python docs/picture.py var docs
 
-lint: setup
-	$(BIN)/ruff check .
-	$(BIN)/mypy
+bench: setup ## rewrite the tables in benchmarks/ (minutes, on an idle machine)
+	@$(BIN)/python -m benchmarks
 
-# A process a core, so one thread of linear algebra in each.
-test: lint
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
+study-blind: setup ## studies of recordings with hidden effects (about two hours; a killed run is resumed)
+	@$(BIN)/python -m benchmarks.study_blind
 
-clean:
+clean: ## remove the environment, the results of the demo, and caches
 	rm -rf $(VENV) var build .pytest_cache .mypy_cache .ruff_cache
