@@ -78,9 +78,10 @@ class PropagateRequest(StrictModel):
     outside: OutsidePolicy = "clip"
     expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(), description="Settings of the expansions.")
     tolerance: float | None = Field(
-        default=None, gt=0, description="Target for the error of the expansions in s. `expansion.order` is then ignored, "
-                                        "and the order is increased from 1 until the error meets the target or 20,000 "
-                                        "model runs are used. Null for an expansion of the given order.")
+        default=None, gt=0, description="Target for the error of the expansions in s. With a target, `expansion.order` "
+                                        "is ignored, and the order is increased from 1 until the error meets the "
+                                        "target or 20,000 model runs are used. Null for expansions of the given "
+                                        "order.")
     samples: Annotated[int, Field(
         ge=1, le=1 << 17, description="Number of samples of the expansion for quantiles and densities, a power of two.",
     )] = SAMPLES
@@ -132,9 +133,9 @@ class PropagateResponse(BaseModel):
     reached: bool | None = Field(description="Whether the error is within the tolerance; null if none was given.")
     germs: list[str] = Field(description="Polynomial family of each input: hermite, laguerre, jacobi or legendre.")
     degrees: list[list[int]] | None = Field(
-        description="Degrees of each term of the expansions, one per germ (standardised random variable). A term is the "
-                    "product of the orthonormal polynomials of these degrees in the germs. Null unless `coefficients` "
-                    "is requested.")
+        description="Degrees of each term of the expansions, one per germ (standardised random variable). A term is "
+                    "the product of the orthonormal polynomials of these degrees in the germs. Null unless "
+                    "`coefficients` is requested.")
     conditions: list[ShiftingTimeDistribution] = Field(description="One entry per condition.")
 
 
