@@ -35,10 +35,19 @@ Slipstick compares a simulation model of a wet friction clutch with test-bench r
 * fits the distributions of the inputs to recordings, and
 * runs studies that identify physical effects missing from the model.
 
-Inputs are multiples of nominal values. Times are in seconds, probability densities are per millisecond, and `log10`
-likelihoods are sums of base-10 logarithms of these densities. The `outside` policy defines the value of a table
-outside its axes; responses report how much of the input lies there. Errors are returned as problem details (RFC 9457)
-with a `remedy` that explains how to correct the request.
+**Terms.** In an engagement, the clutch closes after a shift command; the *shifting time* is the time until its plates
+stop slipping (lock-up). A *condition* is the operating condition of an engagement: current profile, motor speed, load
+inertia and brake torque. *Recordings* contain the measured shifting time of engagements and, optionally, signals over
+time. A *table* contains simulated shifting times over multiples of some parameters of the model. An *effect* is a
+physical effect that can be added to the model. *Scatter* is the variation of parameters from run to run.
+
+**Conventions.** Inputs are multiples of nominal values. Times are in seconds, and probability densities are per
+millisecond. A log10 likelihood is the sum of the base-10 logarithms of these densities; a difference of 1 is a decade.
+The parameter `outside` defines the shifting time at points outside a table. Errors are returned as problem details (RFC
+9457) with a `remedy`.
+
+*The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
+Friction Clutch Model*.
 """
 
 

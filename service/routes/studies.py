@@ -93,7 +93,7 @@ def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before
 
 @router.post("/{id}/cancel", summary="Cancel a study", responses=error_responses(404, 503))
 def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
-    """Cancel a queued or running study. A study that has ended is unchanged. The worker completes its current step."""
+    """Cancel a queued or running study. A study that has ended is unchanged. The worker first completes its step."""
     store.cancel(id)
     return _with_progress(store, store.find(id))
 
