@@ -31,15 +31,15 @@ class StudySettingsBody(StrictModel):
                                                   "(docs/effects.md).",
         examples=[["stribeck_friction", "centrifugal_pressure", "quadratic_load_drag"]])
     shortlist: int | None = Field(default=None, le=200,
-                                  description="Maximum number of candidates that are fitted after a screening.")
+                                  description="Maximum number of candidates that the screening selects.")
     most_effects: int | None = Field(default=None, le=20,
                                      description="Maximum number of effects that are added to the model.")
     significance: float | None = Field(
-        default=None, description="Significance level of the screening: only effects with a p-value up to this value "
-                                  "become candidates.")
+        default=None, description="Significance level: largest p-value with which the screening selects an effect as a "
+                                  "candidate.")
     smallest: float | None = Field(
-        default=None, description="Smallest signature of a candidate: RMS change over all compared values, in units of "
-                                  "the noise.")
+        default=None, description="Smallest signature with which the screening selects an effect: RMS change over all "
+                                  "compared values, in units of the noise.")
     shifting_time_noise: float | None = Field(
         default=None, description="Standard deviation of the measurement error of shifting times in s.")
     level: float | None = Field(default=None, description="Confidence level of the intervals.")
