@@ -84,14 +84,14 @@ def test_every_command_is_documented() -> None:
     assert dict(rows("settings.md", "Worker")) == COMMANDS
 
 
-def test_every_route_and_every_refusal_is_documented(tmp_path: Path) -> None:
+def test_every_route_and_every_error_status_is_documented(tmp_path: Path) -> None:
     routes = create_app(Settings(tables=tmp_path)).openapi()["paths"]
     operations = {(method.upper(), path): operation for path, methods in routes.items()
                   for method, operation in methods.items()}
-    documented = [(method, path) for method, path, _ in rows("rest.md", "REST")]
+    documented = [(method, path) for method, path, _ in rows("rest.md", "Operations")]
     assert sorted(documented) == sorted(operations)
-    refusals = {status for operation in operations.values() for status in operation["responses"] if status >= "400"}
-    assert refusals <= {status for status, _ in rows("rest.md", "Refusals")}
+    errors = {status for operation in operations.values() for status in operation["responses"] if status >= "400"}
+    assert errors <= {status for status, _ in rows("rest.md", "Error responses")}
 
 
 def test_the_effect_of_the_walkthrough_works_as_it_stands(tmp_path: Path) -> None:

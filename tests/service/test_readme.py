@@ -25,8 +25,8 @@ def test_examples_need_no_recent_curl() -> None:
     assert not re.search(r"--json|--fail-with-body", "".join(LINES))  # curl 7.82 and 7.76
 
 
-def test_examples_work_as_written(brief: tuple[Path, httpx.Client], tmp_path: Path) -> None:
-    tables, client = brief
+def test_examples_work_as_written(quick_service: tuple[Path, httpx.Client], tmp_path: Path) -> None:
+    tables, client = quick_service
     shutil.copy(tables / "nominal.h5", tables / "calibrated.h5")  # the demo builds it; here its content does not matter
     for line in LINES:
         command = line.replace("http://127.0.0.1:8000", str(client.base_url).rstrip("/"))
