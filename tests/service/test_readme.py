@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import httpx
-import pytest
 
 README = (Path(__file__).parents[2] / "README.md").read_text()
 BLOCKS = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
@@ -34,8 +33,8 @@ def test_examples_work_as_written(quick_service: tuple[Path, httpx.Client], tmp_
             address = command.partition("=")[2]
             continue
         command = command.replace("python -c", f"{sys.executable} -c")
-        done = subprocess.run(["bash", "-o", "pipefail", "-c", command], env={"PATH": "/usr/bin:/bin", "SLIPSTICK": address},
-                              cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+        done = subprocess.run(["bash", "-o", "pipefail", "-c", command], cwd=tmp_path, capture_output=True, text=True,
+                              env={"PATH": "/usr/bin:/bin", "SLIPSTICK": address}, timeout=120, check=False)
         assert not done.stderr, (line, done.stderr)
         if line.startswith("while"):
             continue
