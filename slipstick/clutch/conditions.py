@@ -103,7 +103,7 @@ def paper_conditions() -> Conditions:
     return Conditions(profile.astype(np.int64), speed, inertia, brake, time, current)
 
 
-def turns(current: np.ndarray) -> np.ndarray:
+def reversals(current: np.ndarray) -> np.ndarray:
     """How a current (k,) in A came to each of its breakpoints, as hysteresis needs it: (k, 3).
 
     Columns: direction of the line that begins there (+1 rising, -1 falling, on a flat one the last), current at the

@@ -7,8 +7,8 @@ from slipstick.clutch.fastmath import allocating, kernel
 from slipstick.clutch.hydraulics import hydraulics
 from slipstick.clutch.integrator import (
     LOCKS,
-    LOSES,
-    NOTHING,
+    DIVERGES,
+    NO_EVENT,
     accept,
     dense,
     events,
@@ -25,28 +25,28 @@ from slipstick.clutch.lanes import (
     EVENT,
     GEAR,
     LANES,
-    LINE_END,
-    SIZE,
+    SEGMENT_END,
+    BUFFER_SIZE,
     SLIPPING,
     STAGE_TIME,
-    STATE,
+    STAGE,
     STEP,
     TIME,
 )
-from slipstick.clutch.loading import load, park, set_line
+from slipstick.clutch.loading import load, park, set_segment
 
 LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
 
 @allocating
 def workspace():
     """The working memory, beginning on a cache line: else every vector of lanes would lie across two."""
-    whole = np.zeros(SIZE + 8)
+    whole = np.zeros(BUFFER_SIZE + 8)
     first = -(whole.ctypes.data // 8) % 8
-    return whole[first:first + SIZE]
+    return whole[first:first + BUFFER_SIZE]
 
 
 @allocating
-def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, initial_speed, profile_lines, fine,
+def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, initial_speed, profile_segments, fine,
           coarse, sample_times, samples, times, status):
     """Simulate engagements first..stop-1 and fill `times` in s, `status`, and `samples` of this range if wanted.
 
@@ -57,7 +57,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
     never does.
     """
     active, states = acts.active, acts.states
-    n, count, last_line = len(conditions), len(sample_times), profile_lines.shape[1] - 1
+    n, count, last_segment = len(conditions), len(sample_times), profile_segments.shape[1] - 1
     b = workspace()
     who, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
     line, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
@@ -69,7 +69,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
                 profile[i] = profiles[condition, 0]
                 load(b, i, vectors, coefficients, acts, point, conditions, condition,
                      initial_speed[point, profiles[condition, 1]])
-                set_line(b, i, profile_lines, profile[i], 0)
+                set_segment(b, i, profile_segments, profile[i], 0)
                 times[waiting], status[waiting] = np.nan, NEVER_LOCKED
                 who[i], line[i], sampled[i] = waiting, 0, 0
                 waiting += 1
@@ -94,20 +94,20 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
                 engagement = who[i]
                 if engagement < 0 or (b[EVENT + i] == 0.0 and sampled[i] < count):
                     continue
-                what = NOTHING
+                what = NO_EVENT
                 if b[EVENT + i] > 1.0:
                     what, share = locate(b, i)
                     settle(b, i, what, share, states)
-                    if what == LOCKS and status[engagement] == NEVER_LOCKED and line[i] < last_line:
+                    if what == LOCKS and status[engagement] == NEVER_LOCKED and line[i] < last_segment:
                         times[engagement], status[engagement] = b[TIME + i], LOCKED
-                    elif what == LOSES:
+                    elif what == DIVERGES:
                         times[engagement], status[engagement] = np.nan, FAILED
                         lose(samples, engagement - first, sampled[i])
-                if b[TIME + i] >= b[LINE_END + i]:
+                if b[TIME + i] >= b[SEGMENT_END + i]:
                     line[i] += 1
-                    set_line(b, i, profile_lines, profile[i], line[i])
-                decided = status[engagement] == LOCKED or line[i] == last_line
-                if what == LOSES or (decided and sampled[i] == count):
+                    set_segment(b, i, profile_segments, profile[i], line[i])
+                decided = status[engagement] == LOCKED or line[i] == last_segment
+                if what == DIVERGES or (decided and sampled[i] == count):
                     who[i] = -1
                     busy -= 1
                     freed = True
@@ -116,11 +116,11 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
 @kernel
 def sample(b, i, states, sample_times, position, samples, row):
     """Keep lane i's states at all sample times from `position` on that its step reaches; returns the next position."""
-    what, share = NOTHING, 1.0
+    what, share = NO_EVENT, 1.0
     if b[EVENT + i] > 1.0:
         what, share = locate(b, i)
     reach = b[TIME + i] + share * b[STEP + i]
-    while what != LOSES and position < len(sample_times) and sample_times[position] <= reach:
+    while what != DIVERGES and position < len(sample_times) and sample_times[position] <= reach:
         at = (sample_times[position] - b[TIME + i]) / b[STEP + i]
         for s in range(states):
             samples[row, position, s] = dense(b, s * LANES + i, at)
@@ -139,7 +139,7 @@ def lose(samples, row, position):
 
 
 @allocating
-def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles, profile_lines, sample_times, samples,
+def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles, profile_segments, sample_times, samples,
             signals):
     """Turn samples into signals[:, engagement, time]: pressure, both speeds, output torque, piston position.
 
@@ -158,18 +158,18 @@ def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles
             for i in range(LANES):
                 position = min(start + i, count - 1)
                 for s in range(states):
-                    b[STATE + s * LANES + i] = samples[engagement - first, position, s]
+                    b[STAGE + s * LANES + i] = samples[engagement - first, position, s]
                 b[SLIPPING + i] = samples[engagement - first, position, states]
                 b[DIRECTION + i] = samples[engagement - first, position, states + 1]
                 b[STAGE_TIME + i] = sample_times[position]
-                while sample_times[position] >= profile_lines[profile, line, 3]:
+                while sample_times[position] >= profile_segments[profile, line, 3]:
                     line += 1
-                set_line(b, i, profile_lines, profile, line)
+                set_segment(b, i, profile_segments, profile, line)
             hydraulics(b, active)
             driveline(b, active)
             for i in range(min(LANES, count - start)):
-                signals[0, engagement, start + i] = b[STATE + i]
-                signals[1, engagement, start + i] = b[STATE + 3 * LANES + i]
-                signals[2, engagement, start + i] = b[STATE + 4 * LANES + i]
+                signals[0, engagement, start + i] = b[STAGE + i]
+                signals[1, engagement, start + i] = b[STAGE + 3 * LANES + i]
+                signals[2, engagement, start + i] = b[STAGE + 4 * LANES + i]
                 signals[3, engagement, start + i] = b[GEAR + i] * b[CLUTCH_TORQUE + i]
                 signals[4, engagement, start + i] = b[CONTACT_POSITION + i] - b[CLEARANCE + i]

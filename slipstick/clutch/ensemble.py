@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.clutch import effects, parameters
-from slipstick.clutch.acting import acting, shown
+from slipstick.clutch.active_effects import active_effects, sensor_reading
 from slipstick.clutch.compilation import drive, initial_speeds, observe
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED
@@ -89,7 +89,7 @@ def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditio
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
     columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order])
     profiles = np.column_stack([conditions.current_profile, column]).astype(np.int64)
-    profile_lines = lines(conditions.profile_time, conditions.profile_current)
+    profile_segments = lines(conditions.profile_time, conditions.profile_current)
 
     n, k, workers = len(conditions), len(wanted), threads or os.cpu_count() or 1
     shape, each = ((n,), 1) if paired else ((len(vectors), n), n)
@@ -101,10 +101,10 @@ def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditio
     def block(first: int) -> None:
         stop = min(first + size, total)
         samples = np.empty((stop - first, k, acts.states + 2))
-        drive(first, stop, each, vectors, coefficients, acts, columns, profiles, initial, profile_lines,
+        drive(first, stop, each, vectors, coefficients, acts, columns, profiles, initial, profile_segments,
               accuracy.fine, accuracy.coarse, wanted, samples, times, status)
         if k:
-            observe(first, stop, each, vectors, coefficients, acts, columns, profiles, profile_lines, wanted, samples,
+            observe(first, stop, each, vectors, coefficients, acts, columns, profiles, profile_segments, wanted, samples,
                     recorded)
 
     with ThreadPoolExecutor(workers) as pool:

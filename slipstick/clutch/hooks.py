@@ -11,7 +11,7 @@ from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import Effect, Memory, Signals
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
-    ACTING,
+    QUANTITY_FLAG,
     CLUTCH_TORQUE,
     COEFFICIENTS,
     CONTACT,
@@ -19,28 +19,28 @@ from slipstick.clutch.lanes import (
     GEAR,
     INPUT_SPEED,
     LANES,
-    LINE_CURRENT,
-    LINE_DIRECTION,
-    LINE_SLOPE,
-    LINE_SWING,
-    LINE_TIME,
-    LINE_TURN,
+    SEGMENT_CURRENT,
+    SEGMENT_DIRECTION,
+    SEGMENT_SLOPE,
+    SEGMENT_SWING,
+    SEGMENT_TIME,
+    SEGMENT_REVERSAL,
     MEMORIES,
     MOTOR_SPEED,
     OUTPUT_SPEED,
     PISTON_STATE,
     PRESSURE,
     PRESSURE_RATE,
-    QUANTITY,
+    QUANTITY_ROW,
     RAMP,
     RATE,
-    REMEMBERING,
+    MEMORY_FLAG,
     RUN,
     SLIPPING,
     STAGE_TIME,
-    STATE,
-    STATES,
-    VALUE,
+    STAGE,
+    STATE_SIZE,
+    MEMORY_INPUT,
 )
 
 Hook = Callable[[Any, Any], None]
@@ -53,7 +53,7 @@ def hook(quantity: str) -> Hook:
         if effect.quantity == quantity:
             link = _link(effect, position, chain) if effect.memory is None else _remember(effect, position, chain)
             chain = link
-    return _only_if(ACTING[quantity], chain)
+    return _only_if(QUANTITY_FLAG[quantity], chain)
 
 
 def memories() -> Hook:
@@ -62,7 +62,7 @@ def memories() -> Hook:
     for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
         if effect.memory is not None:
             chain = _move(effect, effect.memory, position, chain)
-    return _only_if(REMEMBERING, chain)
+    return _only_if(MEMORY_FLAG, chain)
 
 
 @kernel
@@ -83,10 +83,10 @@ def _only_if(flag: int, chain: Hook) -> Hook:
 @kernel
 def _signals(b, i, clutch_torque, friction_power, memory):
     slip = b[INPUT_SPEED + i] - b[GEAR + i] * b[OUTPUT_SPEED + i]
-    current = b[LINE_CURRENT + i] + b[LINE_SLOPE + i] * (b[STAGE_TIME + i] - b[LINE_TIME + i])
+    current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
     return Signals(b[STAGE_TIME + i], b[PRESSURE + i], b[PRESSURE_RATE + i], b[PISTON_STATE + i], b[INPUT_SPEED + i],
-                   b[OUTPUT_SPEED + i], slip, b[MOTOR_SPEED + i], current, b[LINE_DIRECTION + i], b[LINE_TURN + i],
-                   b[LINE_SWING + i], b[RUN + i], 1.0 - b[SLIPPING + i], clutch_torque, friction_power, memory)
+                   b[OUTPUT_SPEED + i], slip, b[MOTOR_SPEED + i], current, b[SEGMENT_DIRECTION + i], b[SEGMENT_REVERSAL + i],
+                   b[SEGMENT_SWING + i], b[RUN + i], 1.0 - b[SLIPPING + i], clutch_torque, friction_power, memory)
 
 
 @kernel
@@ -99,7 +99,7 @@ def _coefficients(effect: Effect) -> int:
 
 
 def _link(effect: Effect, position: int, rest: Hook) -> Hook:
-    formula, row, first = effect.formula, QUANTITY[effect.quantity], _coefficients(effect)
+    formula, row, first = effect.formula, QUANTITY_ROW[effect.quantity], _coefficients(effect)
 
     @kernel
     def link(b, active):
@@ -112,9 +112,9 @@ def _link(effect: Effect, position: int, rest: Hook) -> Hook:
 
 
 def _remember(effect: Effect, position: int, rest: Hook) -> Hook:
-    formula, row, first = effect.formula, QUANTITY[effect.quantity], _coefficients(effect)
+    formula, row, first = effect.formula, QUANTITY_ROW[effect.quantity], _coefficients(effect)
     place = MEMORIES.index(effect.name)
-    state, value = STATE + (STATES + place) * LANES, VALUE + place * LANES
+    state, value = STAGE + (STATE_SIZE + place) * LANES, MEMORY_INPUT + place * LANES
     before = 0.0 if effect.memory is not None and effect.memory.relaxed else -1.0
 
     @kernel
@@ -132,7 +132,7 @@ def _remember(effect: Effect, position: int, rest: Hook) -> Hook:
 
 def _move(effect: Effect, memory: Memory, position: int, rest: Hook) -> Hook:
     rate, first, place = memory.rate, _coefficients(effect), MEMORIES.index(effect.name)
-    state, moves, value = STATE + (STATES + place) * LANES, RATE + (STATES + place) * LANES, VALUE + place * LANES
+    state, moves, value = STAGE + (STATE_SIZE + place) * LANES, RATE + (STATE_SIZE + place) * LANES, MEMORY_INPUT + place * LANES
 
     @kernel
     def move(b, active):

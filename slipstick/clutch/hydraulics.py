@@ -3,7 +3,7 @@
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hooks import hook
 from slipstick.clutch.lanes import (
-    ACTING,
+    QUANTITY_FLAG,
     CHAMBER,
     CLEARANCE,
     CLEARANCE_CHANGE,
@@ -12,9 +12,9 @@ from slipstick.clutch.lanes import (
     CONTACT_POSITION,
     CURRENT_BIAS,
     LANES,
-    LINE_CURRENT,
-    LINE_SLOPE,
-    LINE_TIME,
+    SEGMENT_CURRENT,
+    SEGMENT_SLOPE,
+    SEGMENT_TIME,
     PISTON_GAIN,
     PISTON_PRESSURE,
     PISTON_PRESSURE_RATE,
@@ -35,7 +35,7 @@ from slipstick.clutch.lanes import (
 )
 from slipstick.clutch.valve import valve
 
-_VALVE_CURRENT, _LINE_PRESSURE = ACTING["valve current"], ACTING["line pressure"]
+_VALVE_CURRENT, _LINE_PRESSURE = QUANTITY_FLAG["valve current"], QUANTITY_FLAG["line pressure"]
 _on_chamber, _on_gain, _on_piston_rate = hook("chamber pressure"), hook("piston gain"), hook("piston rate")
 _on_clearance, _on_contact = hook("clearance"), hook("contact pressure")
 
@@ -46,11 +46,11 @@ def hydraulics(b, active):
     if active[_VALVE_CURRENT] | active[_LINE_PRESSURE]:
         valve(b, active)
     for i in range(LANES):
-        current = b[LINE_CURRENT + i] + b[LINE_SLOPE + i] * (b[STAGE_TIME + i] - b[LINE_TIME + i])
+        current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
         # The (1,2) Pade form of a pure delay: it answers a step by first going negative.
         b[RATE + i] = b[PRESSURE_RATE + i]
         b[RATE + LANES + i] = (
-            b[PRESSURE_GAIN + i] * (current - b[CURRENT_BIAS + i]) - b[SLOPE_GAIN + i] * b[LINE_SLOPE + i]
+            b[PRESSURE_GAIN + i] * (current - b[CURRENT_BIAS + i]) - b[SLOPE_GAIN + i] * b[SEGMENT_SLOPE + i]
             - b[PRESSURE_STIFFNESS + i] * (b[PRESSURE + i] - b[PRESSURE_CHANGE + i])
             - b[PRESSURE_DAMPING + i] * b[PRESSURE_RATE + i])
         b[CHAMBER + i] = b[PRESSURE + i]

@@ -23,57 +23,57 @@ from slipstick.clutch.lanes import (
     INVERSE_GEAR,
     INVERSE_RAMP_WIDTH,
     LANES,
-    LINE_END,
+    SEGMENT_END,
     MIDDLE,
     MOVING,
     PISTON_GAIN,
     RATE,
     RELEASE,
     RELEASE_FIRST,
-    REMEMBERING,
+    MEMORY_FLAG,
     RESPONSE_TIME,
     RIGID,
     SLIPPING,
     STAGE_TIME,
     START,
-    STATE,
-    STATES,
+    STAGE,
+    STATE_SIZE,
     STEP,
     TIME,
 )
 
-LOST = 1e9
+DIVERGENCE_LIMIT = 1e9
 """States that add up to more than this, or to no number at all, have blown up."""
 
-CALM = 1e-4
+SMOOTH_PRESSURE = 1e-4
 """Where the pressure bends by less than this (bar) within a coarse step, the step may be twice as long."""
 
-SHARE = 0.3
+STABLE_FRACTION = 0.3
 """Longest step, as a share of the delay of the current and of a third of the piston's time constant."""
 
-NOTHING, LOCKS, STOPS, STARTS, RELEASES, LOSES = range(6)
+NO_EVENT, LOCKS, STOPS, STARTS, RELEASES, DIVERGES = range(6)
 
 
 @kernel
 def first_stage(b, active, fine, coarse):
     """Evaluate the rates at the start and choose every lane's step in s."""
-    for i in range(STATES * LANES):
-        b[STATE + i] = b[START + i]
-    if active[REMEMBERING]:
+    for i in range(STATE_SIZE * LANES):
+        b[STAGE + i] = b[START + i]
+    if active[MEMORY_FLAG]:
         memories.begin(b)
     for i in range(LANES):
         b[STAGE_TIME + i] = b[TIME + i]
     hydraulics(b, active)
     driveline(b, active)
-    for i in range(STATES * LANES):
+    for i in range(STATE_SIZE * LANES):
         b[FIRST + i] = b[RATE + i]
-    if active[REMEMBERING]:
+    if active[MEMORY_FLAG]:
         memories.keep_first(b)
     for i in range(LANES):
         b[BREAKAWAY_FIRST + i] = b[BREAKAWAY + i]
         b[RELEASE_FIRST + i] = b[RELEASE + i]
         here = b[PISTON_GAIN + i] * b[START + 2 * LANES + i] - b[CLEARANCE_CHANGE + i]
-        calm = abs(b[FIRST + LANES + i]) * coarse * coarse < CALM
+        calm = abs(b[FIRST + LANES + i]) * coarse * coarse < SMOOTH_PRESSURE
         longest = 2.0 * coarse if calm else coarse
         # A quarter more than the step: the piston may speed up.
         there = here + 1.25 * longest * b[PISTON_GAIN + i] * b[FIRST + 2 * LANES + i]
@@ -83,11 +83,11 @@ def first_stage(b, active, fine, coarse):
         slip_rate = b[FIRST + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[FIRST + 4 * LANES + i]
         locking = (b[SLIPPING + i] > 0.0) & ((slip + longest * slip_rate) * b[DIRECTION + i] < 0.0)
         # Never more than a share of the shortest time constant; one so short that this would take for ever blows up.
-        stable = max(SHARE * b[RESPONSE_TIME + i], fine * 0.02)
+        stable = max(STABLE_FRACTION * b[RESPONSE_TIME + i], fine * 0.02)
         step = min(stable, fine if (in_ramp | locking) else longest)
-        left = b[LINE_END + i] - b[TIME + i]
+        left = b[SEGMENT_END + i] - b[TIME + i]
         b[STEP + i] = min(step, left)
-        b[END_TIME + i] = b[LINE_END + i] if step >= left else b[TIME + i] + step
+        b[END_TIME + i] = b[SEGMENT_END + i] if step >= left else b[TIME + i] + step
 
 
 @kernel
@@ -95,28 +95,28 @@ def other_stages(b, active):
     """Stages two to four, and the states at the end of every lane's step."""
     for stage in range(3):
         share = 1.0 if stage == 2 else 0.5
-        for s in range(STATES):
+        for s in range(STATE_SIZE):
             for i in range(LANES):
-                b[STATE + s * LANES + i] = b[START + s * LANES + i] + share * b[STEP + i] * b[RATE + s * LANES + i]
-        if active[REMEMBERING]:
+                b[STAGE + s * LANES + i] = b[START + s * LANES + i] + share * b[STEP + i] * b[RATE + s * LANES + i]
+        if active[MEMORY_FLAG]:
             memories.advance(b, share)
         for i in range(LANES):
             b[STAGE_TIME + i] = b[TIME + i] + share * b[STEP + i]
         hydraulics(b, active)
         driveline(b, active)
         if stage == 0:
-            for i in range(STATES * LANES):
+            for i in range(STATE_SIZE * LANES):
                 b[MIDDLE + i] = b[RATE + i]
         elif stage == 1:
-            for i in range(STATES * LANES):
+            for i in range(STATE_SIZE * LANES):
                 b[MIDDLE + i] += b[RATE + i]
-        if active[REMEMBERING]:
+        if active[MEMORY_FLAG]:
             memories.keep(b, stage)
-    for s in range(STATES):
+    for s in range(STATE_SIZE):
         for i in range(LANES):
             k = s * LANES + i
             b[END + k] = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
-    if active[REMEMBERING]:
+    if active[MEMORY_FLAG]:
         memories.finish(b)
 
 
@@ -136,9 +136,9 @@ def events(b):
         stops = moving & (output_speed < 0.0)
         starts = (not moving) & (b[BREAKAWAY + i] > 0.0)
         size = abs(input_speed) + abs(output_speed) + abs(b[END + i]) + abs(b[END + LANES + i])
-        sane = size + abs(b[END + 2 * LANES + i]) < LOST
+        sane = size + abs(b[END + 2 * LANES + i]) < DIVERGENCE_LIMIT
         mark = 2.0 if (locks | releases | stops | starts | (not sane)) else 0.0
-        mark = max(mark, 1.0) if b[END_TIME + i] >= b[LINE_END + i] else mark
+        mark = max(mark, 1.0) if b[END_TIME + i] >= b[SEGMENT_END + i] else mark
         b[EVENT + i] = mark
         total += int(mark)
     return total
@@ -147,12 +147,12 @@ def events(b):
 @kernel
 def accept(b, active):
     """Move every lane to the end of its step, but for those in which a mode ends."""
-    for s in range(STATES):
+    for s in range(STATE_SIZE):
         for i in range(LANES):
             k = s * LANES + i
             start, end = b[START + k], b[END + k]
             b[START + k] = start if b[EVENT + i] > 1.0 else end
-    if active[REMEMBERING]:
+    if active[MEMORY_FLAG]:
         memories.accept(b)
     for i in range(LANES):
         start, end = b[TIME + i], b[END_TIME + i]
@@ -202,11 +202,11 @@ def onset(before, after):
 def locate(b, i):
     """The first thing that happens to lane i in this step: (what, at which share of the step)."""
     size = 0.0
-    for s in range(STATES):
+    for s in range(STATE_SIZE):
         size += abs(b[END + s * LANES + i])
-    if not size < LOST:
-        return LOSES, 1.0
-    what, share = NOTHING, 1.0
+    if not size < DIVERGENCE_LIMIT:
+        return DIVERGES, 1.0
+    what, share = NO_EVENT, 1.0
     if b[SLIPPING + i] > 0.0:
         slip = b[END + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[END + 4 * LANES + i]
         if slip * b[DIRECTION + i] <= 0.0:

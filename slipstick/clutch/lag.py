@@ -4,29 +4,29 @@ import numpy as np
 
 from slipstick.clutch.fastmath import allocating, compiled
 
-SHORTEST = 5e-4
+SHORTEST_LAG = 5e-4
 """Lag in s below which the equations mix the lagged value with the instant one, so that steps need not shrink to 0."""
 
 
 @compiled
 def lagged(value: float, memory: float, lag: float) -> float:
     """What is left of `value` behind a lag in s whose state is `memory`; exactly `value` at lag 0."""
-    return value + min(1.0, lag / SHORTEST) * (memory - value)
+    return value + min(1.0, lag / SHORTEST_LAG) * (memory - value)
 
 
 @compiled
-def approach(value: float, memory: float, lag: float) -> float:
+def lag_rate(value: float, memory: float, lag: float) -> float:
     """Rate at which the state `memory` of a lag in s goes after `value`; 0 at lag 0, where steps may be long."""
-    rate = (value - memory) / max(SHORTEST, lag)
+    rate = (value - memory) / max(SHORTEST_LAG, lag)
     return rate if lag > 0.0 else 0.0
 
 
 def time_constant(lag: np.ndarray) -> np.ndarray:
     """What limits the steps, in s: no limit where there is no lag."""
-    return np.where(lag > 0, np.maximum(lag, SHORTEST), np.inf)
+    return np.where(lag > 0, np.maximum(lag, SHORTEST_LAG), np.inf)
 
 
-def delayed(values: np.ndarray, times: np.ndarray, lag: np.ndarray) -> np.ndarray:
+def lagged_signal(values: np.ndarray, times: np.ndarray, lag: np.ndarray) -> np.ndarray:
     """Signals (..., k) sampled at `times` (k,) in s behind first-order lags in s, that broadcast to (..., 1).
 
     Relaxed at the first sample; exact for signals that are straight between samples; a lag of 0 gives every bit back.

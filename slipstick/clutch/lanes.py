@@ -22,25 +22,25 @@ def _row(length: int = 1) -> int:
     return first * LANES
 
 
-STATES = 5
+STATE_SIZE = 5
 """pressure, pressure_rate, piston_state, input_speed, output_speed: x1, x2, x3, Omega, omega."""
 
 MEMORIES = tuple(effect.name for effect in effects.CATALOGUE if effect.memory)
 """The effects with a state of their own. These states come after the five, if one of them is active."""
 
-ALL_STATES = STATES + len(MEMORIES)
+FULL_STATE_SIZE = STATE_SIZE + len(MEMORIES)
 
 # Places in the flags of a call: of each effect whether it is active, of each quantity whether an effect on it is, and
 # whether one with a memory is.
-ACTING = {quantity: len(effects.CATALOGUE) + place for place, quantity in enumerate(QUANTITIES)}
-REMEMBERING = len(effects.CATALOGUE) + len(QUANTITIES)
+QUANTITY_FLAG = {quantity: len(effects.CATALOGUE) + place for place, quantity in enumerate(QUANTITIES)}
+MEMORY_FLAG = len(effects.CATALOGUE) + len(QUANTITIES)
 
 # The states at the start of the step, at the stage being evaluated, and at the end of the step.
-START, STATE, END = _row(ALL_STATES), _row(ALL_STATES), _row(ALL_STATES)
+START, STAGE, END = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
 # Time derivatives: at the stage, and those kept of the stages of Runge-Kutta (the first, the middle two summed).
-RATE, FIRST, MIDDLE = _row(ALL_STATES), _row(ALL_STATES), _row(ALL_STATES)
+RATE, FIRST, MIDDLE = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
 
-PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STATE + i * LANES for i in range(STATES))
+PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STAGE + i * LANES for i in range(STATE_SIZE))
 
 TIME, STAGE_TIME, STEP, END_TIME, EVENT = (_row() for _ in range(5))
 
@@ -51,19 +51,19 @@ SLIPPING, MOVING, DIRECTION = _row(), _row(), _row()
 BREAKAWAY, RELEASE = _row(), _row()
 BREAKAWAY_FIRST, RELEASE_FIRST = _row(), _row()
 
-# The current's straight line in force, when it ends, and how the current came to it (`conditions.turns`).
-LINE_TIME, LINE_CURRENT, LINE_SLOPE, LINE_END = _row(), _row(), _row(), _row()
-LINE_DIRECTION, LINE_TURN, LINE_SWING = _row(), _row(), _row()
+# The current's straight line in force, when it ends, and how the current came to it (`conditions.reversals`).
+SEGMENT_TIME, SEGMENT_CURRENT, SEGMENT_SLOPE, SEGMENT_END = _row(), _row(), _row(), _row()
+SEGMENT_DIRECTION, SEGMENT_REVERSAL, SEGMENT_SWING = _row(), _row(), _row()
 
 # What the effects change, and what is made of it.
-QUANTITY = {name: _row() for name in QUANTITIES}
+QUANTITY_ROW = {name: _row() for name in QUANTITIES}
 (CURRENT, LINE_PRESSURE, CHAMBER, PISTON_GAIN, PISTON_RATE, CLEARANCE, CONTACT, FRICTION, FILM, CONVERTER, LOAD,
- STICK) = QUANTITY.values()
+ STICK) = QUANTITY_ROW.values()
 CLEARANCE_CHANGE, RAMP, RIGID, CLUTCH_TORQUE = (_row() for _ in range(4))
 
 PRESSURE_CHANGE = _row()
 """What effects add to the line pressure, bar."""
-VALUE = _row(len(MEMORIES))
+MEMORY_INPUT = _row(len(MEMORIES))
 """The quantity of each effect with a memory as its formula is given it."""
 
 # Parameters of the lane's engagement, in the form the equations use them.
@@ -78,4 +78,4 @@ BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, RUN = _row(), _row(), _row(), _row()
 COEFFICIENTS = _row(len(effects.neutral()) + 4)
 """Effect coefficients, and room to read four from the last one on."""
 
-SIZE = next(_rows) * LANES
+BUFFER_SIZE = next(_rows) * LANES

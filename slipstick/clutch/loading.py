@@ -3,7 +3,7 @@
 import numpy as np
 
 from slipstick.clutch import parameters
-from slipstick.clutch.conditions import turns
+from slipstick.clutch.conditions import reversals
 from slipstick.clutch.driveline import converter_torque
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
@@ -26,13 +26,13 @@ from slipstick.clutch.lanes import (
     INVERSE_RAMP_WIDTH,
     INVERSE_TOTAL_INERTIA,
     LANES,
-    LINE_CURRENT,
-    LINE_DIRECTION,
-    LINE_END,
-    LINE_SLOPE,
-    LINE_SWING,
-    LINE_TIME,
-    LINE_TURN,
+    SEGMENT_CURRENT,
+    SEGMENT_DIRECTION,
+    SEGMENT_END,
+    SEGMENT_SLOPE,
+    SEGMENT_SWING,
+    SEGMENT_TIME,
+    SEGMENT_REVERSAL,
     MEMORIES,
     MOTOR_SPEED,
     MOVING,
@@ -46,11 +46,11 @@ from slipstick.clutch.lanes import (
     PRESSURE_STIFFNESS,
     RESPONSE_TIME,
     RUN,
-    SIZE,
+    BUFFER_SIZE,
     SLIPPING,
     SLOPE_GAIN,
     START,
-    STATES,
+    STATE_SIZE,
     TEMPERATURE_GAIN,
     TIME,
 )
@@ -122,7 +122,7 @@ def load(b, i, vectors, coefficients, acts, point, conditions, condition, initia
     b[START + 2 * LANES + i] = vectors[point, _X30]
     b[START + 3 * LANES + i] = initial_speed
     b[START + 4 * LANES + i] = 0.0
-    for s in range(STATES, STATES + len(MEMORIES)):
+    for s in range(STATE_SIZE, STATE_SIZE + len(MEMORIES)):
         b[START + s * LANES + i] = 0.0
     b[SLIPPING + i] = 1.0
     b[MOVING + i] = 0.0
@@ -132,7 +132,7 @@ def load(b, i, vectors, coefficients, acts, point, conditions, condition, initia
 @kernel
 def park(b, i):
     """Leave lane i where nothing moves and nothing happens."""
-    for row in range(0, SIZE, LANES):
+    for row in range(0, BUFFER_SIZE, LANES):
         b[row + i] = 0.0
     b[CONTACT_POSITION + i] = 1.0
     b[START + 3 * LANES + i] = 1.0
@@ -140,27 +140,27 @@ def park(b, i):
     b[MOVING + i] = 1.0
     b[DIRECTION + i] = 1.0
     b[INVERSE_GEAR + i] = 1.0
-    b[LINE_END + i] = np.inf
+    b[SEGMENT_END + i] = np.inf
 
 
 def lines(time: np.ndarray, current: np.ndarray) -> np.ndarray:
-    """The straight lines of current profiles (p, k): (p, k, 7) start, current, slope, end (s, A, A/s, s), `turns`.
+    """The straight lines of current profiles (p, k): (p, k, 7) start, current, slope, end (s, A, A/s, s), `reversals`.
 
     The last line of each holds the current for ever.
     """
     slope = np.zeros_like(time)
     slope[:, :-1] = np.diff(current, axis=1) / np.diff(time, axis=1)
     end = np.concatenate([time[:, 1:], np.full((len(time), 1), np.inf)], axis=1)
-    return np.concatenate([np.stack([time, current, slope, end], axis=2), [turns(row) for row in current]], axis=2)
+    return np.concatenate([np.stack([time, current, slope, end], axis=2), [reversals(row) for row in current]], axis=2)
 
 
 @kernel
-def set_line(b, i, table, profile, line):
+def set_segment(b, i, table, profile, line):
     """Put a straight line of the current into lane i."""
-    b[LINE_TIME + i] = table[profile, line, 0]
-    b[LINE_CURRENT + i] = table[profile, line, 1]
-    b[LINE_SLOPE + i] = table[profile, line, 2]
-    b[LINE_END + i] = table[profile, line, 3]
-    b[LINE_DIRECTION + i] = table[profile, line, 4]
-    b[LINE_TURN + i] = table[profile, line, 5]
-    b[LINE_SWING + i] = table[profile, line, 6]
+    b[SEGMENT_TIME + i] = table[profile, line, 0]
+    b[SEGMENT_CURRENT + i] = table[profile, line, 1]
+    b[SEGMENT_SLOPE + i] = table[profile, line, 2]
+    b[SEGMENT_END + i] = table[profile, line, 3]
+    b[SEGMENT_DIRECTION + i] = table[profile, line, 4]
+    b[SEGMENT_REVERSAL + i] = table[profile, line, 5]
+    b[SEGMENT_SWING + i] = table[profile, line, 6]

@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from slipstick.clutch import converter, effects, parameters
-from slipstick.clutch.acting import shown
-from slipstick.clutch.conditions import Conditions, turns
+from slipstick.clutch.active_effects import sensor_reading
+from slipstick.clutch.conditions import Conditions, reversals
 from slipstick.clutch.effects.effect import SENSORS, Signals
 from slipstick.clutch.model import Model
 
@@ -41,7 +41,7 @@ class Engagement:
         self.run = 0.0 if conditions.run_order is None else float(conditions.run_order[condition]) / 100
         profile = conditions.current_profile[condition]
         self.profile_time, self.profile_current = conditions.profile_time[profile], conditions.profile_current[profile]
-        self.turns, self.line = turns(self.profile_current), 0
+        self.reversals, self.line = reversals(self.profile_current), 0
         self.mode, self.direction = REST, 1.0
 
     def initial_state(self) -> np.ndarray:
@@ -58,11 +58,11 @@ class Engagement:
 
     def seen(self, t: float, y: np.ndarray, name: str, torque: float = 0.0, power: float = 0.0) -> Signals:
         """What the effect `name` may look at."""
-        direction, turn, swing = self.turns[self.line]
+        direction, turn, swing = self.reversals[self.line]
         remembered = y[5 + self.memories.index(name)] if name in self.memories else 0.0
         return Signals(time=t, pressure=y[0], pressure_rate=y[1], piston_state=y[2], input_speed=y[3],
                        output_speed=y[4], plate_slip=y[3] - self.p.gear_ratio * y[4], motor_speed=self.motor_speed,
-                       current=self.current(t), current_direction=direction, current_turn=turn, current_swing=swing,
+                       current=self.current(t), current_direction=direction, current_reversal=turn, current_swing=swing,
                        run=self.run, stuck=float(self.mode == STICK), clutch_torque=torque, friction_power=power,
                        memory=remembered)
 

@@ -10,10 +10,10 @@ from slipstick.clutch.lanes import (
     CURRENT,
     CURRENT_BIAS,
     LANES,
-    LINE_CURRENT,
+    SEGMENT_CURRENT,
     LINE_PRESSURE,
-    LINE_SLOPE,
-    LINE_TIME,
+    SEGMENT_SLOPE,
+    SEGMENT_TIME,
     PRESSURE_CHANGE,
     PRESSURE_DAMPING,
     PRESSURE_GAIN,
@@ -30,7 +30,7 @@ _on_current, _on_line_pressure = hook("valve current"), hook("line pressure")
 def valve(b, active):
     """Fill the row of c in bar, and turn w into x2, which is zero at t = 0."""
     for i in range(LANES):
-        b[CURRENT + i] = b[LINE_CURRENT + i] + b[LINE_SLOPE + i] * (b[STAGE_TIME + i] - b[LINE_TIME + i])
+        b[CURRENT + i] = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
         gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]
         b[PRESSURE_CHANGE + i] = gain * (b[CURRENT + i] - b[CURRENT_BIAS + i])
     _on_current(b, active)

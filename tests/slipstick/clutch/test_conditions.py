@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions, turns
+from slipstick.clutch.conditions import paper_conditions, reversals
 from slipstick.errors import InvalidValue
 
 PAPER = paper_conditions()
@@ -29,9 +29,9 @@ def test_run_orders_that_are_none_are_refused(order: np.ndarray) -> None:
 
 def test_turns_of_a_current() -> None:
     current = np.array([0.1, 0.7, 0.7, 0.3, 0.3, 0.5, 0.2])
-    directions, last, swings = turns(current).T
+    directions, last, swings = reversals(current).T
     assert directions.tolist() == [1, 1, -1, -1, 1, -1, -1]
     assert last.tolist() == [0.1, 0.1, 0.7, 0.7, 0.3, 0.5, 0.5]
     np.testing.assert_allclose(swings, [0, 0, 0.6, 0.6, 0.4, 0.2, 0.2])
-    assert turns(np.array([0.4, 0.4])).tolist() == [[1, 0.4, 0], [1, 0.4, 0]]
-    assert turns(np.array([0.4, 0.2]))[:, 0].tolist() == [-1, -1]
+    assert reversals(np.array([0.4, 0.4])).tolist() == [[1, 0.4, 0], [1, 0.4, 0]]
+    assert reversals(np.array([0.4, 0.2]))[:, 0].tolist() == [-1, -1]

@@ -10,7 +10,7 @@ import pytest
 from slipstick.clutch import effects, ensemble, reference
 from slipstick.clutch.conditions import Conditions, paper_conditions
 from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect, Signals
-from slipstick.clutch.lag import delayed
+from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 
@@ -115,7 +115,7 @@ def test_a_lag_is_exact_for_signals_that_are_straight_between_samples() -> None:
     straight, state, step = np.interp(fine, times, values[0]), values[0, 0], fine[1]
     slow = [state := state + step / lags[0, 0] * (0.5 * (before + after) - state)
             for before, after in pairwise(straight)]
-    behind = delayed(values, times, lags)
+    behind = lagged_signal(values, times, lags)
     np.testing.assert_allclose(behind[0, 1:], np.interp(times[1:], fine[1:], slow), atol=2e-5)
     np.testing.assert_array_equal(behind[1], values[1])
 
@@ -160,7 +160,7 @@ def test_an_effect_that_cannot_work_is_refused_by_its_name() -> None:
 
 @pytest.mark.parametrize("effect", [one for one in effects.CATALOGUE if one.listed], ids=lambda effect: effect.name)
 def test_signals_are_finite_on_the_way_to_the_bounds_of_every_amplitude(effect: Effect) -> None:
-    # At the very bounds an engagement may blow up, and a study turns back; before them no formula may.
+    # At the very bounds an engagement may blow up, and a study reversals back; before them no formula may.
     few = CONDITIONS.take([0, 77, 150, 215])
     for one in (c for c in effect.coefficients if not c.shape):
         for value in (one.neutral + share * (end - one.neutral) for end in (one.lower, one.upper)

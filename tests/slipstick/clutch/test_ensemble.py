@@ -98,7 +98,7 @@ def test_status_does_not_depend_on_how_long_signals_are_sampled() -> None:
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
 def test_loops_over_lanes_are_vector_instructions() -> None:
     # Losing them is silent and costs a factor of four: count arithmetic on packed and on single doubles.
-    buffer, active = np.zeros(lanes.SIZE), np.zeros(lanes.REMEMBERING + 1, np.bool_)
+    buffer, active = np.zeros(lanes.BUFFER_SIZE), np.zeros(lanes.MEMORY_FLAG + 1, np.bool_)
     for function, arguments in (
         (hydraulics.hydraulics, (buffer, active)),
         (driveline.driveline, (buffer, active)),

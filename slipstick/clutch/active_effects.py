@@ -6,7 +6,7 @@ import numpy as np
 
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import SENSORS, Effect
-from slipstick.clutch.lanes import ACTING, ALL_STATES, REMEMBERING, STATES
+from slipstick.clutch.lanes import QUANTITY_FLAG, FULL_STATE_SIZE, MEMORY_FLAG, STATE_SIZE
 
 
 class Acting(NamedTuple):
@@ -24,17 +24,17 @@ class Acting(NamedTuple):
 
 def acting(coefficients: np.ndarray) -> Acting:
     """What acts where any of the coefficient vectors (m, c) is not neutral."""
-    active = np.zeros(REMEMBERING + 1, np.bool_)
+    active = np.zeros(MEMORY_FLAG + 1, np.bool_)
     used, shortest = [np.empty(0, np.int64)], np.full(len(coefficients), np.inf)
     for position, effect in enumerate(effects.CATALOGUE):
         if effect.quantity in SENSORS or not _acts(effect, coefficients):
             continue
-        active[[position, ACTING[effect.quantity]]] = True
-        active[REMEMBERING] |= effect.memory is not None
+        active[[position, QUANTITY_FLAG[effect.quantity]]] = True
+        active[MEMORY_FLAG] |= effect.memory is not None
         used.append(np.arange(effects.span(effect).start, effects.span(effect).stop))
         if effect.time_constant is not None:
             shortest = np.minimum(shortest, effect.time_constant(*_columns(effect, coefficients)))
-    return Acting(active, np.concatenate(used), shortest, ALL_STATES if active[REMEMBERING] else STATES)
+    return Acting(active, np.concatenate(used), shortest, FULL_STATE_SIZE if active[MEMORY_FLAG] else STATE_SIZE)
 
 
 def shown(signal: np.ndarray, sensor: str, sample_times: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
