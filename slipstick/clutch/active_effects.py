@@ -1,4 +1,4 @@
-"""The effects that act in a call: on the equations as the compiled integrator takes them, on the sensors afterwards."""
+"""Active effects of a call: flags for the compiled integrator, and sensor effects on the integrated signals."""
 
 from typing import NamedTuple
 
@@ -6,49 +6,50 @@ import numpy as np
 
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import SENSORS, Effect
-from slipstick.clutch.lanes import QUANTITY_FLAG, FULL_STATE_SIZE, MEMORY_FLAG, STATE_SIZE
+from slipstick.clutch.lanes import FULL_STATE_SIZE, MEMORY_FLAG, QUANTITY_FLAG, STATE_SIZE
 
 
-class Acting(NamedTuple):
-    """Which effects a call has to evaluate."""
+class ActiveEffects(NamedTuple):
+    """Effects that a call has to evaluate."""
 
-    active: np.ndarray
-    """bool: flags of effects, quantities and memories at the places that `lanes` gives them"""
-    used: np.ndarray
-    """places of the coefficients of the active ones in the vectors"""
-    shortest: np.ndarray
+    flags: np.ndarray
+    """bool: flags of effects, quantities and memories, indexed as in `lanes`"""
+    coefficient_indices: np.ndarray
+    """indices of their coefficients in the coefficient vectors"""
+    shortest_time_constant: np.ndarray
     """(m,) s: their shortest time constant at each point"""
-    states: int
-    """how many states there are: five, or all where one is a memory"""
+    state_size: int
+    """length of the state vector: five, or with all memories if one is active"""
 
 
-def acting(coefficients: np.ndarray) -> Acting:
-    """What acts where any of the coefficient vectors (m, c) is not neutral."""
-    active = np.zeros(MEMORY_FLAG + 1, np.bool_)
-    used, shortest = [np.empty(0, np.int64)], np.full(len(coefficients), np.inf)
+def active_effects(coefficients: np.ndarray) -> ActiveEffects:
+    """Effects that are not neutral in at least one of the coefficient vectors (m, c)."""
+    flags = np.zeros(MEMORY_FLAG + 1, np.bool_)
+    indices, shortest = [np.empty(0, np.int64)], np.full(len(coefficients), np.inf)
     for position, effect in enumerate(effects.CATALOGUE):
-        if effect.quantity in SENSORS or not _acts(effect, coefficients):
+        if effect.quantity in SENSORS or not _is_active(effect, coefficients):
             continue
-        active[[position, QUANTITY_FLAG[effect.quantity]]] = True
-        active[MEMORY_FLAG] |= effect.memory is not None
-        used.append(np.arange(effects.span(effect).start, effects.span(effect).stop))
+        flags[[position, QUANTITY_FLAG[effect.quantity]]] = True
+        flags[MEMORY_FLAG] |= effect.memory is not None
+        indices.append(np.arange(effects.span(effect).start, effects.span(effect).stop))
         if effect.time_constant is not None:
             shortest = np.minimum(shortest, effect.time_constant(*_columns(effect, coefficients)))
-    return Acting(active, np.concatenate(used), shortest, FULL_STATE_SIZE if active[MEMORY_FLAG] else STATE_SIZE)
+    state_size = FULL_STATE_SIZE if flags[MEMORY_FLAG] else STATE_SIZE
+    return ActiveEffects(flags, np.concatenate(indices), shortest, state_size)
 
 
-def shown(signal: np.ndarray, sensor: str, sample_times: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    """What `sensor` shows of a signal (m, ..., k) at `sample_times` (k,) in s with coefficient vectors (m, c)."""
+def sensor_reading(signal: np.ndarray, sensor: str, sample_times: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Reading of `sensor` for a signal (m, ..., k) at `sample_times` (k,) in s, with coefficient vectors (m, c)."""
     for effect in effects.CATALOGUE:
-        if effect.quantity == sensor and _acts(effect, coefficients):
-            spread = (len(coefficients), *[1] * (signal.ndim - 1))
-            columns = tuple(column.reshape(spread) for column in _columns(effect, coefficients))
+        if effect.quantity == sensor and _is_active(effect, coefficients):
+            shape = (len(coefficients), *[1] * (signal.ndim - 1))
+            columns = tuple(column.reshape(shape) for column in _columns(effect, coefficients))
             signal = effect.formula(signal, sample_times, columns)
     return signal
 
 
-def _acts(effect: Effect, coefficients: np.ndarray) -> bool:
-    amplitudes = np.array([not one.shape for one in effect.coefficients])
+def _is_active(effect: Effect, coefficients: np.ndarray) -> bool:
+    amplitudes = np.array([not coefficient.shape for coefficient in effect.coefficients])
     return bool(np.any((coefficients[:, effects.span(effect)] != np.array(effect.neutral))[:, amplitudes]))
 
 
