@@ -15,7 +15,7 @@ _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
 _KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES) + _CATALOGUE.encode()).hexdigest()
 
 
-def _compile(key):
+def _entry_points(key):
     def drive(*arguments):
         key  # noqa: B018 - makes the key part of the closure, and so of numba's cache index
         driver.drive(*arguments)
@@ -31,4 +31,4 @@ def _compile(key):
     return allocating(drive, cache=True), allocating(observe, cache=True), allocating(initial_speeds, cache=True)
 
 
-drive, observe, initial_speeds = _compile(_KEY)
+drive, observe, initial_speeds = _entry_points(_KEY)

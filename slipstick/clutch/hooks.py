@@ -85,7 +85,8 @@ def _signals(b, i, clutch_torque, friction_power, memory):
     current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
     return Signals(b[STAGE_TIME + i], b[PRESSURE + i], b[PRESSURE_RATE + i], b[PISTON_STATE + i], b[INPUT_SPEED + i],
                    b[OUTPUT_SPEED + i], slip, b[MOTOR_SPEED + i], current, b[SEGMENT_DIRECTION + i],
-                   b[SEGMENT_REVERSAL + i], b[SEGMENT_SWING + i], b[RUN + i], 1.0 - b[SLIPPING + i], clutch_torque, friction_power, memory)
+                   b[SEGMENT_REVERSAL + i], b[SEGMENT_SWING + i], b[RUN + i], 1.0 - b[SLIPPING + i], clutch_torque,
+                   friction_power, memory)
 
 
 @kernel

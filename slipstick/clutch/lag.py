@@ -5,7 +5,7 @@ import numpy as np
 from slipstick.clutch.fastmath import allocating, compiled
 
 SHORTEST_LAG = 5e-4
-"""Lag in s below which the equations blend the lagged with the instantaneous value, which bounds the step from below."""
+"""Lag in s below which the lagged value is blended with the instantaneous value, to keep steps long."""
 
 
 @compiled

@@ -13,7 +13,7 @@ from slipstick.errors import UnknownName
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter: nominal `value` in `unit`, `symbol` in the paper, and whether the paper treats it as uncertain (II.C).
+    """A parameter: nominal `value` in `unit`, the paper's `symbol`, and whether it is uncertain in the paper (II.C).
 
     `lower` and `upper` are the bounds of a calibration, in multiples of the nominal value.
     """

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from slipstick.clutch import converter, effects, parameters
+from slipstick.clutch.active_effects import sensor_reading
 from slipstick.clutch.conditions import Conditions, reversals
 from slipstick.clutch.effects.effect import SENSORS, Signals
 from slipstick.clutch.model import Model
@@ -62,9 +63,9 @@ class Engagement:
         memory = y[5 + self.memories.index(name)] if name in self.memories else 0.0
         return Signals(time=t, pressure=y[0], pressure_rate=y[1], piston_state=y[2], input_speed=y[3],
                        output_speed=y[4], plate_slip=y[3] - self.p.gear_ratio * y[4], motor_speed=self.motor_speed,
-                       current=self.current(t), current_direction=direction, current_reversal=reversal, current_swing=swing,
-                       run=self.run, stuck=float(self.discrete_state == STICK), clutch_torque=torque, friction_power=power,
-                       memory=memory)
+                       current=self.current(t), current_direction=direction, current_reversal=reversal,
+                       current_swing=swing, run=self.run, stuck=float(self.discrete_state == STICK),
+                       clutch_torque=torque, friction_power=power, memory=memory)
 
     def with_effects(self, quantity: str, value: float, t: float, y: np.ndarray) -> float:
         """`value` of `quantity` after all effects on it."""
@@ -88,7 +89,7 @@ class Engagement:
         return self.with_effects("line pressure", self.p.current_gain * (current - self.p.current_bias), t, y)
 
     def hydraulics(self, t: float, y: np.ndarray) -> tuple[list[float], float, float]:
-        """Eq. 1 without the derivative of the line pressure: rates of x1, x2, x3; clearance in m; contact pressure in Pa."""
+        """Eq. 1 without the derivative of the line pressure: rates of x1, x2, x3; clearance (m), contact pressure (Pa)."""
         p, (x1, x2, x3), tau = self.p, y[:3], self.p.current_delay
         curvature = 6 / tau**2 * (self.line_pressure(t, y) - x1) - 4 / tau * x2
         chamber = self.with_effects("chamber pressure", x1, t, y)
@@ -109,7 +110,8 @@ class Engagement:
         s = min(1.0, max(0.0, 1 - clearance / width))
         per_gap = (1 - s) * (1 + 2 * s) / width if s > 0 else 1 / clearance
         film = self.with_effects("film torque", p.film_coefficient * per_gap * (y[3] / p.gear_ratio - y[4]), t, y)
-        capacity = s * s * (3 - 2 * s) * self.with_effects("friction coefficient", p.friction_coefficient, t, y) * contact
+        friction = self.with_effects("friction coefficient", p.friction_coefficient, t, y)
+        capacity = s * s * (3 - 2 * s) * friction * contact
         drive = (self.with_effects("converter torque", converter.torque(y[3], self.motor_speed), t, y)
                  - p.input_viscous * y[3] - p.input_coulomb)
         load = self.with_effects("load torque", self.brake_torque + p.output_viscous * y[4], t, y)
@@ -122,11 +124,12 @@ class Engagement:
         if self.discrete_state == STICK and stick_torque == rigid:
             shafts = [stick_rate, stick_rate / p.gear_ratio]
         else:
-            shafts = [(drive - torque) / p.input_inertia, net / self.load_inertia if self.discrete_state != REST else 0.0]
+            load_rate = net / self.load_inertia if self.discrete_state != REST else 0.0
+            shafts = [(drive - torque) / p.input_inertia, load_rate]
         power = 0.0 if self.discrete_state == STICK else capacity * abs(y[3] - p.gear_ratio * y[4])
-        memory_rates = [
-            effect.memory.rate(self.formula_input[effect.name], self.signals(t, y, effect.name, torque, power), coefficients)
-            for effect, coefficients in self.effects if effect.memory]
+        memory_rates = [effect.memory.rate(self.formula_input[effect.name],
+                                           self.signals(t, y, effect.name, torque, power), coefficients)
+                        for effect, coefficients in self.effects if effect.memory]
         rates = np.array([*hydraulic, *shafts, *memory_rates])
         next_pressure = self.line_pressure(t + DIFFERENCE_STEP, y + DIFFERENCE_STEP * rates)
         rates[1] -= 2 / p.current_delay * (next_pressure - self.line_pressure(t, y)) / DIFFERENCE_STEP

@@ -1,8 +1,8 @@
 """Eq. 1 with effects on the valve current or the line pressure; unused without such effects.
 
-Eq. 1 contains the time derivative of the line pressure k (u - a). With effects the line pressure is k (u - a) + c, and c
-may jump. The second state is therefore w = x2 + 2/tau c, and w' equals x2' of eq. 1 plus 6/tau^2 c, without a
-derivative of c.
+Eq. 1 contains the time derivative of the line pressure k (u - a). With effects the line pressure is k (u - a) + c,
+where c may jump. The second state is therefore w = x2 + 2/tau c: w' equals x2' of eq. 1 plus 6/tau^2 c, and contains
+no derivative of c.
 """
 
 from slipstick.clutch.fastmath import kernel
@@ -41,7 +41,8 @@ def valve(b, active):
     _line_pressure_effects(b, active)
     for i in range(LANES):
         change = b[LINE_PRESSURE + i] - b[PRESSURE_CHANGE + i]
-        offset, start, is_initial = 0.5 * b[PRESSURE_DAMPING + i] * change, b[START + LANES + i], b[STAGE_TIME + i] <= 0.0
+        offset, start = 0.5 * b[PRESSURE_DAMPING + i] * change, b[START + LANES + i]
+        is_initial = b[STAGE_TIME + i] <= 0.0
         b[PRESSURE_CHANGE + i] = change
         b[START + LANES + i] = offset if is_initial else start
         rate = b[PRESSURE_RATE + i] - offset
