@@ -89,7 +89,10 @@ class Engagement:
         return self.with_effects("line pressure", self.p.current_gain * (current - self.p.current_bias), t, y)
 
     def hydraulics(self, t: float, y: np.ndarray) -> tuple[list[float], float, float]:
-        """Eq. 1 without the derivative of the line pressure: rates of x1, x2, x3; clearance (m), contact pressure (Pa)."""
+        """Eq. 1 except for the derivative of the line pressure.
+
+        Returns the rates of x1, x2, x3, the clearance in m and the contact pressure in Pa.
+        """
         p, (x1, x2, x3), tau = self.p, y[:3], self.p.current_delay
         curvature = 6 / tau**2 * (self.line_pressure(t, y) - x1) - 4 / tau * x2
         chamber = self.with_effects("chamber pressure", x1, t, y)
