@@ -18,7 +18,7 @@ EFFECT = Effect(
     coefficients=(
         Coefficient("wear", "m", 0.0, -8e-4, 8e-4, "increase of the clearance over 100 engagements", 4e-5),
     ),
-    source="Archard, Journal of Applied Physics 24(8), 1953: wear proportional to sliding distance, here to runs",
+    source="Archard, J. Appl. Phys. 24(8), 1953: wear proportional to sliding distance, here to the number of runs",
     signature="contact comes later with increasing run order, by the same amount at every pressure",
     formula=_formula,
     uses_run_order=True,

@@ -37,13 +37,14 @@ def _effect(sensor: str, fault: str, law: str, coefficient: Coefficient, signatu
 
 
 EFFECTS = tuple(effect for sensor, unit in SENSORS.items() for effect in (
-    _effect(sensor, "lag", "y, y' = (reading - y) / lag, y = reading at the first sample",
+    _effect(sensor, "lag", "y, y' = (signal - y) / lag, y = signal at the first sample",
             Coefficient("lag", "s", 0.0, 0.0, 0.1, "time constant of the reading", 0.01),
-            "ramps of the signal are late by a constant time; constant values are correct", _lag),
-    _effect(sensor, "offset", "reading + offset",
-            Coefficient("offset", unit, 0.0, -20 * _OFFSET[unit], 20 * _OFFSET[unit], "reading at zero", _OFFSET[unit]),
-            "the signal is shifted by a constant amount, also at rest", _offset),
-    _effect(sensor, "gain", "reading (1 + gain)",
+            "ramps appear late by a constant time; constant values are correct", _lag),
+    _effect(sensor, "offset", "signal + offset",
+            Coefficient("offset", unit, 0.0, -20 * _OFFSET[unit], 20 * _OFFSET[unit], "reading at zero signal",
+                        _OFFSET[unit]),
+            "the reading is shifted by a constant amount, also at rest", _offset),
+    _effect(sensor, "gain", "signal (1 + gain)",
             Coefficient("gain", "1", 0.0, -0.3, 0.3, "relative error of the slope", 0.02),
-            "the error is proportional to the signal, and so is zero at rest", _gain),
+            "the error is proportional to the signal, and zero at rest", _gain),
 ))

@@ -103,7 +103,7 @@ def test_loops_over_lanes_compile_to_vector_instructions() -> None:
         (hydraulics.hydraulics, (buffer, active)),
         (driveline.driveline, (buffer, active)),
         (integrator.other_stages, (buffer, active)),
-        (integrator.events, (buffer,)),
+        (integrator.mark_events, (buffer,)),
     ):
         function(*arguments)  # compiles it here: the cached entry points contain no assembly to inspect
         assembly = "".join(function.inspect_asm().values())
