@@ -12,7 +12,8 @@ paper's model. A coefficient without a neutral value is a shape coefficient: it 
 the effect is not neutral.
 
 [add_an_effect.md](add_an_effect.md) explains how to add an effect. The symbols in the formulas are those of
-[nomenclature.md](nomenclature.md). `python docs/effects.py > docs/effects.md` generates this page.
+[nomenclature.md](nomenclature.md); `run` is the position of the engagement in the run order.
+`python docs/effects.py > docs/effects.md` generates this page.
 
 The model is divided into blocks at the measured signals: from current to pressure, from pressure and speeds to torque,
 and from torque to the output speed and to the input speed.

@@ -62,15 +62,15 @@ class Conditions:
                  "Give the position of each engagement in the sequence, or omit run_order")
         time, current = self.profile_time, self.profile_current
         _require(time.ndim == 2 and time.shape == current.shape and time.shape[1] >= 2,
-                 f"profile times {time.shape} and currents {current.shape} do not match",
-                 "Give both as (profiles, breakpoints), with at least two breakpoints")
+                 f"profile times {time.shape} and currents {current.shape} have invalid shapes",
+                 "Give equal shapes (profiles, breakpoints), with at least two breakpoints")
         _require(bool(np.all(np.isfinite(time)) and np.all(np.isfinite(current))),
                  "a current profile has values that are not finite", "Check its breakpoints")
         _require(bool(np.all(np.diff(time, axis=1) > 0) and np.all(time[:, 0] == 0)),
                  "the times of a current profile do not rise strictly from 0",
                  "Sort its breakpoints and start at t = 0")
-        in_table = (self.current_profile >= 0) & (self.current_profile < len(time))
-        _require(bool(np.all(in_table)), f"current_profile refers to a profile outside the {len(time)} profiles",
+        is_valid = (self.current_profile >= 0) & (self.current_profile < len(time))
+        _require(bool(np.all(is_valid)), f"current_profile refers to a profile outside the {len(time)} profiles",
                  "Number the profiles from 0")
 
     def __len__(self) -> int:

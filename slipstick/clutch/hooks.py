@@ -56,7 +56,7 @@ def hook(quantity: str) -> Hook:
 
 
 def memory_rates() -> Hook:
-    """Compile f(b, active), which computes the rates of the memory_rates after all torques are known."""
+    """Compile f(b, active), which computes the rates of the memories after all torques are known."""
     chain: Hook = _no_effect
     for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
         if effect.memory is not None:

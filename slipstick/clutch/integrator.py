@@ -49,8 +49,8 @@ SMOOTH_PRESSURE = 1e-4
 """Bound in bar on x2' times the squared coarse step, below which the step may be twice as long."""
 
 STABLE_FRACTION = 0.3
-"""Longest step for stability, as a fraction of RESPONSE_TIME: the shortest of the current delay, three time constants
-of the piston and the time constants of the effects."""
+"""Longest step for stability, as a fraction of RESPONSE_TIME: the minimum of the delay of the current, three time
+constants of the piston, and the time constants of the effects."""
 
 NO_EVENT, LOCKS, STOPS, STARTS, RELEASES, DIVERGES = range(6)
 
@@ -76,14 +76,15 @@ def first_stage(b, active, fine, coarse):
         position = b[PISTON_GAIN + i] * b[START + 2 * LANES + i] - b[CLEARANCE_CHANGE + i]
         is_smooth = abs(b[FIRST + LANES + i]) * coarse * coarse < SMOOTH_PRESSURE
         longest = 2.0 * coarse if is_smooth else coarse
-        # A margin of a quarter of the step, because the piston may accelerate.
+        # A quarter of the step is added as a margin, because the piston may accelerate.
         next_position = position + 1.25 * longest * b[PISTON_GAIN + i] * b[FIRST + 2 * LANES + i]
         onset = b[CONTACT_POSITION + i] - 1.0 / b[INVERSE_RAMP_WIDTH + i]
         in_ramp = (max(position, next_position) > onset) & (min(position, next_position) < b[CONTACT_POSITION + i])
         slip = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[START + 4 * LANES + i]
         slip_rate = b[FIRST + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[FIRST + 4 * LANES + i]
         locking = (b[SLIPPING + i] > 0.0) & ((slip + longest * slip_rate) * b[DIRECTION + i] < 0.0)
-        # Bound by the shortest time constant. The lower bound keeps the run time finite: far shorter ones diverge.
+        # Steps are bounded by the shortest time constant. The lower limit bounds the run time; where it applies, the
+        # solution may diverge.
         stable = max(STABLE_FRACTION * b[RESPONSE_TIME + i], fine * 0.02)
         step = min(stable, fine if (in_ramp | locking) else longest)
         remaining = b[SEGMENT_END + i] - b[TIME + i]

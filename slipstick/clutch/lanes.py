@@ -52,7 +52,7 @@ SLIPPING, MOVING, DIRECTION = _row(), _row(), _row()
 BREAKAWAY, RELEASE = _row(), _row()
 BREAKAWAY_FIRST, RELEASE_FIRST = _row(), _row()
 
-# Current segment of the profile: start, current, slope and end, and its history (`conditions.reversals`).
+# Active segment of the current profile: start, current, slope, end, and history (`conditions.reversals`).
 SEGMENT_TIME, SEGMENT_CURRENT, SEGMENT_SLOPE, SEGMENT_END = _row(), _row(), _row(), _row()
 SEGMENT_DIRECTION, SEGMENT_REVERSAL, SEGMENT_SWING = _row(), _row(), _row()
 
@@ -77,6 +77,6 @@ INPUT_INERTIA, INVERSE_INPUT_INERTIA, INVERSE_LOAD_INERTIA, INVERSE_TOTAL_INERTI
 BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, RUN = _row(), _row(), _row(), _row()
 
 COEFFICIENTS = _row(len(effects.neutral()) + 4)
-"""Effect coefficients, padded so that four can be read from any of them on."""
+"""Effect coefficients, padded so that four can be read starting at any of them."""
 
 BUFFER_SIZE = next(_rows) * LANES

@@ -156,7 +156,7 @@ def segments(time: np.ndarray, current: np.ndarray) -> np.ndarray:
 
 @kernel
 def set_segment(b, i, table, profile, segment):
-    """Set the current segment of lane i."""
+    """Set the active segment of the current profile in lane i."""
     b[SEGMENT_TIME + i] = table[profile, segment, 0]
     b[SEGMENT_CURRENT + i] = table[profile, segment, 1]
     b[SEGMENT_SLOPE + i] = table[profile, segment, 2]

@@ -25,7 +25,7 @@ DIFFERENCE_STEP = 1e-8
 class Engagement:
     """One engagement. The state vector y is x1, x2, x3, Omega, omega, and the memories of effects in catalogue order.
 
-    The discrete state (`REST`, `SLIP` or `STICK`), the sign of the slip and the segment of the current are constant
+    The discrete state (`REST`, `SLIP` or `STICK`), the sign of the slip and the segment of the profile are constant
     within a call of `solve_ivp`.
     """
 
@@ -79,7 +79,7 @@ class Engagement:
         return value
 
     def current(self, t: float) -> float:
-        """Valve current of the profile in A, on the current segment."""
+        """Valve current of the profile in A, on the active segment."""
         time, current, i = self.profile_time, self.profile_current, self.segment
         return float(current[i] + (current[i + 1] - current[i]) / (time[i + 1] - time[i]) * (t - time[i]))
 

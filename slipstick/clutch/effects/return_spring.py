@@ -7,8 +7,8 @@ from slipstick.clutch.fastmath import compiled
 @compiled
 def _formula(rate: float, signals: Signals, c: tuple[float, ...]) -> float:
     stiffening = c[0]
-    share = min(1.0, max(0.0, 500.0 * signals.piston_state))
-    return rate - stiffening * share * share * share
+    compression = min(1.0, max(0.0, 500.0 * signals.piston_state))
+    return rate - stiffening * compression * compression * compression
 
 
 EFFECT = Effect(

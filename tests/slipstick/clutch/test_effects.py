@@ -67,21 +67,22 @@ def test_all_effects_together_agree_with_the_reference_in_slip_stick_and_rest() 
 
 @each_effect
 def test_neutral_coefficients_are_bit_identical_to_the_papers_model(effect: Effect) -> None:
-    plain = ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES)
+    baseline = ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES)
     # The second point makes the effect active for both points, so the formula runs with neutral values for the first.
     vectors = np.tile(Model().parameters, (2, 1))
     coefficients = np.array([Model().coefficients(), with_effects([effect]).coefficients()])
     both = ensemble.simulate(vectors, coefficients, CONDITIONS, SAMPLE_TIMES)
-    np.testing.assert_array_equal(both.shifting_time[0], plain.shifting_time[0])
-    np.testing.assert_array_equal(stacked(both)[0], stacked(plain)[0])
+    np.testing.assert_array_equal(both.shifting_time[0], baseline.shifting_time[0])
+    np.testing.assert_array_equal(stacked(both)[0], stacked(baseline)[0])
 
 
 @each_effect
 def test_typical_coefficients_are_visible_and_every_engagement_locks(effect: Effect) -> None:
-    plain = stacked(ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES))
+    baseline = stacked(ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES))
     response = ensemble.signals(with_effects([effect]), CONDITIONS, SAMPLE_TIMES)
     assert np.all(response.status == ensemble.LOCKED)
-    difference = np.sqrt(np.mean((stacked(response) - plain) ** 2, axis=(0, 1, 2))) / np.ptp(plain, axis=(0, 1, 2))
+    rms = np.sqrt(np.mean((stacked(response) - baseline) ** 2, axis=(0, 1, 2)))
+    difference = rms / np.ptp(baseline, axis=(0, 1, 2))
     assert difference[:4].max() > 2e-3
 
 
@@ -135,11 +136,11 @@ def test_an_effect_depends_on_its_input_value(effect: Effect) -> None:
 def test_sensor_effects_change_only_the_reading_of_their_sensor() -> None:
     model = Model().with_effect("pressure_sensor_gain", {"gain": 0.1}).with_effect("pressure_sensor_offset",
                                                                                  {"offset": 0.5})
-    plain, reading = (ensemble.signals(entry, CONDITIONS, SAMPLE_TIMES) for entry in (Model(), model))
+    baseline, reading = (ensemble.signals(entry, CONDITIONS, SAMPLE_TIMES) for entry in (Model(), model))
     # Catalogue order: lag, offset, gain.
-    np.testing.assert_allclose(reading.pressure, (plain.pressure + 0.5) * 1.1, rtol=1e-14)
+    np.testing.assert_allclose(reading.pressure, (baseline.pressure + 0.5) * 1.1, rtol=1e-14)
     for name in SIGNALS[1:]:
-        np.testing.assert_array_equal(getattr(reading, name), getattr(plain, name))
+        np.testing.assert_array_equal(getattr(reading, name), getattr(baseline, name))
 
 
 def test_every_effect_is_described() -> None:
@@ -177,8 +178,8 @@ def test_signals_are_finite_within_the_bounds_of_every_amplitude(effect: Effect)
 
 @each_effect
 def test_every_amplitude_alone_has_an_effect(effect: Effect) -> None:
-    plain = stacked(ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES))
+    baseline = stacked(ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES))
     for amplitude in (c for c in effect.coefficients if not c.shape):
         values = {c.name: c.typical if c.shape or c is amplitude else c.neutral for c in effect.coefficients}
         changed = stacked(ensemble.signals(Model().with_effect(effect.name, values), CONDITIONS, SAMPLE_TIMES))
-        assert np.abs(changed - plain).max() > 0, f"{amplitude.name} is a shape coefficient: set shape=True"
+        assert np.abs(changed - baseline).max() > 0, f"{amplitude.name} is a shape coefficient: set shape=True"
