@@ -85,5 +85,5 @@ class Grid(Table):
         times = source.array("times", "f", shape, "s")
         status = source.array("status", "u", shape, "1")
         if source.attribute("status", "flag_meanings") != STATUS_MEANINGS:
-            raise WrongLayout("The attribute 'flag_meanings' of 'status' is not the one of this layout", store.REBUILD)
+            raise WrongLayout(f"The attribute 'flag_meanings' of 'status' is not '{STATUS_MEANINGS}'", store.REBUILD)
         return cls(axes, times, status, conditions, model, origin)

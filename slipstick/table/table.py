@@ -151,7 +151,7 @@ class Table(ABC):
             raise InvalidValue(f"Condition {row} (counted from 0: {conditions.motor_speed[row]:g} rad/s, "
                                f"{conditions.load_inertia[row]:g} kg m^2, {conditions.brake_torque[row]:g} N m) "
                                "is not in the table" + " at its position in the run order" * self.model.uses_run_order,
-                               "Build a table of these conditions with `--conditions FILE`, or leave it out")
+                               "Build a table for your conditions with `--conditions FILE`, or leave out this one")
         return np.array(rows, dtype=np.int64)
 
 

@@ -23,9 +23,9 @@ def remaining(effects: Mapping[str, float], noise: float = 0.01, count: int = 54
     scattered parameters in units of their std.
     """
     target = simulate(Case(effects, count=count, shift="none", scatter=0), RELATIVE)
-    plain = simulate(Case(count=count, shift="none", scatter=0), RELATIVE)
+    nominal_run = simulate(Case(count=count, shift="none", scatter=0), RELATIVE)
     stds = {name: noise * np.ptp(target.readings[name]) for name in SIGNALS}
-    bench = plain.bench.take(np.flatnonzero(np.isin(plain.conditions, target.conditions)))
+    bench = nominal_run.bench.take(np.flatnonzero(np.isin(nominal_run.conditions, target.conditions)))
 
     def simulated(common: np.ndarray, per_run: np.ndarray) -> np.ndarray:
         """Return the whitened recordings (p, n, k) at the common parameters (p, 7)."""
