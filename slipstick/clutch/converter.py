@@ -1,7 +1,7 @@
 """The torque converter of eq. 3: torque ratio f_st and capacity factor f_sk against the speed ratio.
 
-Both are linear between the points and constant outside. The manufacturer's curves in the paper are unpublished; these
-are plausible curves of this project.
+Both are linear between the points and constant outside. The manufacturer's curves used in the paper are
+unpublished; these are plausible curves of this project.
 """
 
 import numpy as np
