@@ -99,11 +99,11 @@ def drawn(problem: InferenceProblem, case: Candidate) -> InferenceProblem:
 
 def reference(problem: InferenceProblem, case: Candidate) -> float:
     """The integral with many more nodes across the lines and breakpoints along them."""
-    usual = line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES
-    line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES = 6.0, 24, 8
+    usual = line_rules._NODES_PER_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES
+    line_rules._NODES_PER_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES = 6.0, 24, 8
     line_rules._SCORES = np.arange(-line_rules.WINDOW, line_rules.WINDOW, 0.02)
     quadrature = integration_lines(problem, case)
-    (line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES) = usual
+    (line_rules._NODES_PER_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES) = usual
     times = times_on_lines(problem, case.inputs, quadrature)
     return float(lines.log10_density(quadrature, times, problem.measured_time, case.output_std).sum())
 

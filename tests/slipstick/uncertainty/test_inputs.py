@@ -107,12 +107,12 @@ PAIR: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.1, 0.1]}
     ({"std": None, "mixing": np.eye(3)}, r"mixing has shape \(3, 3\)", "2 means"),
     ({"correlation": np.eye(3)}, r"correlation has shape \(3, 3\)", "2 means"),
     ({"support": [0.5, 1.5]}, r"support has shape \(2,\)", "2 means"),
-    ({"mean": [[1.0]]}, "mean has shape", "one number an input"),
-    ({"mean": [], "std": []}, "mean has shape", "one number an input"),
+    ({"mean": [[1.0]]}, "mean has shape", "one number per input"),
+    ({"mean": [], "std": []}, "mean has shape", "one number per input"),
     ({"mean": [1.0, np.nan]}, "mean is not finite", "finite numbers"),
     ({"std": [0.1, np.inf]}, "std is not finite", "finite numbers"),
     ({"std": [0.1, -0.1]}, "negative", "0 or more"),
-    ({"families": ("normal",)}, "1 families for 2", "one an input"),
+    ({"families": ("normal",)}, "1 families for 2", "one family per input"),
     ({"families": ("normal", "cauchy")}, "no family 'cauchy'", "normal, lognormal, gamma, beta, uniform"),
     ({"families": ("gamma", "normal"), "mean": [0.0, 1.0]}, "mean of a gamma input is 0", "positive mean"),
     ({"families": ("normal", "lognormal"), "mean": [1.0, -1.0]}, "mean of a lognormal input is -1", "positive mean"),
@@ -123,7 +123,7 @@ PAIR: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.1, 0.1]}
     ({"correlation": [[1.0, 0.5], [0.4, 1.0]]}, "not symmetric", "not a covariance"),
     ({"correlation": [[0.5, 0.1], [0.1, 0.5]]}, "ones on its diagonal", "not a covariance"),
     ({"correlation": [[1.0, 1.0], [1.0, 1.0]]}, "not positive definite", "possible together"),
-    ({"correlation": np.eye(2), "std": None, "mixing": MIXING}, "holds the correlation already", "`correlation`"),
+    ({"correlation": np.eye(2), "std": None, "mixing": MIXING}, "already contains the correlation", "`correlation`"),
 ])
 def test_inputs_that_make_no_sense_are_refused_with_a_remedy(change: dict[str, Any], cause: str, remedy: str) -> None:
     with pytest.raises(InvalidValue, match=cause) as refused:

@@ -108,7 +108,7 @@ def test_narrow_variables_keep_the_digits_that_a_value_has(family: Family, mean:
 
 
 @pytest.mark.parametrize("mean", [0.52, 0.8, 1.48])
-def test_values_do_not_jump_where_a_narrow_variable_is_taken_as_a_nearly_normal_or_normal_one(mean: float) -> None:
+def test_values_do_not_jump_where_a_narrow_variable_is_taken_as_a_cornish_fisher_moments_or_normal_one(mean: float) -> None:
     z, shares = np.linspace(-8, 8, 17), (mean - 0.5, 1.5 - mean)
     nearly = np.sqrt(np.prod(shares) / (1 + 1e6 / min(shares)))  # the lesser shape of the beta variable is then 1e6
     for family, stds in (("gamma", (mean / np.sqrt(3e5), 1e-7 * mean)), ("beta", (nearly, 1e-7))):
@@ -118,7 +118,7 @@ def test_values_do_not_jump_where_a_narrow_variable_is_taken_as_a_nearly_normal_
             germs += [germ_of(family, mean, below, SUPPORT), germ_of(family, mean, above, SUPPORT)]
             from_below, from_above = (from_score(family, z, mean, one, SUPPORT) for one in (below, above))
             np.testing.assert_allclose(from_above - from_below, 2e-6 * std * z, atol=1e-9)
-        assert [germ.nearly_normal is None for germ in germs] == [False, True, True, False]
+        assert [germ.cornish_fisher_moments is None for germ in germs] == [False, True, True, False]
         assert [germ == HERMITE for germ in germs] == [False, False, True, False]
 
 
