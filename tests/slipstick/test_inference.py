@@ -79,7 +79,7 @@ def test_a_simulated_problem_is_the_simulator(small_recordings: Recordings) -> N
     (["presure_bias"], UnknownName, "'presure_bias'.*Did you mean 'pressure_bias'"),
     (["pressure_bias", "mood"], UnknownName, "'mood'"),
     (["pressure_bias", "pressure_bias"], InvalidValue, "each once"),
-    ([], InvalidValue, "Name one or more"),
+    ([], InvalidValue, "Give one or more"),
 ])
 def test_inputs_that_are_not_there_are_named(small_table: Grid, small_recordings: Recordings, chosen: Sequence[str],
                                              error: Any, said: str) -> None:

@@ -27,7 +27,7 @@ LARGEST = 20_000_000
 """Largest number of entries of a projection matrix, terms times nodes."""
 _MOST_WORK = 10**10  # largest terms^2 times nodes, a regression of some seconds
 _ROWS = 8192  # germs per block of an evaluation
-_OVERSAMPLING = 2  # samples per term; with three, a higher order is the better use of runs (benchmarks/sparse_rules.csv)
+_OVERSAMPLING = 2  # samples per term: a higher order is a better use of runs than three (benchmarks/sparse_rules.csv)
 _LEAST_SLACK = 1e-9  # lower limit of 1 - leverage: at a leverage of 1 the leave-one-out error is undefined
 
 

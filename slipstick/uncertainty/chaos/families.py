@@ -44,7 +44,7 @@ def from_score(family: Family, score: np.ndarray, mean: float, std: float, suppo
 
 
 def to_score(family: Family, values: np.ndarray, mean: float, std: float, support: np.ndarray) -> np.ndarray:
-    """Normal scores of `values`, same shape, for a positive std. Values outside the support have the score -37 or 37."""
+    """Normal scores of `values`, same shape, for a positive std. Values outside the support have a score of +-37."""
     score: np.ndarray
     if family == "lognormal":
         log_mean, log_std = logarithm_moments(mean, std)

@@ -1,12 +1,12 @@
 """The exact log likelihood and its gradient with respect to the unknowns of a fit.
 
-Expansions (local.py) are differentiable, and the derivative of the integral with respect to each time on the lines has a
-closed form. The gradient is therefore exact for the computed integral, regardless of the number of lines.
+Expansions (local.py) are differentiable, and the derivative of the integral with respect to each time on the lines has
+a closed form. The gradient is therefore exact for the computed integral, regardless of the number of lines.
 
-The slopes of a table are discontinuous. For normal inputs the gradient follows from Fisher's identity: the derivative of
-log p_i is the conditional mean, given the measured time, of the derivative of the log density of inputs and noise. The
-integration along lines yields the moments required for this mean. For other families, and for tables of more than two
-inputs, the gradient is computed by central differences of the same smooth integral.
+The slopes of a table are discontinuous. For normal inputs the gradient follows from Fisher's identity: the derivative
+of log p_i is the conditional mean, given the measured time, of the derivative of the log density of inputs and noise.
+The integration along lines yields the moments required for this mean. For other families, and for tables of more than
+two inputs, the gradient is computed by central differences of the same smooth integral.
 """
 
 import numpy as np

@@ -91,7 +91,7 @@ def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: float, scale: float,
 
 
 def _composite(breaks: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and log weights of composite Gauss rules between the breakpoints; the weights contain the normal density."""
+    """Nodes and log weights of composite Gauss rules between the breakpoints; the weights include the density."""
     nodes, weights = [], []
     for low, high in pairwise(breaks):
         pieces = int(np.ceil((high - low) / _PIECE))

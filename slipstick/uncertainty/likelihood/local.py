@@ -83,7 +83,7 @@ def polynomial_problem(problem: InferenceProblem, space: Unknowns,
 def _imputed(basis: Basis, times: np.ndarray) -> np.ndarray:
     """Times (q, n) of the runs in s; NaN is replaced by the least-squares prediction from the other runs.
 
-    With many inputs, one of several hundred runs may not lock. Without imputation the condition would have no expansion.
+    With many inputs, one of several hundred runs may not lock. The condition would have no expansion otherwise.
     """
     hat, imputed = matrix_product(basis.at(basis.nodes), basis.projection), times.copy()
     for condition in np.flatnonzero(np.isnan(times).any(axis=0)):

@@ -236,11 +236,11 @@ def test_settings_survive_json_and_refuse_nonsense() -> None:
 
 
 def test_bounds_that_do_not_fit_the_problem_are_refused(problem: InferenceProblem) -> None:
-    with pytest.raises(InvalidValue, match="outside what the model covers"):
+    with pytest.raises(InvalidValue, match="outside the domain of the model"):
         run(replace(QUICK, mean_bounds=((1.6, 2.0),)), problem, generations=1)
     with pytest.raises(InvalidValue, match="3 pairs of bounds for 2 inputs"):
         run(replace(QUICK, mean_bounds=((0.5, 1.5),) * 3), problem, generations=1)
-    with pytest.raises(InvalidValue, match="5 nodes an axis"):
+    with pytest.raises(InvalidValue, match="5 nodes per axis"):
         fit.initial_state(FitSettings(nodes=5), problem)
 
 

@@ -147,10 +147,10 @@ def test_means_stay_in_the_box_and_where_their_family_has_values() -> None:
 
 
 @pytest.mark.parametrize(("change", "cause"), [
-    ({"mean_bounds": ((1.6, 2.0),)}, "outside what the model covers"),
+    ({"mean_bounds": ((1.6, 2.0),)}, "outside the domain of the model"),
     ({"mean_bounds": ((0.5, 1.5),) * 3}, "3 pairs of bounds for 2 inputs"),
     ({"families": ("gamma",) * 3}, "3 families for 2 inputs"),
-    ({"families": ("beta",), "mean_bounds": ((0.3, 0.51),)}, "outside what the model covers"),
+    ({"families": ("beta",), "mean_bounds": ((0.3, 0.51),)}, "outside the domain of the model"),
 ])
 def test_bounds_that_leave_nothing_to_search_are_refused(change: dict[str, Any], cause: str) -> None:
     with pytest.raises(InvalidValue, match=cause):
