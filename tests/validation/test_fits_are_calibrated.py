@@ -42,5 +42,5 @@ def test_intervals_hold_the_truth_as_often_as_they_say(pool: ProcessPoolExecutor
 
 
 def test_predictions_come_true_and_those_of_a_wrong_family_do_not(pool: ProcessPoolExecutor) -> None:
-    assert coverage.predictions(np.array(list(pool.map(coverage.right, DRAWN))), PARTS)[0] > RARE
-    assert coverage.predictions(np.array(list(pool.map(coverage.wrong, DRAWN))), PARTS)[0] < 0.01
+    assert coverage.predictions(np.array(list(pool.map(coverage.normal_levels, DRAWN))), PARTS)[0] > RARE
+    assert coverage.predictions(np.array(list(pool.map(coverage.beta_levels, DRAWN))), PARTS)[0] < 0.01
