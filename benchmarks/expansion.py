@@ -61,7 +61,7 @@ def main() -> None:
                         "conditions lost", "estimate / error: 5 %", "50 %", "95 %"])
         for inputs, std in CASES:
             case = Case(inputs, std)
-            for rule, polynomials, runs, error, estimate in (*implemented(case), *plain_regression(case), *smolyak(case)):
+            for rule, polynomials, runs, error, estimate in (*implemented(case), *plain(case), *smolyak(case)):
                 finite = np.isfinite(error)
                 ratios = [] if estimate is None else np.quantile((estimate / error)[finite], [0.05, 0.5, 0.95])
                 terms = polynomials.degrees
@@ -93,7 +93,7 @@ def implemented(case: Case) -> Iterator[Row]:
                    expansion.error)
 
 
-def plain_regression(case: Case) -> Iterator[Row]:
+def plain(case: Case) -> Iterator[Row]:
     """Least squares on Sobol points of the inputs, two per term, with the leave-one-out error."""
     inputs = len(case.germs)
     for order in ORDERS[inputs]:

@@ -1,4 +1,4 @@
-"""A straightforward implementation: eqs. 1-4 as a Python function for `solve_ivp` of SciPy, one engagement at a time."""
+"""A straightforward implementation: eqs. 1-4 in Python for `solve_ivp` of SciPy, one engagement at a time."""
 
 import numpy as np
 from scipy.integrate import solve_ivp

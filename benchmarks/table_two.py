@@ -99,7 +99,7 @@ def samples_needed(problem: InferenceProblem, optimum: np.ndarray) -> int:
 
 
 def grid_needed(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray, best: float) -> int:
-    """Number of values per unknown at which the best node of a grid is within the tolerance, on average over offsets."""
+    """Number of values per unknown with which the best node is within the tolerance, on average over grid offsets."""
     random = np.random.default_rng(1)
     span = space.upper - space.lower
     for count in (8, 12, 16, 24, 32, 48, 64, 96, 128):
