@@ -50,8 +50,8 @@ def polynomial_remarks(error: float | None, output_std: float) -> Iterator[Remar
     """A remark if the `error` of the local expansions is large compared with the output std; both in s."""
     if error is not None and error > _FINE * output_std:
         yield Remark("refinement and intervals",
-                     f"The polynomials that replace the model have an error of {1e3 * error:.2g} ms, and the output std "
-                     f"is {1e3 * output_std:.2g} ms: the optimum and the ends of the intervals are approximate",
+                     f"The polynomials that replace the model have an error of {1e3 * error:.2g} ms, and the output "
+                     f"std is {1e3 * output_std:.2g} ms: the optimum and the ends of the intervals are approximate",
                      "Narrow std_bounds, or vary fewer inputs, because the model is strongly nonlinear over this "
                      "scatter")
 

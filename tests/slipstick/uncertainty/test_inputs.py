@@ -115,7 +115,7 @@ PAIR: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.1, 0.1]}
     ({"families": ("normal", "cauchy")}, "no family 'cauchy'", "normal, lognormal, gamma, beta, uniform"),
     ({"families": ("gamma", "normal"), "mean": [0.0, 1.0]}, "mean of a gamma input is 0", "positive mean"),
     ({"families": ("normal", "lognormal"), "mean": [1.0, -1.0]}, "mean of a lognormal input is -1", "positive mean"),
-    ({"families": ("normal", "gamma"), "std": None, "mixing": MIXING}, "not gamma ones", "and `correlation`"),
+    ({"families": ("normal", "gamma"), "std": None, "mixing": MIXING}, "not gamma inputs", "and `correlation`"),
     ({"families": ("beta", "normal")}, "cannot have the support -inf to inf", "`support`"),
     ({"families": ("beta", "normal"), "support": [[1.1, 1.5], [0.0, 2.0]]}, "support 1.1 to 1.5", "around the mean"),
     ({"families": ("beta", "normal"), "support": [[0.5, 1.5]] * 2, "std": [0.6, 0.1]}, "has the std 0.6", "below 0.5"),
