@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     if calibration.at_bound:
         bounds = ", ".join(f"{name} ({p.lower:g} to {p.upper:g} times nominal)" for name in calibration.at_bound
                            for p in [parameters.PARAMETERS[parameters.index(name)]])
-        raise InvalidValue(f"The calibration is invalid and was not written: parameters are at a bound, {bounds}",
+        raise InvalidValue(f"The calibration was not written, because parameters are at a bound of their range: {bounds}",
                            "Look for an effect that the model lacks (`study`), or start from another --model")
     if arguments.out:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
@@ -72,6 +72,6 @@ def report(calibration: Calibration) -> str:
         lines.append("Reduced chi-square is well above 1, so the standard errors are too small. The recordings then\n"
                      "identify only a combination of pressure_bias, temperature_gain and initial_position, because\n"
                      "all three shift the onset of torque in the same way.")
-    lines.append(f"RMS of the shifting-time residual: {1e3 * calibration.rms_before:.1f} ms before, "
+    lines.append(f"RMS of the shifting-time residual: {1e3 * calibration.rms_before:.1f} ms before the calibration, "
                  f"{1e3 * calibration.rms_after:.1f} ms after")
     return "\n".join(lines)

@@ -133,6 +133,6 @@ def _require_locked(axes: Sequence[Axis], points: np.ndarray, status: np.ndarray
     share, narrower = min(cuts)
     raise InvalidValue(
         f"{np.count_nonzero(unlocked):,} of {unlocked.size:,} engagements in the box do not lock, in "
-        f"{len(conditions)} condition(s) (indices from 0: {listed})",
+        f"{len(conditions)} condition(s) (zero-based indices: {listed})",
         f"Narrow an axis: --axis {narrower} excludes them and keeps {1 - share:.0%} of the box" if share < 1 else
         "Narrow the axes, or leave out these conditions")

@@ -47,9 +47,9 @@ def describe(table: Table) -> str:
     lines = [f"{axis.name}: {axis.lower:g} to {axis.upper:g} of {axis.nominal:g} {axis.unit}" for axis in table.axes]
     kind: str = table.kind
     if isinstance(table, Grid):
-        kind += " of " + " x ".join(str(len(axis.values)) for axis in table.axes)
-        for code, name in STATUS.items():
-            kind += f", {np.count_nonzero(table.status == code):,} {name}"
+        shape = " x ".join(str(len(axis.values)) for axis in table.axes)
+        counts = (f"{np.count_nonzero(table.status == code):,} {name}" for code, name in STATUS.items())
+        kind += f" of {shape} points; engagements: {', '.join(counts)}"
     if isinstance(table, Surrogate):
         kind += f" {describe_error(table)}"
     effects = ", ".join(table.model.effects) or "none"
