@@ -23,6 +23,10 @@ RUN = Path("var/demo")
 CALIBRATION = "var/calibration.json"
 FIT = {"table": "calibrated", "recordings": "measured"}
 STUDY = {"recordings": FIT["recordings"]}
+STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
+          "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",
+          "candidates": "fitting the candidate", "choose": "comparing the candidates on held-out conditions"}
+"""Stage of a fit or a study -> its description."""
 REFIT = {"recordings": FIT["recordings"], "settings": {"generations": 20, "intervals": False}}
 
 
@@ -85,11 +89,11 @@ def refit(links: dict[str, str], seconds: dict[str, float]) -> dict[str, dict]:
     for which in ("before", "after"):
         spec, table = RUN / f"{which}.json", f"study-{which}"
         request(f"{links['model']}?which={which}", out=spec)
-        step(seconds, f"table of the study's model {which}", "build", "--model", str(spec),
+        step(seconds, f"table of the model {which} the extension", "build", "--model", str(spec),
              "--conditions", f"tables/{STUDY['recordings']}.h5", "--out", f"tables/{table}.h5")
         begin = time.monotonic()
         outputs[which] = follow(request("/v1/fits", {"table": table, **REFIT})["links"]["self"])
-        seconds[f"fit on the table {which}"] = time.monotonic() - begin
+        seconds[f"fit of the model {which} the extension"] = time.monotonic() - begin
     return outputs
 
 
@@ -187,11 +191,11 @@ def follow(path: str) -> dict:
 def progress_line(progress: dict) -> str | None:
     """The progress of a job as text; None while a fit has no candidate yet."""
     if "added" in progress:
-        stage = f"{progress['stage']} {progress['candidate'] or ''}".strip()
+        stage = f"{STAGES.get(progress['stage'], progress['stage'])} {progress['candidate'] or ''}".strip()
         return f"{stage} (effects added so far: {', '.join(progress['added']) or 'none'})"
     if progress["log10_likelihood"] is None:
         return None
-    return progress["stage"] if progress["stage"] != "search" else (
+    return STAGES.get(progress["stage"], progress["stage"]) if progress["stage"] != "search" else (
         f"search: generation {progress['generation']} of at most {progress['generations']}, best log10 likelihood "
         f"{progress['log10_likelihood']:.3f}")
 

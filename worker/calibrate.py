@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     if calibration.at_bound:
         bounds = ", ".join(f"{name} ({p.lower:g} to {p.upper:g} times nominal)" for name in calibration.at_bound
                            for p in [parameters.PARAMETERS[parameters.index(name)]])
-        raise InvalidValue(f"The calibration was not written, because parameters are at a bound of their range: {bounds}",
+        raise InvalidValue(f"The calibration was not written, because parameters are at a bound: {bounds}",
                            "Look for an effect that the model lacks (`study`), or start from another --model")
     if arguments.out:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
