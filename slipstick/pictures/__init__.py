@@ -15,7 +15,7 @@ CAPTIONS = {name: picture.CAPTION for name, picture in _PICTURES.items()}
 
 
 def pictures(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> dict[str, Spec]:
-    """Return name -> specification of each picture for which the output has data. The same input gives the same pictures.
+    """Return name -> specification of each picture for which there are data. The same input gives the same pictures.
 
     `result` is the result of a fit, and `figure_data` the data computed by the worker for its pictures:
 

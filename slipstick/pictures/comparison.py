@@ -7,8 +7,8 @@ from typing import Any
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Shifting times of all experiments. Before: the nominal model. After: the mean of the fitted model. The fitted "
-           "scatter and output noise account for the differences that remain after the fit.")
+CAPTION = ("Shifting times of all experiments. Before: the nominal model. After: the mean of the fitted model. The "
+           "fitted scatter and output noise account for the differences that remain after the fit.")
 
 _COLOURS = {"before": theme.BEFORE, "after": theme.AFTER}
 _HALF = (theme.WIDTH - 112) // 2

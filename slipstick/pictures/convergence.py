@@ -6,9 +6,9 @@ from typing import Any
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Line: the best log10 likelihood after each generation of the genetic algorithm (or block of the classic grid), "
-           "as approximated by the search. Points: the exact log10 likelihood of the best candidate before and after "
-           "refinement. The right panel enlarges the last decades.")
+CAPTION = ("Line: the best log10 likelihood after each generation of the genetic algorithm (or block of the classic "
+           "grid), as approximated by the search. Points: the exact log10 likelihood of the best candidate before and "
+           "after refinement. The right panel enlarges the last decades.")
 
 _COLOURS = {"search, approximate": theme.BEFORE, "best of the search, exact": theme.MEASURED,
             "after refinement, exact": theme.AFTER}

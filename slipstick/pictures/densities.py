@@ -10,9 +10,9 @@ from scipy.interpolate import PchipInterpolator
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each shape is the density of the shifting time of one experiment, predicted with the fitted inputs and output "
-           "noise: the wider the shape, the more likely the time. Each dot is a measured time. All times are relative to "
-           "the predicted mean of their experiment.")
+CAPTION = ("Each shape is the density of the shifting time of one experiment, predicted with the fitted inputs and "
+           "output noise: the wider the shape, the more likely the time. Each dot is a measured time. All times are "
+           "relative to the predicted mean of their experiment.")
 
 _ROW = 36  # experiments per row
 _HEIGHT = 105

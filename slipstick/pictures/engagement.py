@@ -7,9 +7,9 @@ from typing import Any
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("One engagement. Fill: oil fills the chamber until the plates touch. Slip: the plates slip while the transmitted "
-           "torque accelerates the load. Stick: from the shifting time on, the plates stick and the curves of both shaft "
-           "speeds coincide, because the input speed is divided by the gear ratio.")
+CAPTION = ("One engagement. Fill: oil fills the chamber until the plates touch. Slip: the plates slip while the "
+           "transmitted torque accelerates the load. Stick: from the shifting time on, the plates stick and the "
+           "curves of both shaft speeds coincide, because the input speed is divided by the gear ratio.")
 
 COLOURS = {"measured": theme.MEASURED, "nominal": theme.BEFORE, "calibrated": theme.AFTER, "simulated": theme.AFTER}
 _PANELS = (("current", "current [A]", 45), ("pressure", "oil pressure [bar]", 85),
@@ -35,7 +35,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     simulated = "never" if lock is None else f"at {theme.milliseconds(lock)}"
     lines = {"measured": data["measured"], "simulated": {"current": data["current"], **data["simulated"]}}
     return theme.picture(
-        f"Experiment {condition} locks at {theme.milliseconds(measured)} on the test bench, {simulated} in the fitted model",
+        f"Experiment {condition} locks at {theme.milliseconds(measured)} on the test bench, {simulated} in the fitted "
+        "model",
         "Shaded: phases of the simulation at the fitted means. Dashed: shifting times.",
         panels(data["time"], {series: signals for series, signals in lines.items() if signals},
                {"measured": measured, "simulated": lock}, data["touch"], data["gear_ratio"]))
@@ -45,8 +46,8 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
            touch: float | None, gear_ratio: float) -> Spec:
     """Return one panel for each signal in `lines` (series -> signals) over `time` in s.
 
-    `locks` are the shifting times of the series and `touch` the time at which the plates touch, in s; None if never. The
-    shaded phases are those of the last series.
+    `locks` are the shifting times of the series and `touch` is the time at which the plates touch, in s; None if never.
+    The shaded phases are those of the last series.
     """
     shifting_times = {series: lock for series, lock in locks.items() if lock is not None}
     end = min(time[-1], max(shifting_times.values(), default=time[-1]) + _AFTER_LOCK)

@@ -11,13 +11,13 @@ from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 from slipstick.uncertainty import Inputs
 
-CAPTION = ("Shades: the decades of likelihood lost when the two means are moved to a point and all other unknowns keep "
-           "their fitted values. Under that condition, the darkest shade is the 90 % region of the two means. Frame: the "
-           "region in which the likelihood was computed. Curves: according to the fit, they enclose the inputs of 50 % and "
-           "90 % of the runs.")
+CAPTION = ("Shades: the decades of likelihood lost when the two means are moved to a point and all other unknowns "
+           "keep their fitted values. Under that condition, the darkest shade is the 90 % region of the two means. "
+           "Frame: the region in which the likelihood was computed. Curves: according to the fit, they enclose the "
+           "inputs of 50 % and 90 % of the runs.")
 
 _BANDS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
-"""Decades below the best at which each shade begins. One decade is the 90 % region of two unknowns (chi-square: ln 10)."""
+"""Decades below the best at which each shade begins; 1 bounds the 90 % region of two unknowns (chi-square: ln 10)."""
 _LABELS = [f"{low:g} to {high:g}" for low, high in pairwise(_BANDS)] + [f"{_BANDS[-1]:g}+"]
 _SUBTITLE = "Curves: enclose the inputs of 50 % and 90 % of the runs. Dot: fitted means. Cross: nominal values."
 _PROBABILITIES = (0.5, 0.9)
@@ -35,7 +35,7 @@ _MARGIN = 0.03  # as a share of the axis
 
 
 def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
-    """Return the plane of the two inputs of the surface, or else of the first two inputs; for one input, its density."""
+    """Return the plane of the inputs of the surface or, without one, of the first two; for one input, its density."""
     axes, surface = list(result["axes"]), figure_data["surface"]
     pair = [axes.index(name) for name in (surface["axes"] if surface else axes[:2])]
     if len(pair) < 2:
@@ -61,8 +61,8 @@ def interpolated_drops(surface: Mapping[str, Any],
                        cells: tuple[int, int] = _CELLS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Interpolate the log-likelihood on (c, r) fine `cells`.
 
-    Returns their edges in x (c + 1,) and y (r + 1,), and the decades below the best in each cell (c, r), infinite if the
-    likelihood at the nearest grid point is zero.
+    Returns their edges in x (c + 1,) and y (r + 1,), and the decades below the best in each cell (c, r), infinite if
+    the likelihood at the nearest grid point is zero.
     """
     values = np.array([[-np.inf if value is None else value for value in row]
                        for row in surface["log10_likelihood"]], dtype=float)
@@ -73,13 +73,14 @@ def interpolated_drops(surface: Mapping[str, Any],
     undefined = ~np.isfinite(values)
     filled = np.where(undefined, np.min(values[~undefined]), np.maximum(values, np.max(values) - _DEEPEST))
     fine = RectBivariateSpline(first, second, filled)(x_centre, y_centre)
-    nearest = np.ix_(np.abs(x_centre[:, None] - first).argmin(axis=1), np.abs(y_centre[:, None] - second).argmin(axis=1))
+    nearest = np.ix_(np.abs(x_centre[:, None] - first).argmin(axis=1),
+                     np.abs(y_centre[:, None] - second).argmin(axis=1))
     drops: np.ndarray = np.where(undefined[nearest], np.inf, np.max(fine) - fine)
     return x, y, drops
 
 
 def surface_shape(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> SurfaceShape:
-    """Classify the region within a decade of the best: "ridge" if elongated, "open" if it touches an edge, else "peak"."""
+    """Classify the region within a decade of the best: ridge if elongated, open if it touches an edge, else peak."""
     inside = drops <= _BANDS[1]
     points = np.argwhere(inside) * [x[1] - x[0], y[1] - y[0]]
     if len(points) > 2:
@@ -105,7 +106,7 @@ def frame(x: np.ndarray, y: np.ndarray) -> Spec:
 
 
 def shading(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Spec:
-    """Return each row of cells as rectangles of constant shade. The cells have edges x and y, and `drops` in decades."""
+    """Return rectangles of constant shade for cells with edges x and y and `drops` (c, r) in decades below the best."""
     # Each row extends below the next one, so that the background does not show between them.
     tops, rectangles = [*y[2:], y[-1]], []
     for band, low, high in zip((np.searchsorted(_BANDS, drops, side="right") - 1).T, y[:-1], tops, strict=True):

@@ -10,10 +10,10 @@ from scipy.stats import chi2
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each curve is the profile likelihood of one unknown: at each of its values, all other unknowns are optimised. "
-           "The interval contains the values at which the curve lies above the dashed line. Open: the curve stays above "
-           "the line up to the bound of the search, so the recordings do not limit the unknown on that side. Not found: "
-           "the computation stopped before it reached the end of the interval.")
+CAPTION = ("Each curve is the profile likelihood of one unknown: at each of its values, all other unknowns are "
+           "optimised. The interval contains the values at which the curve lies above the dashed line. Open: the "
+           "curve stays above the line up to the bound of the search, so the recordings do not limit the unknown on "
+           "that side. Not found: the computation stopped before it reached the end of the interval.")
 
 _COLUMNS = 3
 _WIDTH, _HEIGHT = 204, 130
@@ -31,8 +31,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     level = intervals[0]["level"]
     title = f"{not_closed} of {len(intervals)} intervals lack an end on one or both sides" if not_closed else \
         f"The recordings limit all {len(intervals)} unknowns on both sides"
-    subtitle = (f"Shaded: {100 * level:.0f} % intervals. Dashed: threshold of the intervals, {threshold(level):.2f} decades "
-                "below the optimum. Large dots: estimates.")
+    subtitle = (f"Shaded: {100 * level:.0f} % intervals. Dashed: threshold of the intervals, {threshold(level):.2f} "
+                "decades below the optimum. Large dots: estimates.")
     return theme.picture(title, subtitle, {
         "columns": _COLUMNS, "spacing": {"row": 26, "column": 46},
         "concat": [_panel(interval, index) for index, interval in enumerate(intervals)]})

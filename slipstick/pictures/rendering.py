@@ -29,5 +29,5 @@ def render(spec: Spec, form: Form) -> bytes:
 @lru_cache(maxsize=64)
 def _render(picture: str, form: Form) -> bytes:
     with _ONE_AT_A_TIME:
-        return subprocess.run([sys.executable, "-I", str(_SCRIPT), form], input=picture.encode(), stdout=subprocess.PIPE,
-                              timeout=_TIMEOUT, check=True).stdout
+        return subprocess.run([sys.executable, "-I", str(_SCRIPT), form], input=picture.encode(),
+                              stdout=subprocess.PIPE, timeout=_TIMEOUT, check=True).stdout

@@ -9,10 +9,11 @@ PAPER = {"classic": (277.0 * 3600, -269.0), "genetic": (1.65 * 3600, -273.0)}
 """Cost in s and log10 likelihood of both methods (Table II and section III.B)."""
 
 HEAD = ("method", "cost (paper)", "log10 L (paper)", "processor time (here)", "log10 L (here)")
-_NOTE = ("The recordings of the paper are not public, so the likelihoods of the paper and those here belong to different "
-         "data. Compare the ratio of the costs and the difference in likelihood between the methods. The costs in the "
-         "paper were measured on a desktop PC (8 × Core i7-6900K); the number of cores used is not stated. The costs here "
-         "are the processor time of all threads for opening, search and refinement. Neither includes building the table.")
+_NOTE = ("The recordings of the paper are not public, so the likelihoods of the paper and those here belong to "
+         "different data. Compare the ratio of the costs and the difference in likelihood between the methods. The "
+         "costs in the paper were measured on a desktop PC (8 × Core i7-6900K); the number of cores used is not "
+         "stated. The costs here are the processor time of all threads for opening, search and refinement. Neither "
+         "includes building the table.")
 _SINGLE_METHOD = ("Only one method was run here. To fill in the rows of the other method, request the report with "
                   "?beside=ID, where ID is a fit of the same problem by the other method.")
 
@@ -46,8 +47,8 @@ def notes(output: Mapping[str, Any], other_method: Mapping[str, Any] | None) -> 
             values = round(fit["result"]["generations"] ** (1 / len(fit["result"]["axes"])))
             unknowns = len(fit["result"]["combinations"][0]["weights"])
             texts.append(f"The classic grid here has {values} values of each of the {unknowns} unknowns, "
-                         f"{values**unknowns:,} candidates in total. A grid twice as fine costs {2**unknowns:,} times as "
-                         "much.")
+                         f"{values**unknowns:,} candidates in total. A grid twice as fine costs {2**unknowns:,} times "
+                         "as much.")
     return texts if other_method is not None else [*texts, _SINGLE_METHOD]
 
 

@@ -8,19 +8,20 @@ from slipstick.report import costs, words
 from slipstick.report.markup import listing, paragraph, section, table
 from slipstick.report.shell import document, figures, provenance
 
-_COMBINATIONS = ("In a combination, each unknown is measured as a share of its search range. At most three unknowns are "
-                 "listed, and only those whose weight exceeds a fifth of the largest. Intervals come from the profile "
-                 "likelihood and are relative to the estimate. Combinations without an interval have a standard error, "
-                 "computed from the information in the recordings.")
+_COMBINATIONS = ("In a combination, each unknown is measured as a share of its search range. At most three unknowns "
+                 "are listed, and only those whose weight exceeds a fifth of the largest. Intervals come from the "
+                 "profile likelihood and are relative to the estimate. Combinations without an interval have a "
+                 "standard error, computed from the information in the recordings.")
 _LIMITATIONS = (
     ("The shipped recordings are simulated:", "“measured” is the output of an independent simulation of a test bench, "
      "with noise, scatter and a physical effect that the model lacks. The recordings of the paper are not public."),
     ("Shifting times hardly constrain single inputs:", "without other measurements, one input can compensate for "
-     "another, for example pressure bias for initial position. Read the combinations above before the individual means."),
-    ("The scatter absorbs model errors:", "the fit represents parametric uncertainty only. If the model lacks a physical "
-     "effect, the fitted stds and the output noise grow to compensate."),
-    ("The intervals are conditional on the model:", "they hold if the model is correct and the inputs follow the chosen "
-     "families of distributions."),
+     "another, for example pressure bias for initial position. Read the combinations above before the individual "
+     "means."),
+    ("The scatter absorbs model errors:", "the fit represents parametric uncertainty only. If the model lacks a "
+     "physical effect, the fitted stds and the output noise grow to compensate."),
+    ("The intervals are conditional on the model:", "they hold if the model is correct and the inputs follow the "
+     "chosen families of distributions."),
 )
 
 

@@ -43,13 +43,14 @@ def figure(name: str, caption: str) -> str:
 
 
 def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Iterable[tuple[str, str | None]]) -> str:
-    """Return the section on provenance: the given entries, then settings, times and version. Empty entries are omitted."""
+    """Return the section on provenance: `entries`, then settings, times and version. Empty entries are omitted."""
     times = {name: ", ".join(f"{stage} {words.duration(seconds)}" for stage, seconds in output[name].items())
              for name in ("seconds", "processor_seconds")}
     settings = ", ".join(f"{name} {json.dumps(value)}" for name, value in job["settings"].items())
     entries = [
-        *entries, ("settings", settings), ("wall time", times["seconds"]), ("processor time", times["processor_seconds"]),
-        ("submitted", job["submitted"]), ("ended", job["ended"]), ("version", f"Slipstick {__version__}")]
+        *entries, ("settings", settings), ("wall time", times["seconds"]),
+        ("processor time", times["processor_seconds"]), ("submitted", job["submitted"]), ("ended", job["ended"]),
+        ("version", f"Slipstick {__version__}")]
     return section("Provenance", definitions([(name, value) for name, value in entries if value]))
 
 

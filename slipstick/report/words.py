@@ -25,11 +25,11 @@ def improvement(result: Result) -> str:
     if after is None:
         return "With the fitted inputs, at least one engagement has zero likelihood."
     if before is None:
-        return (f"log10 likelihood {signed(after)} after the fit. With the nominal model, at least one engagement has zero "
-                "likelihood.")
+        return (f"log10 likelihood {signed(after)} after the fit. With the nominal model, at least one engagement has "
+                "zero likelihood.")
     return (f"log10 likelihood {signed(before)} before the fit, {signed(after)} after it: the recordings are "
-            f"{after - before:.1f} decades (factors of ten) more likely with the fitted inputs than with the nominal model, "
-            "whose output noise is matched to its residuals.")
+            f"{after - before:.1f} decades (factors of ten) more likely with the fitted inputs than with the nominal "
+            "model, whose output noise is matched to its residuals.")
 
 
 def identified(result: Result) -> list[tuple[str, str]]:
@@ -126,7 +126,8 @@ def _weighted_sum(weights: Mapping[str, float]) -> str:
     kept = [(name, weight) for name, weight in ordered if abs(weight) > _SMALLEST_WEIGHT * abs(ordered[0][1])]
     if len(kept) == 1:
         return in_words(kept[0][0])
-    text = " ".join(f"{'−' if weight < 0 else '+'} {abs(weight):.2f} × {in_words(name)}" for name, weight in kept[:_TERMS])
+    text = " ".join(f"{'−' if weight < 0 else '+'} {abs(weight):.2f} × {in_words(name)}"
+                    for name, weight in kept[:_TERMS])
     return text.removeprefix("+ ") + (" …" if len(kept) > _TERMS else "")
 
 

@@ -16,7 +16,7 @@ CAPTIONS = {**{name: picture.CAPTION for name, picture in _PICTURES.items()}, "s
 
 def study_pictures(result: Mapping[str, Any], figure_data: Mapping[str, Any],
                    fits: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Spec]:
-    """Return name -> specification of each picture for which the output has data. The same input gives the same pictures.
+    """Return name -> specification of each picture for which there are data. The same input gives the same pictures.
 
     `result` is the result of `slipstick.study.conclusion`, and `figure_data` that of `slipstick.study.evidence`. `fits`
     are the outputs of the fits on the tables of the models `before` and `after`; without them `surfaces` is omitted.

@@ -7,11 +7,11 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import model_series, title
 from slipstick.pictures.theme import Spec, in_words
 
-CAPTION = ("Top: measured minus predicted shifting time of every experiment. Each prediction comes from a fit without the "
-           "experiments of that motor speed or without those of that current profile. Bottom: the closed share of the gap "
-           "with 90 % intervals. At 100 %, the remaining error is that of sensor noise and run-to-run scatter alone. "
-           "Quantities without a significant gap are omitted. The control is the best effect that acts on another "
-           "quantity; it shows how much an arbitrary effect would close.")
+CAPTION = ("Top: measured minus predicted shifting time of every experiment. Each prediction comes from a fit without "
+           "the experiments of that motor speed or without those of that current profile. Bottom: the closed share of "
+           "the gap with 90 % intervals. At 100 %, the remaining error is that of sensor noise and run-to-run scatter "
+           "alone. Quantities without a significant gap are omitted. The control is the best effect that acts on "
+           "another quantity; it shows how much an arbitrary effect would close.")
 
 _HEIGHT = 210
 _LOWEST = -50.0  # percent: lower values are drawn at this value
@@ -97,6 +97,7 @@ def _closures(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> list
 
 def _percent(closure: Mapping[str, float]) -> Spec:
     if 100 * closure["closure"] < _LOWEST:
-        return {**dict.fromkeys(("closure", "lower", "upper"), _LOWEST), "beyond": "larger error than without the effect"}
+        return {**dict.fromkeys(("closure", "lower", "upper"), _LOWEST),
+                "beyond": "larger error than without the effect"}
     ends = {name: theme.rounded(max(_LOWEST, 100 * closure[name]), 4) for name in ("closure", "lower", "upper")}
     return {**ends, "beyond": ""}

@@ -7,18 +7,18 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each dot is an average over 16 ms of one engagement while its plates slip: the measured torque on the clutch "
-           "side of the gear, minus the torque of the oil film, divided by the contact pressure that follows from the "
-           "measured oil pressure. Measured line and shade: median, and range from the 10 % to the 90 % quantile, at equal "
-           "slip. The lines of the models show the same ratio in their simulations. During an engagement the slip "
-           "decreases, from right to left.")
+CAPTION = ("Each dot is an average over 16 ms of one engagement while its plates slip: the measured torque on the "
+           "clutch side of the gear, minus the torque of the oil film, divided by the contact pressure that follows "
+           "from the measured oil pressure. Measured line and shade: median, and range from the 10 % to the 90 % "
+           "quantile, at equal slip. The lines of the models show the same ratio in their simulations. During an "
+           "engagement the slip decreases, from right to left.")
 
 _SCALE = 1e4  # N m/Pa -> 1e-4 N m/Pa
 _SUBTITLE = "The friction coefficient derived from the signals of the test bench, and that of the models."
 _NEGLIGIBLE = 2.0  # percent: smaller changes with slip are not reported
 _FEWEST = 3  # bins of a curve
 _HEIGHT = 330
-_MARGIN, _LEAST_MARGIN = 0.25, 0.02  # above and below the shade: shares of its height and of the friction, whichever is larger
+_MARGIN, _LEAST_MARGIN = 0.25, 0.02  # above and below the shade, as shares of its height and of the friction
 
 
 def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:

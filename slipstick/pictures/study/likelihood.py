@@ -8,11 +8,11 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Left: log10 of the predicted density per ms at each measured shifting time. Each prediction comes from a fit "
-           "without the experiments of that motor speed or without those of that current profile. For points above the "
-           "line, the effect makes the measurement more likely. Each model has its own fitted scatter and noise. Right: "
-           "measured minus predicted times in predicted standard deviations; the curve is the standard normal density, "
-           "expected of a correct model.")
+CAPTION = ("Left: log10 of the predicted density per ms at each measured shifting time. Each prediction comes from a "
+           "fit without the experiments of that motor speed or without those of that current profile. For points "
+           "above the line, the effect makes the measurement more likely. Each model has its own fitted scatter and "
+           "noise. Right: measured minus predicted times in predicted standard deviations; the curve is the standard "
+           "normal density, expected of a correct model.")
 
 _SIZE = 280
 _EDGE = 4.0  # standard deviations: larger errors count in the outermost bins
@@ -33,10 +33,11 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     total = {key: sum(values) for key, values in decades.items()}
     spread = {key: 1e3 * sum(prediction[key]["std"]) / len(scores[key]) for key in models}
     improvement = total["after"] - total["before"]
-    subtitle = (f"log10 likelihood of all experiments: {total['before']:.1f} before, {total['after']:.1f} after. Mean predicted "
-                f"standard deviation: {spread['before']:.3g} ms before, {spread['after']:.3g} ms after.")
+    subtitle = (f"log10 likelihood of all experiments: {total['before']:.1f} before, {total['after']:.1f} after. Mean "
+                f"predicted standard deviation: {spread['before']:.3g} ms before, {spread['after']:.3g} ms after.")
     return theme.picture(
-        f"The held-out shifting times become {abs(improvement):.0f} decades {'more' if improvement > 0 else 'less'} likely",
+        f"The held-out shifting times become {abs(improvement):.0f} decades "
+        f"{'more' if improvement > 0 else 'less'} likely",
         subtitle.replace("-", "−"),
         {"spacing": 60, "hconcat": [_densities(decades, models), _standardised(scores, models)]})
 
@@ -69,10 +70,11 @@ def _standardised(scores: Mapping[str, list[float]], models: Mapping[str, tuple[
         counts = [0] * _BINS
         for score in scores[key]:
             counts[min(_BINS - 1, max(0, int((score + _EDGE) / width)))] += 1
-        bars += [{"series": label, "share": theme.rounded(count / n / width, 4), "from": theme.rounded(index * width - _EDGE),
-                  "to": theme.rounded((index + 1) * width - _EDGE)} for index, count in enumerate(counts) if count]
-    curve = [{"from": tenth / 10, "share": theme.rounded(math.exp(-(tenth / 10) ** 2 / 2) / math.sqrt(2 * math.pi), 4)}
-             for tenth in range(-40, 41)]
+        bars += [{"series": label, "share": theme.rounded(count / n / width, 4),
+                  "from": theme.rounded(index * width - _EDGE), "to": theme.rounded((index + 1) * width - _EDGE)}
+                 for index, count in enumerate(counts) if count]
+    curve = [{"from": score, "share": theme.rounded(math.exp(-score**2 / 2) / math.sqrt(2 * math.pi), 4)}
+             for score in (tenth / 10 for tenth in range(-40, 41))]
     x: Spec = {"field": "from", "type": "quantitative", "axis": {"grid": False},
                "title": "measured − predicted [predicted standard deviations]"}
     y: Spec = {"field": "share", "type": "quantitative", "title": "density of experiments"}

@@ -7,12 +7,12 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import added_effects, phrase
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each candidate is fitted together with the parameters and the scatter. It then predicts the experiments of a "
-           "motor speed or a current profile left out of its fit. The improvement is relative to the best fit without the "
-           "candidate. Bars: two standard errors over experiments. Wide ranges have a logarithmic scale. Share: share of "
-           "bootstrap samples of the experiments in which the candidate is the best. Behind: standard errors by which it "
-           "trails the best, with each experiment counted as log(1 + nats); candidates below two are tied with the effect "
-           "added in that round. BIC: change relative to the fit without the candidate.")
+CAPTION = ("Each candidate is fitted together with the parameters and the scatter. It then predicts the experiments "
+           "of a motor speed or a current profile left out of its fit. The improvement is relative to the best fit "
+           "without the candidate. Bars: two standard errors over experiments. Wide ranges have a logarithmic scale. "
+           "Share: share of bootstrap samples of the experiments in which the candidate is the best. Behind: standard "
+           "errors by which it trails the best, with each experiment counted as log(1 + nats); candidates below two "
+           "are tied with the effect added in that round. BIC: change relative to the fit without the candidate.")
 
 _DECADE = 2.302585  # nats per decade
 _ROW = 26

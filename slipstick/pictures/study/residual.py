@@ -7,10 +7,10 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import BLOCKS, model_series
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Measured minus predicted values in the block where the effect acts, and in the phase where it contributes most, "
-           "over the quantity on which its contribution depends most. Lines: median. Shades: from the 10 % to the 90 % "
-           "quantile. Grey: the same range for noise alone. A trend without the effect is one that refitting all "
-           "parameters could not remove.")
+CAPTION = ("Measured minus predicted values in the block where the effect acts, and in the phase where it contributes "
+           "most, over the quantity on which its contribution depends most. Lines: median. Shades: from the 10 % to "
+           "the 90 % quantile. Grey: the same range for noise alone. A trend without the effect is one that refitting "
+           "all parameters could not remove.")
 
 _FEWEST = 3  # bins of a curve
 _HEIGHT = 250
@@ -27,8 +27,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
         return None
     first = blocks[0]
     trend = {key: max(bins["median"]) - min(bins["median"]) for key, bins in first["models"].items()}
-    title = (f"Over {first['driver'].split(' [')[0]}, the median residual varies by {trend['before']:.2g} noise levels, "
-             f"with the effect by {trend['after']:.2g}")
+    title = (f"Over {first['driver'].split(' [')[0]}, the median residual varies by {trend['before']:.2g} noise "
+             f"levels, with the effect by {trend['after']:.2g}")
     subtitle = "; ".join(f"block “{BLOCKS[block['block']]}”, {_PHASES[block['phase']]}" for block in blocks)
     return theme.picture(title, f"{subtitle[0].upper()}{subtitle[1:]}.", {
         "spacing": 24, "vconcat": [_panel(block, result, figure_data) for block in blocks]})

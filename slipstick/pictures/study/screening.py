@@ -7,10 +7,10 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import model_series, title
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each effect of the catalogue is tested with a small step from its neutral value, while parameters and scatter are "
-           "free to compensate. A signature of 1 changes each compared value by its noise level. Effects resemble each "
-           "other, so a missing effect also raises the signatures of similar ones; the ranking decides between them. Added "
-           "effects are not tested again.")
+CAPTION = ("Each effect of the catalogue is tested with a small step from its neutral value, while parameters and "
+           "scatter are free to compensate. A signature of 1 changes each compared value by its noise level. Effects "
+           "resemble each other, so a missing effect also raises the signatures of similar ones; the ranking decides "
+           "between them. Added effects are not tested again.")
 
 _ROW = 19  # px per effect
 _LEAST = 1e-3  # noise levels: smaller values are drawn at this value
@@ -33,7 +33,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     x = {"field": "signature", "type": "quantitative", "scale": {"type": "log"},
          "title": "estimated signature [noise levels]",
          "axis": {"format": "~g", "values": [10.0**power for power in range(-3, 3)]}}
-    colour = {**theme.series_colour({label: hue for key, (label, hue) in models.items() if key in screenings}), "field": "series"}
+    colours = {label: hue for key, (label, hue) in models.items() if key in screenings}
+    colour = {**theme.series_colour(colours), "field": "series"}
     return theme.picture(_title(result, figure_data, rounds), _subtitle(rounds), {
         "width": theme.WIDTH - 200, "height": _ROW * len(order), "data": {"values": rows},
         "encoding": {"x": x, "y": y}, "layer": [

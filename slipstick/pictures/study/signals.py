@@ -10,8 +10,8 @@ from slipstick.pictures.theme import Spec, in_words
 
 CAPTION = ("The worst experiments, each with a different current profile. All signals are averages over 16 ms. Each "
            "simulation has the scatter estimated for its run, so the remaining differences cannot be removed by "
-           "parameters. The input speed is divided by the gear ratio: the clutch locks where it meets the output speed. "
-           "Dashed: measured shifting time.")
+           "parameters. The input speed is divided by the gear ratio: the clutch locks where it meets the output "
+           "speed. Dashed: measured shifting time.")
 
 _PANELS = (("pressure", "pressure [bar]", 70), ("speed", "shaft speed [rad/s]", 130),
            ("output_torque", "output torque [N m]", 140))
@@ -35,7 +35,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
             "data": {"values": [{}]}, "encoding": {"x": {"value": 0}, "y": {"value": -_LABEL}},
             "mark": {"type": "text", "align": "left", "baseline": "top", "color": theme.FAINT, "lineHeight": 14,
                      "text": _conditions(figure_data["conditions"], experiment["condition"])}})
-    return theme.picture(_title(result, experiments, list(models)), "Measured signals, and simulations with the fitted models.",
+    return theme.picture(_title(result, experiments, list(models)),
+                         "Measured signals, and simulations with the fitted models.",
                          {"spacing": _ROW_SPACING, "vconcat": rows})
 
 

@@ -7,10 +7,11 @@ from slipstick.pictures import inputs, theme
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec, in_words
 
-CAPTION = ("The same fit to the same shifting times, on the table of each model. Shades, common to both panels: the decades of "
-           "likelihood below the better of the two fits when the two means are moved to a point and all other unknowns "
-           "keep their fitted values. Frame: the region in which the likelihood was computed. Curves: according to the "
-           "fit, they enclose the inputs of 50 % and 90 % of the runs and so show the scatter that each model needs.")
+CAPTION = ("The same fit to the same shifting times, on the table of each model. Shades, common to both panels: the "
+           "decades of likelihood below the better of the two fits when the two means are moved to a point and all "
+           "other unknowns keep their fitted values. Frame: the region in which the likelihood was computed. Curves: "
+           "according to the fit, they enclose the inputs of 50 % and 90 % of the runs and so show the scatter that "
+           "each model needs.")
 
 _SIZE = 275
 _CELLS = 190, 240  # of the shading, in x and y
@@ -42,7 +43,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any],
     return theme.picture(
         f"With the extended model, the same fit makes the recordings {abs(improvement):.0f} decades "
         f"{'more' if improvement > 0 else 'less'} likely",
-        f"Output noise: {noise['before']} before, {noise['after']} after. Dot: fitted means. Cross: parameters of the study.",
+        f"Output noise: {noise['before']} before, {noise['after']} after. Dot: fitted means. Cross: parameters of the "
+        "study.",
         {"spacing": 24, "hconcat": list(panels.values())})
 
 

@@ -7,10 +7,10 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import BLOCKS, model_series
 from slipstick.pictures.theme import Spec, in_words
 
-CAPTION = ("The model is cut at every measured signal, and each block is driven by measured inputs, so that an error of a block "
-           "appears in its own row only. Each number is the mean squared residual after fitting all parameters, divided by "
-           "its value for sensor noise alone. Torque that sets in too early or too late appears in the film phase: a fit "
-           "without a missing effect shifts this moment to compensate.")
+CAPTION = ("The model is cut at every measured signal, and each block is driven by measured inputs, so that an error "
+           "of a block appears in its own row only. Each number is the mean squared residual after fitting all "
+           "parameters, divided by its value for sensor noise alone. Torque that sets in too early or too late "
+           "appears in the film phase: a fit without a missing effect shifts this moment to compensate.")
 
 _PHASES = ("fill", "film", "slip", "stick")
 _CELL = (66, 36)
@@ -33,8 +33,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     block = f"the block “{BLOCKS[worst['block']]}”"
     title = f"Model and bench disagree most in {block}" if result["answer"]["effects"] else \
         f"No block indicates a missing effect: chi-square is at most {worst['chi_square']:.2g}"
-    subtitle = (f"Chi-square per value; 1 corresponds to noise alone. Bottom: {block} in the {worst['phase']} phase, by "
-                "condition.")
+    subtitle = (f"Chi-square per value; 1 corresponds to noise alone. Bottom: {block} in the {worst['phase']} phase, "
+                "by condition.")
     columns = [name for name in _UNITS if 1 < len(misfit["before"]["by_condition"][name]) <= _MOST]
     above: Spec = {"spacing": 12, "hconcat": [_matrix(label, misfit[key]["chi_square"], first=key == "before")
                                               for key, (label, _) in models.items()]}
@@ -64,7 +64,8 @@ def _matrix(label: str, table: Mapping[str, Mapping[str, float | None]], first: 
                 {"mark": {"type": "text", "fontSize": 13}, "encoding": {"text": {"field": "text"}, "color": ink}}]}
 
 
-def _by_condition(column: str, models: Mapping[str, list[dict[str, Any]]], colours: dict[str, str], first: bool) -> Spec:
+def _by_condition(column: str, models: Mapping[str, list[dict[str, Any]]], colours: dict[str, str],
+                  first: bool) -> Spec:
     groups = sorted(((label, group) for label, groups in models.items() for group in groups
                      if group["chi_square"] is not None), key=lambda entry: float(entry[1]["value"]))
     rows = [{"series": label, "value": _tick(column, group["value"]), "chi": theme.rounded(group["chi_square"], 4)}

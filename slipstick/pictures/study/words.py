@@ -32,5 +32,5 @@ def model_series(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> d
     if not added:
         return {"before": ("model", theme.AFTER)}
     after = f"with {phrase(figure_data, added)}" if len(added) == 1 else f"with {len(added)} effects added"
-    return {"before": ("best fit without the effect" if len(added) == 1 else "best fit without the effects", theme.BEFORE),
-            "after": (after, theme.AFTER)}
+    before = "best fit without the effect" if len(added) == 1 else "best fit without the effects"
+    return {"before": (before, theme.BEFORE), "after": (after, theme.AFTER)}

@@ -8,10 +8,10 @@ from slipstick.pictures.theme import in_words
 
 HEAD = ("current profile", "motor speed [rad/s]", "load inertia [kg m²]", "brake torque [N m]", "recorded",
         "separation [noise levels]", "largest in", "runs")
-NOTE = ("Separation: RMS difference over all compared values between the predictions with the first effect and with the effect "
-        "nearest to it, after refitting the run-to-run scatter. Runs: expected number of repetitions until the correct "
-        "effect leads by five standard errors, with all parameters refitted. Levels extend up to a fifth beyond the "
-        "recorded range.")
+NOTE = ("Separation: RMS difference over all compared values between the predictions with the first effect and with "
+        "the effect nearest to it, after refitting the run-to-run scatter. Runs: expected number of repetitions until "
+        "the correct effect leads by five standard errors, with all parameters refitted. Levels extend up to a fifth "
+        "beyond the recorded range.")
 
 
 def lead(tie: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:

@@ -16,21 +16,22 @@ Items = list[tuple[str, str]]
 _MISFIT = 1.5  # multiples of the sensor noise above which residuals are more than noise
 _CONTROL = 0.5  # share of the closure by the named effect above which the control casts doubt on it
 _ORDERED = 0.3  # correlation with the run order above which the order is not random
-_CLASS = ("With shifting times only, a name stands for a class of effects:", "without signals, effects that delay or advance "
-          "lock-up under the same conditions cannot be distinguished. Record pressure, torque and speeds to identify one.")
+_CLASS = ("With shifting times only, a name stands for a class of effects:", "without signals, effects that delay or "
+          "advance lock-up under the same conditions cannot be distinguished. Record pressure, torque and speeds to "
+          "identify one.")
 _ALWAYS = (
-    ("The named effect is the best supported of the catalogue:", "an effect outside the catalogue is reported under the "
-     "name of a similar one, or not at all."),
-    ("The piston position is not measured:", "causes that shift the moment of contact (pressure bias, initial position, "
-     "clearance, return spring) differ only in how they depend on the conditions."),
-    ("The gain error of a pressure sensor is never named:", "gain and bias of the valve, temperature gain, initial position "
-     "and friction coefficient compensate for it exactly."),
-    ("Wear of the plates and warming of the oil behind the piston are similar:", "both shift the moment of contact with "
-     "the run order."),
-    ("The test counts experiments:", "each experiment is one observation, regardless of its number of samples. Detecting "
-     "a small effect requires more experiments, not a higher sampling rate."),
-    ("The intervals are conditional on the form of the effect:", "they cover noise and run-to-run scatter, but not an "
-     "error in the formula."),
+    ("The named effect is the best supported of the catalogue:", "an effect outside the catalogue is reported under "
+     "the name of a similar one, or not at all."),
+    ("The piston position is not measured:", "causes that shift the moment of contact (pressure bias, initial "
+     "position, clearance, return spring) differ only in how they depend on the conditions."),
+    ("The gain error of a pressure sensor is never named:", "gain and bias of the valve, temperature gain, initial "
+     "position and friction coefficient compensate for it exactly."),
+    ("Wear of the plates and warming of the oil behind the piston are similar:", "both shift the moment of contact "
+     "with the run order."),
+    ("The test counts experiments:", "each experiment is one observation, regardless of its number of samples. "
+     "Detecting a small effect requires more experiments, not a higher sampling rate."),
+    ("The intervals are conditional on the form of the effect:", "they cover noise and run-to-run scatter, but not "
+     "an error in the formula."),
 )
 
 
@@ -39,7 +40,8 @@ def caveats(result: Result, figure_data: FigureData) -> Items:
     items = _misfits(result)
     if figure_data["where"] is None:
         items.append(_CLASS)
-    items += [("These recordings do not distinguish:", f"{phrase(figure_data, group)}. Any of them may be the missing effect.")
+    items += [("These recordings do not distinguish:",
+               f"{phrase(figure_data, group)}. Any of them may be the missing effect.")
               for group in result["answer"]["tied"] if len(group) > 1]
     return items + _control(result, figure_data)
 
@@ -57,9 +59,9 @@ def _misfits(result: Result) -> Items:
     if not misfits:
         return []
     model = "with all added effects" if result["answer"]["effects"] else "after refitting all parameters"
-    return [("Part of the misfit is unexplained:", f"{model}, the reduced chi-square is {listed(misfits)}; 1 corresponds to "
-             "noise. Another difference remains, so a named effect is only the best of the known ones, and its intervals "
-             "are too narrow.")]
+    return [("Part of the misfit is unexplained:", f"{model}, the reduced chi-square is {listed(misfits)}; 1 "
+             "corresponds to noise. Another difference remains, so a named effect is only the best of the known ones, "
+             "and its intervals are too narrow.")]
 
 
 def _control(result: Result, figure_data: FigureData) -> Items:
@@ -70,9 +72,9 @@ def _control(result: Result, figure_data: FigureData) -> Items:
     named, other = (gap["closures"]["shifting_time"]["closure"] for gap in (result["gap"], control))
     if named is None or other < _CONTROL * named:
         return []
-    return [("The control also closes much of the gap:", f"{phrase(figure_data, [control['effect']])}, which acts on another "
-             f"quantity, closes {100 * other:.0f} % of the gap in the shifting time. The smaller gap is therefore no evidence "
-             "for the named effect.")]
+    return [("The control also closes much of the gap:", f"{phrase(figure_data, [control['effect']])}, which acts on "
+             f"another quantity, closes {100 * other:.0f} % of the gap in the shifting time. The reduction of the gap "
+             "therefore does not support the named effect.")]
 
 
 def _order(conditions: Mapping[str, Any]) -> Items:
@@ -83,10 +85,10 @@ def _order(conditions: Mapping[str, Any]) -> Items:
     correlated = [f"{in_words(name)} (correlation {signed(value)})" for name, column in conditions.items()
                   if name != "run_order" and abs(value := _correlation(order, column)) > _ORDERED]
     if correlated:
-        return [("The runs are not in random order:", f"the run order follows {listed(correlated)}, so a drift cannot be "
-                 "distinguished from an effect of the conditions. Randomise the run order.")]
-    return [("The runs are in random order:", "no condition follows the run order, so drifts of oil temperature or wear can "
-             "be distinguished from effects of the conditions.")]
+        return [("The runs are not in random order:", f"the run order follows {listed(correlated)}, so a drift "
+                 "cannot be distinguished from an effect of the conditions. Randomise the run order.")]
+    return [("No condition follows the run order:", "drifts of oil temperature or wear can therefore be distinguished "
+             "from effects of the conditions.")]
 
 
 def _correlation(x: list[float], y: list[float]) -> float:

@@ -15,23 +15,23 @@ from slipstick.report.study.limits import caveats, limits
 _GAP = ("RMS error on held-out conditions", "before", "after", "correct model", "gap closed (90 %)")
 _RANKING = ("candidate", "block", "improvement [decades]", "ahead [s.e.]", "behind [s.e.]", "share", "BIC")
 _FITTED = ("", "no effect added", "all effects added")
-_CLOSED = ("Gap closed: 1 − (after² − correct²) / (before² − correct²). Before: the best refit without the effect, on the "
-           "same data and folds. After: the model with the effect. Correct model: the error expected in the model with "
-           "the effect from sensor noise and run-to-run scatter alone.")
-_RANKED = ("Improvement: held-out log10 likelihood per experiment relative to the fit without the candidate. Ahead: the "
-           "improvement in standard errors over experiments, each counted as log(1 + nats) so that none dominates. "
-           "Behind: the standard errors by which the candidate trails the best, counted in the same way; candidates below "
-           "two are tied, but effects added in later rounds may distinguish them. Share: share of bootstrap samples in "
-           "which the candidate is the best. BIC: change relative to the fit without the candidate, with one observation "
-           "per experiment; lower is better.")
+_CLOSED = ("Gap closed: 1 − (after² − correct²) / (before² − correct²). Before: the best refit without the effect, on "
+           "the same data and folds. After: the model with the effect. Correct model: the error expected in the model "
+           "with the effect from sensor noise and run-to-run scatter alone.")
+_RANKED = ("Improvement: held-out log10 likelihood per experiment relative to the fit without the candidate. Ahead: "
+           "the improvement in standard errors over experiments, each counted as log(1 + nats) so that none "
+           "dominates. Behind: the standard errors by which the candidate trails the best, counted in the same way; "
+           "candidates below two are tied, but effects added in later rounds may distinguish them. Share: share of "
+           "bootstrap samples in which the candidate is the best. BIC: change relative to the fit without the "
+           "candidate, with one observation per experiment; lower is better.")
 
 
 def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits | None = None) -> str:
     """Return the HTML page of a study. The same input gives the same page.
 
     `study` is the JSON of the study (id, recordings, digest, settings, times), and `output` the output of its job
-    (`result`, `figure_data`, `seconds`, `processor_seconds`). `fits` maps `before` and `after` to the fit on the table of
-    that model: id, table, table_digest, `result`, `figure_data`.
+    (`result`, `figure_data`, `seconds`, `processor_seconds`). `fits` maps `before` and `after` to the fit on the table
+    of that model: id, table, table_digest, `result`, `figure_data`.
     """
     result, figure_data = output["result"], output["figure_data"]
     specs, parameters = study_pictures(result, figure_data, fits), list(words.fits(result))

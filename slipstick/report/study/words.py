@@ -25,23 +25,23 @@ def lead(result: Result, figure_data: FigureData) -> str:
     if result["answer"]["kind"] == "not converged":
         return "The fit without any effect did not converge, so its residuals cannot be interpreted."
     if not added and result["answer"]["kind"] == "unlisted":
-        return (f"A significant misfit remains ({_p(first['p_value'])}), and every effect of the catalogue leaves too much "
+        return (f"A misfit remains ({_p(first['p_value'])}), and every effect of the catalogue leaves too much "
                 f"of it unexplained to be named. {_best(first)}")
     significant = first["p_value"] <= _SIGNIFICANCE
     if not added and not (significant and first["ranking"]):
         return (f"In {n} experiments, no effect of the catalogue is both significant and large enough to matter "
                 f"({_p(first['p_value'])}).")
     if not added:
-        return (f"A significant misfit remains ({_p(first['p_value'])}), but no effect of the catalogue significantly improves "
-                f"the prediction of held-out experiments. {_best(first)}")
+        return (f"A significant misfit remains ({_p(first['p_value'])}), but no effect of the catalogue significantly "
+                f"improves the prediction of held-out experiments. {_best(first)}")
     candidate = _candidate(first, added[0])
     if candidate is None:
-        return (f"No effect of the catalogue explains enough of the misfit; an open term in the "
-                f"{figure_data['effects'][added[0]]['quantity']} represents it. The term describes the missing effect but "
-                f"does not identify it. {_closed(result)}")
-    return (f"With {phrase(figure_data, added[:1])} added, the model predicts held-out conditions better than the best fit "
-            f"without it, by {candidate['sure']:.0f} standard errors over {n} experiments. It is the best candidate in "
-            f"{_share(candidate)} of bootstrap samples. {_closed(result)} {_reliability(result)}")
+        return ("No effect of the catalogue explains enough of the misfit; an open term in the "
+                f"{figure_data['effects'][added[0]]['quantity']} represents it. The term describes the missing effect "
+                f"but does not identify it. {_closed(result)}")
+    return (f"With {phrase(figure_data, added[:1])} added, the model predicts held-out conditions better than the "
+            f"best fit without it, by {candidate['sure']:.0f} standard errors over {n} experiments. It is the best "
+            f"candidate in {_share(candidate)} of bootstrap samples. {_closed(result)} {_reliability(result)}")
 
 
 def _reliability(result: Result) -> str:
@@ -50,8 +50,8 @@ def _reliability(result: Result) -> str:
     support = {"clear": "no effect comes close, except for any that are tied with it",
                "a rival near": "another effect comes close",
                "something left over": "part of the misfit remains unexplained"}[kind]
-    return (f"In blind tests with hidden effects, {100 * correct:.0f} % of the names with comparable support were correct; "
-            f"here, {support}.")
+    return (f"In blind tests with hidden effects, {100 * correct:.0f} % of the names with comparable support were "
+            f"correct; here, {support}.")
 
 
 def rounds(result: Result, figure_data: FigureData) -> list[tuple[str, str]]:
@@ -64,15 +64,16 @@ def rounds(result: Result, figure_data: FigureData) -> list[tuple[str, str]]:
         items.append((f"{effect['title']}:", f"the {effect['quantity']} is {effect['law']} ({effect['source']}). "
                                              f"Signature: {effect['signature']}."))
         if candidate is None:
-            forms = [f"{form['form']} in the {form['quantity']} ({100 * form['share']:.0f} %)" for form in answer["forms"]]
+            forms = [f"{form['form']} in the {form['quantity']} ({100 * form['share']:.0f} %)"
+                     for form in answer["forms"]]
             items += [("Form:", "share of random halves of the experiments that select each form before any term is "
                                 f"fitted: {listed(forms)}."),
                       ("Comparison with the catalogue:", _best(entry))]
         else:
             screening = "significant in the screening" if entry["p_value"] <= _SIGNIFICANCE else \
                 "masked by the scatter in the screening, and reduces the scatter when fitted"
-            items.append(("Support:", f"{screening} ({_p(entry['p_value'])}); {candidate['sure']:.1f} standard errors better "
-                                      "than the fit without it on held-out experiments; the best candidate in "
+            items.append(("Support:", f"{screening} ({_p(entry['p_value'])}); {candidate['sure']:.1f} standard errors "
+                                      "better than the fit without it on held-out experiments; the best candidate in "
                                       f"{_share(candidate)} of bootstrap samples. "
                                       f"{_rivals(entry, group, answer['effects'])}"))
     return [*items, ("End of the study:", _end(result))] if items else []
@@ -87,7 +88,7 @@ def coefficients(result: Result, figure_data: FigureData) -> Iterator[tuple[str,
 
 
 def where(figure_data: FigureData) -> list[tuple[str, str]]:
-    """Return the block and phase with the largest misfit, and its dependence on the conditions; empty without signals."""
+    """Return the block and phase with the largest misfit, and how it depends on conditions; empty without signals."""
     misfit = figure_data["where"]
     if misfit is None:
         return []
@@ -132,7 +133,8 @@ def fits(result: Result) -> Iterator[tuple[str, ...]]:
         yield (f"run-to-run std of {in_words(name)} [multiple of nominal]",
                *(f"{fit['scatter'][name]:.4f}" for fit in fitted))
     for index, name in enumerate(channels(first)):
-        yield f"noise of the {in_words(name)} [multiple of sensor noise]", *(f"{fit['noise'][index]:.2f}" for fit in fitted)
+        yield (f"noise of the {in_words(name)} [multiple of sensor noise]",
+               *(f"{fit['noise'][index]:.2f}" for fit in fitted))
 
 
 def channels(entry: Mapping[str, Any]) -> list[str]:
@@ -175,15 +177,16 @@ def _rivals(entry: Mapping[str, Any], group: list[str], added: list[str]) -> str
     if not others:
         return ""
     reason = "; the other added effects distinguish the two" if others[0]["tied"] else ""
-    return f"The next candidate, {others[0]['title']}, trails the best by {others[0]['behind']:.1f} standard errors{reason}."
+    return (f"The next candidate, {others[0]['title']}, trails the best by {others[0]['behind']:.1f} standard errors"
+            f"{reason}.")
 
 
 def _closed(result: Result) -> str:
     """Return the held-out shifting-time error before and after, and the share of the gap that is closed."""
     closure = result["gap"]["closures"]["shifting_time"]
     before, after, expected = (f"{1e3 * closure[f'rms_{model}']:.3g}" for model in ("before", "after", "expected"))
-    text = (f"The shifting-time error on held-out conditions goes from {before} to {after} ms; a correct model would leave "
-            f"{expected} ms.")
+    text = (f"The shifting-time error on held-out conditions goes from {before} to {after} ms; a correct model would "
+            f"leave {expected} ms.")
     if closure["closure"] is None:
         return f"{text} There is no significant gap in the shifting time to close."
     if closure["closure"] < 0:
@@ -209,8 +212,8 @@ def _end(result: Result) -> str:
         return "no further effect was tested. The remaining misfit may contain another one."
     if last["ranking"]:
         best = last["ranking"][0]
-        return (f"{best['title']} would be next, {signed(best['sure'], 1)} standard errors better, but explains too little of "
-                "the remaining misfit to be added.")
+        return (f"{best['title']} would be next, {signed(best['sure'], 1)} standard errors better, but explains too "
+                "little of the remaining misfit to be added.")
     return f"no further effect is both significant and large enough to matter ({_p(last['p_value'])})."
 
 
