@@ -19,7 +19,7 @@ CAPTION = ("Shades: the decades of likelihood lost when the two means are moved 
 _BANDS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 """Decades below the best at which each shade begins; 1 bounds the 90 % region of two unknowns (chi-square: ln 10)."""
 _LABELS = [f"{low:g} to {high:g}" for low, high in pairwise(_BANDS)] + [f"{_BANDS[-1]:g}+"]
-_SUBTITLE = "Curves: enclose the inputs of 50 % and 90 % of the runs. Dot: fitted means. Cross: nominal values."
+_SUBTITLE = "Curves enclose the inputs of 50 % and 90 % of the runs. Dot: fitted means. Cross: nominal values."
 _PROBABILITIES = (0.5, 0.9)
 _CELLS = 285, 420  # of the shading, in x and y
 _DEEPEST = 1000.0  # decades below the best: lower values are clipped

@@ -27,13 +27,12 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     intervals = [interval for interval in result["intervals"] if interval["curve"]]
     if not intervals:
         return None
-    not_closed = sum(None in (interval["lower"], interval["upper"]) for interval in intervals)
+    closed = sum(None not in (interval["lower"], interval["upper"]) for interval in intervals)
     level = intervals[0]["level"]
-    title = f"{not_closed} of {len(intervals)} intervals lack an end on one or both sides" if not_closed else \
-        f"The recordings limit all {len(intervals)} unknowns on both sides"
+    share = f"all {closed}" if closed == len(intervals) else f"{closed} of {len(intervals)}"
     subtitle = (f"Shaded: {100 * level:.0f} % intervals. Dashed: threshold of the intervals, {threshold(level):.2f} "
                 "decades below the optimum. Large dots: estimates.")
-    return theme.picture(title, subtitle, {
+    return theme.picture(f"The recordings limit {share} unknowns on both sides", subtitle, {
         "columns": _COLUMNS, "spacing": {"row": 26, "column": 46},
         "concat": [_panel(interval, index) for index, interval in enumerate(intervals)]})
 

@@ -28,7 +28,7 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     first = blocks[0]
     trend = {key: max(bins["median"]) - min(bins["median"]) for key, bins in first["models"].items()}
     title = (f"Over {first['driver'].split(' [')[0]}, the median residual varies by {trend['before']:.2g} noise "
-             f"levels, with the effect by {trend['after']:.2g}")
+             f"levels, and by {trend['after']:.2g} with the effect")
     subtitle = "; ".join(f"block “{BLOCKS[block['block']]}”, {_PHASES[block['phase']]}" for block in blocks)
     return theme.picture(title, f"{subtitle[0].upper()}{subtitle[1:]}.", {
         "spacing": 24, "vconcat": [_panel(block, result, figure_data) for block in blocks]})

@@ -47,7 +47,7 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
 def _title(result: Mapping[str, Any], figure_data: Mapping[str, Any], rounds: list[Mapping[str, Any]]) -> str:
     if not result["answer"]["effects"] and not rounds[0]["ranking"]:
         return "No effect of the catalogue is both significant and large enough to matter"
-    return f"Largest estimated improvement: {title(figure_data, rounds[0]['screening'][0]['effect'])}"
+    return f"Largest estimated likelihood improvement: {title(figure_data, rounds[0]['screening'][0]['effect'])}"
 
 
 def _subtitle(rounds: list[Mapping[str, Any]]) -> str:
@@ -59,4 +59,6 @@ def _subtitle(rounds: list[Mapping[str, Any]]) -> str:
 
 def _percentage(p_value: float) -> str:
     """Return a p-value in percent; the number of replicates limits it to 0.1 %."""
-    return f"{100 * p_value:.2g} %" if p_value > 1e-3 else "at most 0.1 %"
+    if p_value <= 1e-3:
+        return "at most 0.1 %"
+    return f"{100 * p_value:.0f} %" if p_value >= 0.1 else f"{100 * p_value:.2g} %"

@@ -31,7 +31,7 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     models = model_series(result, figure_data)
     worst = misfit["worst"]
     block = f"the block “{BLOCKS[worst['block']]}”"
-    title = f"Model and bench disagree most in {block}" if result["answer"]["effects"] else \
+    title = f"Model and test bench disagree most in {block}" if result["answer"]["effects"] else \
         f"No block indicates a missing effect: chi-square is at most {worst['chi_square']:.2g}"
     subtitle = (f"Chi-square per value; 1 corresponds to noise alone. Bottom: {block} in the {worst['phase']} phase, "
                 "by condition.")
