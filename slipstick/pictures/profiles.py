@@ -30,8 +30,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     closed = sum(None not in (interval["lower"], interval["upper"]) for interval in intervals)
     level = intervals[0]["level"]
     share = f"all {closed}" if closed == len(intervals) else f"{closed} of {len(intervals)}"
-    subtitle = (f"Shaded: {100 * level:.0f} % intervals. Dashed: threshold of the intervals, {threshold(level):.2f} "
-                "decades below the optimum. Large dots: estimates.")
+    subtitle = (f"Shaded: {100 * level:.0f} % intervals. Dashed: their threshold, {threshold(level):.2f} decades "
+                "below the optimum.")
     return theme.picture(f"The recordings limit {share} unknowns on both sides", subtitle, {
         "columns": _COLUMNS, "spacing": {"row": 26, "column": 46},
         "concat": [_panel(interval, index) for index, interval in enumerate(intervals)]})

@@ -7,11 +7,11 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import model_series, title
 from slipstick.pictures.theme import Spec, in_words
 
-CAPTION = ("Top: measured minus predicted shifting time of every experiment. Each prediction comes from a fit without "
-           "the experiments of that motor speed or without those of that current profile. Bottom: the closed share of "
-           "the gap with 90 % intervals. At 100 %, the remaining error is that of sensor noise and run-to-run scatter "
-           "alone. Quantities without a significant gap are omitted. The control is the best effect that acts on "
-           "another quantity; it shows how much an arbitrary effect would close.")
+CAPTION = ("Top: measured minus predicted shifting time of every experiment. Each prediction comes from fits without "
+           "the experiments of that motor speed or of that current profile. Bottom: the closed share of the gap with "
+           "90 % intervals. At 100 %, the remaining error is that of sensor noise and run-to-run scatter alone. "
+           "Quantities without a significant gap are omitted. The control is the best effect that acts on another "
+           "quantity; it shows how much an arbitrary effect would close.")
 
 _HEIGHT = 210
 _LOWEST = -50.0  # percent: lower values are drawn at this value

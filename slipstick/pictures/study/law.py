@@ -8,9 +8,10 @@ from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Each dot is an average over 16 ms of one engagement while its plates slip: the measured torque on the "
-           "clutch side of the gear, minus the torque of the oil film, divided by the contact pressure that follows "
-           "from the measured oil pressure. Measured line and shade: median, and range from the 10 % to the 90 % "
-           "quantile, at equal slip. The lines of the models show the same ratio in their simulations. During an "
+           "clutch"
+           "side of the gear, minus the torque of the oil film, divided by the contact pressure that follows from the "
+           "measured oil pressure. The measured line and shade are the median and the range from the 10 % to the 90 % "
+           "quantile at equal slip. The lines of the models show the same ratio in their simulations. During an "
            "engagement the slip decreases, from right to left.")
 
 _SCALE = 1e4  # N m/Pa -> 1e-4 N m/Pa

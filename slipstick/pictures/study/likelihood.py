@@ -8,11 +8,11 @@ from slipstick.pictures import theme
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Left: log10 of the predicted density per ms at each measured shifting time. Each prediction comes from a "
-           "fit without the experiments of that motor speed or without those of that current profile. For points "
-           "above the line, the effect makes the measurement more likely. Each model has its own fitted scatter and "
-           "noise. Right: measured minus predicted times in predicted standard deviations; the curve is the standard "
-           "normal density, expected of a correct model.")
+CAPTION = ("Left: log10 of the predicted density per ms at each measured shifting time. Each prediction comes from "
+           "fits without the experiments of that motor speed or of that current profile. For points above the line, "
+           "the effect makes the measurement more likely. Each model has its own fitted scatter and noise. Right: "
+           "measured minus predicted times in predicted standard deviations; the curve is the standard normal density, "
+           "expected of a correct model.")
 
 _SIZE = 280
 _EDGE = 4.0  # standard deviations: larger errors count in the outermost bins

@@ -9,8 +9,8 @@ from slipstick.pictures.theme import Spec
 
 CAPTION = ("Measured minus predicted values in the block where the effect acts, and in the phase where it contributes "
            "most, over the quantity on which its contribution depends most. Lines: median. Shades: from the 10 % to "
-           "the 90 % quantile. Grey: the same range for noise alone. A trend without the effect is one that refitting "
-           "all parameters could not remove.")
+           "the 90 % quantile. Grey: the same range for noise alone. A trend that remains without the effect could not "
+           "be removed by refitting all parameters.")
 
 _FEWEST = 3  # bins of a curve
 _HEIGHT = 250

@@ -8,10 +8,10 @@ from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec, in_words
 
 CAPTION = ("The same fit to the same shifting times, on the table of each model. Shades, common to both panels: the "
-           "decades of likelihood below the better of the two fits when the two means are moved to a point and all "
+           "decadesof likelihood below the better of the two fits when the two means are moved to a point and all "
            "other unknowns keep their fitted values. Frame: the region in which the likelihood was computed. Curves: "
-           "according to the fit, they enclose the inputs of 50 % and 90 % of the runs and so show the scatter that "
-           "each model needs.")
+           "regions that contain the inputs of 50 % and 90 % of the runs, according to each fit; they show the "
+           "scatter that each model needs.")
 
 _SIZE = 275
 _CELLS = 190, 240  # of the shading, in x and y

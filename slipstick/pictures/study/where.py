@@ -8,9 +8,10 @@ from slipstick.pictures.study.words import BLOCKS, model_series
 from slipstick.pictures.theme import Spec, in_words
 
 CAPTION = ("The model is cut at every measured signal, and each block is driven by measured inputs, so that an error "
-           "of a block appears in its own row only. Each number is the mean squared residual after fitting all "
-           "parameters, divided by its value for sensor noise alone. Torque that sets in too early or too late "
-           "appears in the film phase: a fit without a missing effect shifts this moment to compensate.")
+           "of a"
+           "block appears in its own row only. Each number is the mean squared residual after fitting all parameters, "
+           "divided by its value for sensor noise alone. Torque that sets in too early or too late appears in the film "
+           "phase: a fit that lacks an effect shifts this moment to compensate.")
 
 _PHASES = ("fill", "film", "slip", "stick")
 _CELL = (66, 36)

@@ -11,7 +11,7 @@ from slipstick.report.words import number, signed
 
 Fits = Mapping[str, Mapping[str, Any]]
 
-_TITLE = "The same fit on both tables"
+_TITLE = "The same fit on the tables of both models"
 _NOTE = ("Both fits have the same settings and use shifting times only. If a model lacks an effect, the scatter of its "
          "inputs and the output noise grow to compensate.")
 _INSTRUCTIONS = (

@@ -58,10 +58,11 @@ def _misfits(result: Result) -> Items:
                for name, level in zip(channels(last), last["noise"], strict=True) if level > _MISFIT]
     if not misfits:
         return []
-    model = "with all added effects" if result["answer"]["effects"] else "after refitting all parameters"
-    return [("Part of the misfit is unexplained:", f"{model}, the reduced chi-square is {listed(misfits)}; 1 "
-             "corresponds to noise. Another difference remains, so a named effect is only the best of the known ones, "
-             "and its intervals are too narrow.")]
+    lead, squares = "Part of the misfit is unexplained:", listed(misfits)
+    if not result["answer"]["effects"]:
+        return [(lead, f"after refitting all parameters, the reduced chi-square is {squares}; 1 corresponds to noise.")]
+    return [(lead, f"with all added effects, the reduced chi-square is {squares}; 1 corresponds to noise. The named effect "
+             "is therefore only the best of the known ones, and its intervals are too narrow.")]
 
 
 def _control(result: Result, figure_data: FigureData) -> Items:

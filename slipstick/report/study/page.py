@@ -16,8 +16,8 @@ _GAP = ("RMS error on held-out conditions", "before", "after", "correct model", 
 _RANKING = ("candidate", "block", "improvement [decades]", "ahead [s.e.]", "behind [s.e.]", "share", "BIC")
 _FITTED = ("", "no effect added", "all effects added")
 _CLOSED = ("Gap closed: 1 − (after² − correct²) / (before² − correct²). Before: the best refit without the effect, on "
-           "the same data and folds. After: the model with the effect. Correct model: the error expected in the model "
-           "with the effect from sensor noise and run-to-run scatter alone.")
+           "the same data and folds. After: the model with the effect. Correct model: the error that sensor noise and "
+           "run-to-run scatter alone would cause, according to the model with the effect.")
 _RANKED = ("Improvement: held-out log10 likelihood per experiment relative to the fit without the candidate. Ahead: "
            "the improvement in standard errors over experiments, each counted as log(1 + nats) so that none "
            "dominates. Behind: the standard errors by which the candidate trails the best, counted in the same way; "

@@ -40,14 +40,14 @@ def lead(result: Result, figure_data: FigureData) -> str:
                 f"{figure_data['effects'][added[0]]['quantity']} represents it. The term describes the missing effect "
                 f"but does not identify it. {_closed(result)}")
     return (f"With {phrase(figure_data, added[:1])} added, the model predicts held-out conditions better than the "
-            f"best fit without it, by {candidate['sure']:.0f} standard errors over {n} experiments. It is the best "
-            f"candidate in {_share(candidate)} of bootstrap samples. {_closed(result)} {_reliability(result)}")
+            f"best fit without it, by {candidate['sure']:.0f} standard errors over {n} experiments. The effect is the "
+            f"best candidate in {_share(candidate)} of bootstrap samples. {_closed(result)} {_reliability(result)}")
 
 
 def _reliability(result: Result) -> str:
     """Return how often names with comparable support were correct in blind tests."""
     correct, kind = result["answer"]["confidence"], result["answer"]["evidence"]
-    support = {"clear": "no effect comes close, except for any that are tied with it",
+    support = {"clear": "no untied effect comes close",
                "a rival near": "another effect comes close",
                "something left over": "part of the misfit remains unexplained"}[kind]
     return (f"In blind tests with hidden effects, {100 * correct:.0f} % of the names with comparable support were "
@@ -100,8 +100,9 @@ def where(figure_data: FigureData) -> list[tuple[str, str]]:
     for column, groups in misfit["before"]["by_condition"].items():
         values = [(group["chi_square"], group["value"]) for group in groups if group["chi_square"] is not None]
         if len(values) > 1:
-            low, high = (f"{_times(square)} ({_level(column, value)})" for square, value in (min(values), max(values)))
-            items.append((f"By {in_words(column)}:", f"from {low} to {high} times."))
+            low, high = (f"{_times(square)} times {_level(column, value)}"
+                         for square, value in (min(values), max(values)))
+            items.append((f"By {in_words(column)}:", f"from {low} to {high}."))
     return items
 
 
@@ -191,7 +192,7 @@ def _closed(result: Result) -> str:
         return f"{text} There is no significant gap in the shifting time to close."
     if closure["closure"] < 0:
         return f"{text} The gap is not closed: the error grows."
-    closes = "It closes" if len(result["answer"]["effects"]) == 1 else "Together, the added effects close"
+    closes = "The effect closes" if len(result["answer"]["effects"]) == 1 else "Together, the added effects close"
     return f"{text} {closes} {_closure(closure)} of the gap."
 
 
@@ -219,8 +220,8 @@ def _end(result: Result) -> str:
 
 def _level(column: str, value: float) -> str:
     if column == "run_order":
-        return ("first third", "middle third", "last third")[int(value)]
-    return f"{value:.3g}{_UNITS[column]}"
+        return ("in the first third", "in the middle third", "in the last third")[int(value)]
+    return f"{'with profile' if column == 'current_profile' else 'at'} {value:.3g}{_UNITS[column]}"
 
 
 def _share(candidate: Mapping[str, Any]) -> str:

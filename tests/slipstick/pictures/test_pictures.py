@@ -135,7 +135,8 @@ def test_ridges_are_distinguished_from_peaks() -> None:
 def test_a_ridge_narrower_than_the_grid_spacing_is_continuous() -> None:
     grid = np.linspace(-1, 1, 21)
     slanted = 400 * (grid[:, None] - 0.37 * grid) ** 2 + 0.1 * grid**2
-    x, _, drops = inputs.interpolated_drops({"first": grid, "second": grid, "log10_likelihood": (-269 - slanted).tolist()})
+    x, _, drops = inputs.interpolated_drops(
+        {"first": grid, "second": grid, "log10_likelihood": (-269 - slanted).tolist()})
     middle = (x[:-1] + x[1:]) / 2
     assert np.all(np.abs(middle[np.argmin(drops, axis=0)]) <= 0.38)
     assert np.all(np.min(drops, axis=0) < 0.2)

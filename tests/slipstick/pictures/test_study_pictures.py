@@ -112,7 +112,8 @@ def test_the_ranking_marks_added_and_tied_effects(output: dict[str, Any], marks:
     spec = draw(output)["ranking"]
     rows = {row["title"]: row for row in spec["vconcat"][0]["data"]["values"]}
     assert [row["status"] for row in rows.values()] == ["added", "tied with the best", "behind"]
-    assert spec["title"]["text"] == "Slip-speed-dependent friction predicts best, but 1 more cannot be distinguished from it"
+    assert spec["title"]["text"] == (
+        "Slip-speed-dependent friction predicts best, but 1 more cannot be distinguished from it")
     # In decades, with two standard errors on either side.
     assert [rows["far"][name] for name in ("low", "improvement", "high")] == pytest.approx([-2, -1, 0], abs=1e-6)
     assert {"25 %", "30.0 s.e.", "−12\u202f346"} <= set(texts(marks(spec, "text")))

@@ -28,7 +28,7 @@ def test_the_numbers_of_both_fits_are_in_units(both_fits: dict[str, dict[str, An
 def test_the_section_states_the_provenance_of_its_numbers(
         both_fits: dict[str, dict[str, Any]], reading: Callable[[str], Any], has_picture: bool) -> None:
     parsed = reading(same_fit(STUDY, RESULT, both_fits, has_picture))
-    for phrase in ("The same fit on both tables", "fit fit-before, table table-before, SHA-256 a1b2",
+    for phrase in ("The same fit on the tables of both models", "fit fit-before, table table-before, SHA-256 a1b2",
                    "fit fit-after, table table-after, SHA-256 c3d4"):
         assert phrase in parsed.text
     assert ("div", {"class": "picture", "id": "picture-surfaces"}) in parsed.elements or not has_picture

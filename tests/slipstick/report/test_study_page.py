@@ -38,7 +38,7 @@ def test_the_page_reports_the_missing_effect_and_its_support(output: dict[str, A
     text = reading(study_page(STUDY, output)).text
     for phrase in ("Missing: Slip-speed-dependent friction", "by 79 standard errors over 24 experiments",
                    "the best candidate in 100 % of bootstrap samples", "goes from 28.6 to 7.4 ms", "would leave 7.1 ms",
-                   "It closes 99 % (97 to 101) of the gap", "decay speed [rad/s]", "90 % interval",
+                   "The effect closes 99 % (97 to 101) of the gap", "decay speed [rad/s]", "90 % interval",
                    "the friction coefficient is alpha (1 + strength exp(", "Support: significant in the screening",
                    "In the block “pressure, speeds → torque”", "noise of the output torque [multiple of sensor noise]",
                    "run-to-run std of pressure bias", "The named effect is the best supported of the catalogue",
@@ -49,7 +49,7 @@ def test_the_page_reports_the_missing_effect_and_its_support(output: dict[str, A
 
 @pytest.mark.parametrize(("name", "lead"), [
     ("nothing", "In 24 experiments, no effect of the catalogue is both significant and large enough to matter"),
-    ("drag", "With quadratic load drag added, the model predicts held-out conditions better than the best fit without it"),
+    ("drag", "With quadratic load drag added, the model predicts held-out conditions better than the best fit"),
     ("times", "")])
 def test_every_kind_of_answer_has_a_page(studied: Studied, reading: Read, name: str, lead: str) -> None:
     parsed = reading(study_page(STUDY, studied(name)[2]))
@@ -149,7 +149,8 @@ def test_a_run_order_that_follows_a_condition_is_reported(output: dict[str, Any]
 
 def test_the_reason_for_the_end_is_reported(output: dict[str, Any]) -> None:
     last = output["result"]["rounds"][-1]
-    for change, phrase in (({"p_value": 0.4, "ranking": []}, "no further effect is both significant and large enough to matter (p\u00a0=\u00a00.4)"),
+    for change, phrase in (({"p_value": 0.4, "ranking": []},
+                            "no further effect is both significant and large enough to matter (p\u00a0=\u00a00.4)"),
                            ({"p_value": None, "ranking": []}, "no further effect was tested."),
                            ({"p_value": 0.001, "ranking": output["result"]["rounds"][0]["ranking"]},
                             "Slip-speed-dependent friction would be next")):
