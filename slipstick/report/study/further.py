@@ -18,7 +18,7 @@ def lead(tie: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:
     """Return the sentence above the table of a tie (an entry of `further`)."""
     effects = phrase(figure_data, tie["effects"])
     if not tie["experiments"]:
-        return f"Near the recorded conditions, there is none under which the models with {effects} all lock up."
+        return f"There is no condition near the recorded ones under which the models with {effects} all lock up."
     if all(experiment["repetitions"] is None for experiment in tie["experiments"]):
         return f"No experiment near the recorded conditions would distinguish {effects}. The best ones are:"
     return f"To distinguish {effects}, run:"

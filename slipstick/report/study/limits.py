@@ -61,8 +61,8 @@ def _misfits(result: Result) -> Items:
     lead, squares = "Part of the misfit is unexplained:", listed(misfits)
     if not result["answer"]["effects"]:
         return [(lead, f"after refitting all parameters, the reduced chi-square is {squares}; 1 corresponds to noise.")]
-    return [(lead, f"with all added effects, the reduced chi-square is {squares}; 1 corresponds to noise. The named effect "
-             "is therefore only the best of the known ones, and its intervals are too narrow.")]
+    return [(lead, f"with all added effects, the reduced chi-square is {squares}; 1 corresponds to noise. The named "
+             "effect is therefore only the best of the known ones, and its intervals are too narrow.")]
 
 
 def _control(result: Result, figure_data: FigureData) -> Items:

@@ -113,7 +113,7 @@ def test_a_tie_comes_with_further_experiments(output: dict[str, Any], reading: R
     experiment["repetitions"] = None
     assert "No experiment near the recorded conditions would distinguish" in reading(study_page(STUDY, output)).text
     tie["experiments"] = []
-    assert "there is none under which the models with" in reading(study_page(STUDY, output)).text
+    assert "There is no condition near the recorded ones under which" in reading(study_page(STUDY, output)).text
 
 
 def test_an_unexplained_misfit_comes_first(output: dict[str, Any], reading: Read) -> None:
