@@ -46,7 +46,7 @@ class Plan:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of everything the result depends on, including the simulator source: only equal builds share chunks."""
+        """SHA-256 of all that determines the result, including the simulator source: only equal builds share chunks."""
         columns = [column.tolist() for column in self.conditions.columns(self.model.uses_run_order)]
         axes = [(axis.name, axis.values.tolist()) for axis in self.axes]
         description = json.dumps([self.model.digest, columns, axes, vars(self.accuracy), CHUNK])
