@@ -30,7 +30,7 @@ demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop
 
 test: lint ## ruff, mypy and all tests (at most six minutes on two cores)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
 lint: setup ## ruff and mypy only
 	@$(BIN)/ruff check .
