@@ -21,7 +21,7 @@ PORT = os.environ.get("SLIPSTICK_PORT", "8000")
 ADDRESS = f"http://127.0.0.1:{PORT}"
 RUN = Path("var/demo")
 CALIBRATION = "var/calibration.json"
-FIT = {"table": "calibrated", "recordings": "measured"}
+FIT = {"table": "calibrated", "recordings": "measured", "parameters": ["initial_position"]}
 STUDY = {"recordings": FIT["recordings"]}
 STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
           "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",
