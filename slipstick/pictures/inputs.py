@@ -12,8 +12,8 @@ from slipstick.pictures.theme import Spec
 from slipstick.uncertainty import Inputs
 
 CAPTION = ("With one input: its fitted density; dashed, its nominal value. With more: the plane of the two means that "
-           "are hardest to separate. Shades: the decades of likelihood lost when the two means are moved to a point and "
-           "all other unknowns keep their fitted values. Under that condition, the darkest shade is the 90 % region of "
+           "are hardest to separate. Shades: the decades of likelihood lost when the two means are moved to a point "
+           "and all other unknowns keep their fitted values. Under that condition, the darkest shade is the 90 % region of "
            "the two means. Frame: the region in which the likelihood was computed. Curves: regions that contain the "
            "inputs of 50 % and 90 % of the runs, according to the fit.")
 
