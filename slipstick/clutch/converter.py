@@ -27,3 +27,12 @@ def spec() -> dict[str, list[float]]:
         "torque_ratio": list(TORQUE_RATIO),
         "capacity_factor": list(CAPACITY_FACTOR),
     }
+
+
+def segments() -> np.ndarray:
+    ratio, torque_ratio, capacity = (np.array(curve) for curve in (SPEED_RATIO, TORQUE_RATIO, CAPACITY_FACTOR))
+    rises = np.diff(torque_ratio) / np.diff(ratio), np.diff(capacity) / np.diff(ratio)
+    bends = np.column_stack([ratio[1:-1], *(np.diff(rise) for rise in rises)])
+    bends = np.concatenate([bends, np.zeros((-len(bends) % 4, 3))])
+    return np.concatenate([[len(bends) // 4, ratio[0], ratio[-1], torque_ratio[0], capacity[0], rises[0][0], rises[1][0]],
+                           bends.ravel()])

@@ -1,13 +1,11 @@
 """Eqs. 2-4: film and friction torque, torque converter, and the shafts at rest, in slip and in stick."""
 
-import numpy as np
-
-from slipstick.clutch import converter
-from slipstick.clutch.fastmath import compiled, kernel
+from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hooks import hook, memories
 from slipstick.clutch.lanes import (
     BRAKE,
     BREAKAWAY,
+    CAPACITY,
     CLEARANCE,
     CLUTCH_TORQUE,
     CONTACT,
@@ -36,33 +34,42 @@ from slipstick.clutch.lanes import (
     OUTPUT_VISCOUS,
     RAMP,
     RATE,
+    RATIO,
     RELEASE,
     RIGID,
+    SEGMENTS,
     SLIPPING,
     STICK,
+    TORQUE_RATIO,
 )
-
-# The curves on an even grid that contains all their points, so that the place of a speed ratio is one product.
-_CELLS = 20
-_GRID = np.linspace(0.0, 1.0, _CELLS + 1)
-_TORQUE_RATIO = np.interp(_GRID, converter.SPEED_RATIO, converter.TORQUE_RATIO)
-_CAPACITY = np.interp(_GRID, converter.SPEED_RATIO, converter.CAPACITY_FACTOR)
-_TORQUE_RATIO_RISE, _CAPACITY_RISE = np.diff(_TORQUE_RATIO), np.diff(_CAPACITY)
 
 _on_friction, _on_film = hook("friction coefficient"), hook("film torque")
 _on_converter, _on_load, _on_stick = hook("converter torque"), hook("load torque"), hook("stick torque")
 _move_memories = memories()
 
 
-@compiled
-def converter_torque(speed_ratio, motor_speed):
-    """Converter output torque in N m, motor_speed^2 f_st / f_sk^2, at a motor speed in rad/s."""
-    place = min(float(_CELLS), max(0.0, speed_ratio * _CELLS))
-    cell = np.uint64(min(_CELLS - 1.0, place))
-    share = place - cell
-    ratio = _TORQUE_RATIO[cell] + share * _TORQUE_RATIO_RISE[cell]
-    capacity = motor_speed / (_CAPACITY[cell] + share * _CAPACITY_RISE[cell])
-    return ratio * capacity * capacity
+@kernel
+def converter_torque(b):
+    """Fill the row CONVERTER: output torque in N m, motor_speed^2 f_st / f_sk^2."""
+    first, last, at_torque, at_capacity = b[SEGMENTS + 1], b[SEGMENTS + 2], b[SEGMENTS + 3], b[SEGMENTS + 4]
+    rise_torque, rise_capacity = b[SEGMENTS + 5], b[SEGMENTS + 6]
+    for i in range(LANES):
+        ratio = min(last, max(first, b[INPUT_SPEED + i] * b[INVERSE_MOTOR_SPEED + i]))
+        b[RATIO + i] = ratio
+        b[TORQUE_RATIO + i] = at_torque + rise_torque * (ratio - first)
+        b[CAPACITY + i] = at_capacity + rise_capacity * (ratio - first)
+    for part in range(int(b[SEGMENTS])):
+        k = SEGMENTS + 7 + 12 * part
+        s0, t0, c0, s1, t1, c1 = b[k], b[k + 1], b[k + 2], b[k + 3], b[k + 4], b[k + 5]
+        s2, t2, c2, s3, t3, c3 = b[k + 6], b[k + 7], b[k + 8], b[k + 9], b[k + 10], b[k + 11]
+        for i in range(LANES):
+            ratio = b[RATIO + i]
+            d0, d1, d2, d3 = max(0.0, ratio - s0), max(0.0, ratio - s1), max(0.0, ratio - s2), max(0.0, ratio - s3)
+            b[TORQUE_RATIO + i] += t0 * d0 + t1 * d1 + t2 * d2 + t3 * d3
+            b[CAPACITY + i] += c0 * d0 + c1 * d1 + c2 * d2 + c3 * d3
+    for i in range(LANES):
+        capacity = b[MOTOR_SPEED + i] / b[CAPACITY + i]
+        b[CONVERTER + i] = b[TORQUE_RATIO + i] * capacity * capacity
 
 
 @kernel
@@ -79,8 +86,7 @@ def driveline(b, active):
         b[FILM + i] = b[FILM_COEFFICIENT + i] * per_gap * slip
         b[FRICTION + i] = b[FRICTION_COEFFICIENT + i]
         b[LOAD + i] = b[BRAKE + i] + b[OUTPUT_VISCOUS + i] * b[OUTPUT_SPEED + i]
-    for i in range(LANES):
-        b[CONVERTER + i] = converter_torque(b[INPUT_SPEED + i] * b[INVERSE_MOTOR_SPEED + i], b[MOTOR_SPEED + i])
+    converter_torque(b)
     _on_friction(b, active)
     _on_film(b, active)
     _on_converter(b, active)

@@ -26,6 +26,7 @@ from slipstick.clutch.lanes import (
     GEAR,
     LANES,
     LINE_END,
+    SEGMENTS,
     SIZE,
     SLIPPING,
     STAGE_TIME,
@@ -38,15 +39,16 @@ from slipstick.clutch.loading import load, park, set_line
 LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
 
 @allocating
-def workspace():
+def workspace(curves):
     """The working memory, beginning on a cache line: else every vector of lanes would lie across two."""
     whole = np.zeros(SIZE + 8)
     first = -(whole.ctypes.data // 8) % 8
+    whole[first + SEGMENTS:first + SEGMENTS + len(curves)] = curves
     return whole[first:first + SIZE]
 
 
 @allocating
-def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, initial_speed, profile_lines, fine,
+def drive(first, stop, each, vectors, coefficients, acts, curves, conditions, profiles, initial_speed, profile_lines, fine,
           coarse, sample_times, samples, times, status):
     """Simulate engagements first..stop-1 and fill `times` in s, `status`, and `samples` of this range if wanted.
 
@@ -58,7 +60,7 @@ def drive(first, stop, each, vectors, coefficients, acts, conditions, profiles, 
     """
     active, states = acts.active, acts.states
     n, count, last_line = len(conditions), len(sample_times), profile_lines.shape[1] - 1
-    b = workspace()
+    b = workspace(curves)
     who, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
     line, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     waiting, busy = first, 0
@@ -139,7 +141,7 @@ def lose(samples, row, position):
 
 
 @allocating
-def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles, profile_lines, sample_times, samples,
+def observe(first, stop, each, vectors, coefficients, acts, curves, conditions, profiles, profile_lines, sample_times, samples,
             signals):
     """Turn samples into signals[:, engagement, time]: pressure, both speeds, output torque, piston position.
 
@@ -147,7 +149,7 @@ def observe(first, stop, each, vectors, coefficients, acts, conditions, profiles
     """
     active, states = acts.active, acts.states
     n, count = len(conditions), len(sample_times)
-    b = workspace()
+    b = workspace(curves)
     for engagement in range(first, stop):
         point, condition = engagement // each, engagement % n
         profile = profiles[condition, 0]

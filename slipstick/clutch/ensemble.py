@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.clutch import effects, parameters
+from slipstick.clutch import converter, effects, parameters
 from slipstick.clutch.acting import acting, shown
 from slipstick.clutch.compilation import drive, initial_speeds, observe
 from slipstick.clutch.conditions import Conditions
@@ -85,6 +85,7 @@ def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditio
         raise InvalidValue(f"{len(vectors)} points do not pair up with {len(conditions)} conditions",
                            "Give one point a condition")
     acts = acting(coefficients)
+    curves = converter.segments()
     initial, column = initial_input_speed(vectors, conditions)
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
     columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order])
@@ -101,10 +102,10 @@ def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditio
     def block(first: int) -> None:
         stop = min(first + size, total)
         samples = np.empty((stop - first, k, acts.states + 2))
-        drive(first, stop, each, vectors, coefficients, acts, columns, profiles, initial, profile_lines,
+        drive(first, stop, each, vectors, coefficients, acts, curves, columns, profiles, initial, profile_lines,
               accuracy.fine, accuracy.coarse, wanted, samples, times, status)
         if k:
-            observe(first, stop, each, vectors, coefficients, acts, columns, profiles, profile_lines, wanted, samples,
+            observe(first, stop, each, vectors, coefficients, acts, curves, columns, profiles, profile_lines, wanted, samples,
                     recorded)
 
     with ThreadPoolExecutor(workers) as pool:
@@ -148,7 +149,7 @@ def initial_input_speed(vectors: np.ndarray, conditions: Conditions) -> tuple[np
     """Input speed at t = 0 in rad/s, (m, distinct motor speeds), and the column of each condition in it (n,)."""
     speeds, column = np.unique(conditions.motor_speed, return_inverse=True)
     initial = np.empty((len(vectors), len(speeds)))
-    initial_speeds(np.ascontiguousarray(vectors, float), speeds, initial)
+    initial_speeds(np.ascontiguousarray(vectors, float), speeds, converter.segments(), initial)
     return initial, column
 
 

@@ -78,4 +78,10 @@ BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, RUN = _row(), _row(), _row(), _row()
 COEFFICIENTS = _row(len(effects.neutral()) + 4)
 """Effect coefficients, and room to read four from the last one on."""
 
-SIZE = next(_rows) * LANES
+RATIO, TORQUE_RATIO, CAPACITY = (_row() for _ in range(3))
+"""Speed ratio of the converter, and its two curves there."""
+
+SEGMENTS = next(_rows) * LANES
+"""The converter curves: their number of segments, both values at the first point, then four numbers a segment."""
+MOST_POINTS = 64
+SIZE = SEGMENTS + 3 + 4 * MOST_POINTS

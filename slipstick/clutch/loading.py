@@ -4,7 +4,6 @@ import numpy as np
 
 from slipstick.clutch import parameters
 from slipstick.clutch.conditions import turns
-from slipstick.clutch.driveline import converter_torque
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
     BRAKE,
@@ -46,7 +45,7 @@ from slipstick.clutch.lanes import (
     PRESSURE_STIFFNESS,
     RESPONSE_TIME,
     RUN,
-    SIZE,
+    SEGMENTS,
     SLIPPING,
     SLOPE_GAIN,
     START,
@@ -60,7 +59,19 @@ from slipstick.clutch.lanes import (
 
 
 @kernel
-def initial_speeds(vectors, motor_speeds, out):
+def torque(curves, ratio, motor_speed):
+    """Converter output torque in N m at one speed ratio, from the curves as `Converter.segments` gives them."""
+    x = min(curves[2], max(curves[1], ratio))
+    torque_ratio, capacity = curves[3] + curves[5] * (x - curves[1]), curves[4] + curves[6] * (x - curves[1])
+    for k in range(7, 7 + 12 * int(curves[0]), 3):
+        beyond = max(0.0, x - curves[k])
+        torque_ratio += curves[k + 1] * beyond
+        capacity += curves[k + 2] * beyond
+    return torque_ratio * (motor_speed / capacity) ** 2
+
+
+@kernel
+def initial_speeds(vectors, motor_speeds, curves, out):
     """Input speed at which the converter drives just the input losses: out[point, speed] in rad/s, by bisection."""
     for point in range(len(vectors)):
         coulomb, viscous = vectors[point, _TIC], vectors[point, _BIV]
@@ -72,7 +83,7 @@ def initial_speeds(vectors, motor_speeds, out):
             low, high = 0.0, 2.0 * motor_speeds[k]
             for _ in range(55):
                 speed = 0.5 * (low + high)
-                if converter_torque(speed / motor_speeds[k], motor_speeds[k]) > viscous * speed + coulomb:
+                if torque(curves, speed / motor_speeds[k], motor_speeds[k]) > viscous * speed + coulomb:
                     low = speed
                 else:
                     high = speed
@@ -132,7 +143,7 @@ def load(b, i, vectors, coefficients, acts, point, conditions, condition, initia
 @kernel
 def park(b, i):
     """Leave lane i where nothing moves and nothing happens."""
-    for row in range(0, SIZE, LANES):
+    for row in range(0, SEGMENTS, LANES):
         b[row + i] = 0.0
     b[CONTACT_POSITION + i] = 1.0
     b[START + 3 * LANES + i] = 1.0
