@@ -1,0 +1,114 @@
+"""The experiments of a bench file: current profiles and conditions, written inline or as CSV files beside it."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from slipstick.bench.conditions import Conditions
+from slipstick.bench.document import Section
+from slipstick.errors import BadBench, InvalidValue
+from slipstick.storage.sheet import Sheet
+
+CONDITION_UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m^2", "brake_torque": "N m"}
+INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
+"""Further columns of a bench without a torque converter."""
+PROFILE_UNITS = {"time": "s", "current": "A"}
+_LARGEST = 64 << 20  # bytes of a CSV file
+
+Profiles = tuple[np.ndarray, np.ndarray]
+"""Times in s and currents in A, (p, k) each."""
+
+
+def read_experiments(root: Section, without_converter: bool) -> Conditions:
+    """The conditions of a bench file with their current profiles; raises `BadBench`."""
+    time, current = _profiles(root)
+    section = root.section("conditions")
+    units = {**CONDITION_UNITS, **(INPUT_UNITS if without_converter else {})}
+    if "file" in section.values:
+        section.keys(("file",))
+        columns = _condition_file(section, units)
+    else:
+        section.keys(tuple(units))
+        factors = [section.numbers(name, unit) for name, unit in units.items()]
+        grid = np.array(list(itertools.product(range(len(time)), *factors)))
+        columns = dict(zip(("current_profile", *units), grid.T, strict=True))
+    try:
+        return Conditions(columns.pop("current_profile").astype(np.int64), profile_time=time, profile_current=current,
+                          **columns)
+    except InvalidValue as error:
+        raise root.error("conditions", error.cause, error.remedy) from None
+
+
+def read_profiles(content: bytes) -> Profiles:
+    """The current profiles of a CSV file with the columns `profile`, `time [s]` and `current [A]`; raises `BadBench`."""
+    sheet = Sheet.read(content, "profiles", {"profile": "1", **PROFILE_UNITS}, {}, BadBench)
+    number = sheet.whole("profile")
+    if not np.array_equal(np.unique(number), np.arange(number.max() + 1)):
+        raise BadBench("The profiles are not numbered 0, 1, 2 and so on", "Number them from 0 without gaps")
+    return stacked([(sheet.columns["time"][number == p], sheet.columns["current"][number == p])
+                    for p in range(number.max() + 1)])
+
+
+def stacked(profiles: Sequence[Profiles]) -> Profiles:
+    """Profiles of different lengths as two arrays (p, k): the last line of a shorter one is divided, which changes nothing.
+
+    Raises `InvalidValue` on a profile of fewer than two breakpoints.
+    """
+    if any(len(time) < 2 or len(time) != len(current) for time, current in profiles):
+        raise InvalidValue("A current profile has fewer than two breakpoints, or unequal numbers of times and currents",
+                           "Give a time and a current for each breakpoint")
+    longest = max(len(time) for time, _ in profiles)
+    rows = []
+    for time, current in profiles:
+        extra = np.linspace(time[-2], time[-1], longest - len(time) + 2)[1:-1]
+        whole = np.concatenate([time[:-1], extra, time[-1:]])
+        rows.append((whole, np.interp(whole, time, current)))
+    return np.array([time for time, _ in rows]), np.array([current for _, current in rows])
+
+
+def _profiles(root: Section) -> Profiles:
+    written = root.values.get("profiles")
+    if isinstance(written, dict):
+        section = root.section("profiles")
+        section.keys(("file",))
+        try:
+            return read_profiles(_beside(section))
+        except (BadBench, InvalidValue) as error:
+            raise section.error("file", f"{section.text('file')}: {error.cause}", error.remedy) from None
+    if not isinstance(written, list) or not written:
+        raise root.error("profiles", "current profiles are needed",
+                         "Write one [[profiles]] table for each, or [profiles] with a `file`")
+    profiles = []
+    for number, values in enumerate(written):
+        section = Section(values, f"profiles.{number}", root.document)
+        section.keys(tuple(PROFILE_UNITS))
+        time, current = (section.numbers(name, unit) for name, unit in PROFILE_UNITS.items())
+        if len(time) != len(current) or len(time) < 2 or time[0] != 0 or np.any(np.diff(time) <= 0):
+            raise section.error("time", f"{len(time)} times and {len(current)} currents are not a profile",
+                                "Give two breakpoints or more: times that rise from 0, and a current for each")
+        profiles.append((time, current))
+    return stacked(profiles)
+
+
+def _condition_file(section: Section, units: Mapping[str, str]) -> dict[str, np.ndarray]:
+    try:
+        sheet = Sheet.read(_beside(section), "conditions", {"current_profile": "1", **units}, {"run_order": "1"}, BadBench)
+    except BadBench as error:
+        raise section.error("file", f"{section.text('file')}: {error.cause}", error.remedy) from None
+    return {**sheet.columns, "current_profile": sheet.whole("current_profile")}
+
+
+def _beside(section: Section) -> bytes:
+    """The bytes of the CSV file that a section names: it lies in the folder of the bench file, or below."""
+    name, folder = section.text("file"), section.document.folder
+    if folder is None:
+        raise section.error("file", "an uploaded bench cannot refer to other files", "Write profiles and conditions inline")
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise section.error("file", f"'{name[:80]}' lies outside the folder of the bench file", "Put it beside the bench file")
+    if not path.is_file():
+        raise section.error("file", f"there is no file '{name[:80]}'", f"Put it into {folder}, beside the bench file")
+    if path.stat().st_size > _LARGEST:
+        raise section.error("file", f"'{name[:80]}' is larger than {_LARGEST:,} bytes", "Thin it out")
+    return path.read_bytes()
