@@ -1,18 +1,22 @@
-"""Print the catalogue of effects as a page: `python docs/effects.py > docs/effects.md`; a test compares the two."""
+"""Print the catalogue of effects as Markdown: `python docs/effects.py > docs/effects.md`. A test compares the two."""
 
 from slipstick.clutch.effects import CATALOGUE, Coefficient, Effect
-from slipstick.clutch.effects.effect import BLOCKS
+from slipstick.clutch.effects.effect import BLOCKS, SENSORS
 
 _HEAD = """# Catalogue of effects
 
-What the paper's model lacks, one file of `slipstick/clutch/effects/` each (those of sensors share one). All are
-compiled in; an effect is absent unless a model names it. At the neutral coefficients results are bit-identical to the
-paper's model; a coefficient without a neutral value shapes an effect that the others bring.
-[add_an_effect.md](add_an_effect.md) says how to add one, and what the signals in the formulas are.
-`python docs/effects.py > docs/effects.md` makes this page.
+The catalogue contains physical effects that the paper's model lacks. Each effect is one file in
+`slipstick/clutch/effects/`; the sensor effects share one file. All effects are compiled into the simulator, and an
+effect is absent unless a model names it. At the neutral coefficients the results are bit-identical to those of the
+paper's model. A coefficient without a neutral value is a shape coefficient: it matters only if another coefficient of
+the effect is not neutral.
 
-The blocks are the model cut at the signals that a bench measures: from the current to the pressure, from pressure and
-speeds to the torque, from the torque to either speed.
+[add_an_effect.md](add_an_effect.md) explains how to add an effect. The symbols in the formulas are those of
+[nomenclature.md](nomenclature.md); `run` is the position of the engagement in the run order.
+`python docs/effects.py > docs/effects.md` generates this page.
+
+The model is divided into blocks at the measured signals: from current to pressure, from pressure and speeds to torque,
+and from torque to the output speed and to the input speed.
 """
 _LISTED = [effect for effect in CATALOGUE if effect.listed]
 _COLUMNS = "coefficient | unit | meaning | neutral | typical | bounds"
@@ -20,26 +24,28 @@ _COLUMNS = "coefficient | unit | meaning | neutral | typical | bounds"
 
 def page() -> str:
     """The page in Markdown."""
-    blocks, sections = [_members(block) for block in BLOCKS], [_section(effect) for effect in _LISTED]
+    blocks, sections = [_block_row(block) for block in BLOCKS], [_section(effect) for effect in _LISTED]
     return "\n".join([_HEAD, "| block | effects |", "| --- | --- |", *blocks, "", *sections])
 
 
-def _members(block: str) -> str:
-    return f"| {block} | {', '.join(f'[{one.name}](#{one.name})' for one in _LISTED if one.block == block)} |"
+def _block_row(block: str) -> str:
+    links = ", ".join(f"[{effect.name}](#{effect.name})" for effect in _LISTED if effect.block == block)
+    return f"| {block} | {links} |"
 
 
 def _section(effect: Effect) -> str:
+    rows = [_coefficient_row(coefficient) for coefficient in effect.coefficients]
+    quantity = f"reading of the {effect.quantity}" if effect.quantity in SENSORS else effect.quantity
     return "\n".join([
         f"## {effect.name}", "",
-        f"{effect.title}. Changes the {effect.quantity} ({effect.unit}) to", "", f"    {effect.law}", "",
-        f"| {_COLUMNS} |", "| --- | --- | --- | --- | --- | --- |", *(_row(one) for one in effect.coefficients), "",
-        f"- What a bench shows: {effect.signature}.", f"- Source: {effect.source}.", ""])
+        f"{effect.title}. Changes the {quantity} ({effect.unit}) to", "", f"    {effect.law}", "",
+        f"| {_COLUMNS} |", "| --- | --- | --- | --- | --- | --- |", *rows, "",
+        f"- On a test bench: {effect.signature}.", f"- Source: {effect.source}.", ""])
 
 
-def _row(one: Coefficient) -> str:
-    neutral = "-" if one.shape else f"{one.neutral:g}"
-    return (f"| `{one.name}` | {one.unit} | {one.meaning} | {neutral} | {one.typical:g} "
-            f"| {one.lower:g} to {one.upper:g} |")
+def _coefficient_row(c: Coefficient) -> str:
+    neutral = "-" if c.shape else f"{c.neutral:g}"
+    return f"| `{c.name}` | {c.unit} | {c.meaning} | {neutral} | {c.typical:g} | {c.lower:g} to {c.upper:g} |"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Draw the picture of the README: one recorded engagement, and its simulation before and after calibration."""
+"""Draw the figure of the README: one recorded engagement and its simulations before and after calibration."""
 
 import json
 import sys
@@ -28,14 +28,14 @@ def main(calibration: Path, out: Path) -> None:
         response = ensemble.signals(model, conditions, time, accuracy=ensemble.TIGHT)
         lines[name] = {signal: getattr(response, signal)[0, 0].tolist() for signal in SIGNALS}
         locks[name] = float(response.shifting_time[0, 0])
-    where = dict(zip(parameters.NAMES, models["calibrated"].parameters, strict=True))
+    values = dict(zip(parameters.NAMES, models["calibrated"].parameters, strict=True))
     position = np.array(lines["calibrated"]["piston_position"])
-    touch = time[np.argmax(position > (1 - where["ramp_share"]) * where["contact_position"])]
+    contact_time = time[np.argmax(position > (1 - values["ramp_share"]) * values["contact_position"])]
     picture = theme.picture(
         f"Experiment {CONDITION} locks at {theme.milliseconds(locks['measured'])} on the bench, at "
         f"{theme.milliseconds(locks['calibrated'])} in the calibrated model",
         "Shaded: the phases of the calibrated simulation. Dashed: the shifting times.",
-        engagement.panels(time.tolist(), lines, locks, float(touch), where["gear_ratio"]))
+        engagement.panels(time.tolist(), lines, locks, float(contact_time), values["gear_ratio"]))
     out.write_bytes(render(picture, "svg"))
 
 

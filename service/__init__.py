@@ -1,1 +1,1 @@
-"""The online half: tables, recordings, propagation, likelihood, fits and studies over REST."""
+"""The REST service: tables, recordings, uncertainty propagation, likelihood, fits and studies."""

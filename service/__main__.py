@@ -1,4 +1,4 @@
-"""`python -m service`: serve the application on the address in the settings."""
+"""`python -m service`: serve the application at the configured address."""
 
 import uvicorn
 

@@ -1,4 +1,4 @@
-"""The application: routers, problem answers, limits and pages put together."""
+"""The FastAPI application: routers, error handlers, body limits, documentation page."""
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -26,47 +26,60 @@ from service.settings import Settings
 from slipstick import __version__
 from slipstick.storage.library import Library
 
-_ABOUT = """
-Find where a wet-clutch simulation and a test bench disagree, and by how much: shifting times from a lookup table,
-uncertain inputs propagated by polynomial chaos, the likelihood of recordings, fits of the inputs to them, and
-studies that name the physical effect which the simulation lacks.
+_DESCRIPTION = """
+Slipstick compares a simulation model of a wet friction clutch with test-bench recordings. The service
 
-Inputs are multiples of nominal values. Times are in s, densities per ms, logarithms to base 10. Beyond the edges of
-a table the policy `outside` holds, and every answer says what lies there. Refusals are RFC 9457 problems that say
-what to do.
+* evaluates shifting times from lookup tables,
+* propagates uncertain inputs by polynomial chaos expansion,
+* computes the likelihood of recordings,
+* fits the distributions of the inputs to recordings, and
+* runs studies that identify physical effects missing from the model.
+
+**Terms.** In an engagement, the clutch closes after a shift command; the *shifting time* is the time until its plates
+stop slipping (lock-up). A *condition* is the operating condition of an engagement: current profile, motor speed, load
+inertia and brake torque. *Recordings* contain the measured shifting time of engagements and, optionally, signals over
+time. A *table* contains simulated shifting times over multiples of some parameters of the model. An *effect* is a
+physical effect that can be added to the model. *Scatter* is the variation of parameters from run to run.
+
+**Conventions.** Inputs are multiples of nominal values. Times are in seconds, and probability densities are per
+millisecond. A log10 likelihood is the sum of the base-10 logarithms of these densities; a difference of 1 is a decade.
+The parameter `outside` defines the shifting time at points outside a table. Errors are returned as problem details (RFC
+9457) with a `remedy`.
+
+*The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
+Friction Clutch Model*.
 """
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
-    """Build the application; without `settings` they come from the environment."""
-    chosen = settings or Settings()
+    """Build the application; `settings` are read from the environment by default."""
+    configuration = settings or Settings()
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        jobs = connect(chosen.jobs)
-        app.state.fits = JobStore(jobs, "fit", "/v1/fits")
-        app.state.studies = JobStore(jobs, "study", "/v1/studies")
+        client = connect(configuration.jobs)
+        app.state.fits = JobStore(client, "fit", "/v1/fits")
+        app.state.studies = JobStore(client, "study", "/v1/studies")
         yield
-        jobs.destroy()
+        client.destroy()
 
-    app = FastAPI(title="Slipstick", version=__version__, description=_ABOUT, docs_url=None, redoc_url=None,
+    app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
-    app.state.settings, app.state.library = chosen, Library(chosen.tables)
-    for resource in (index, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies,
-                     study_reports):
-        app.include_router(resource.router)
+    app.state.settings, app.state.library = configuration, Library(configuration.tables)
+    for module in (index, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies, study_reports):
+        app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
-    app.add_middleware(BodyLimits, size=chosen.body_bytes, seconds=chosen.body_seconds)
-    app.openapi = lambda: _schema(app)  # type: ignore[method-assign]
+    app.add_middleware(BodyLimits, size=configuration.body_bytes, seconds=configuration.body_seconds)
+    app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]
     return app
 
 
-def _schema(app: FastAPI) -> dict[str, Any]:
-    """The OpenAPI document, with the schema of problems, which no route returns by itself."""
+def _openapi_document(app: FastAPI) -> dict[str, Any]:
+    """The OpenAPI document, extended by the schema of problem details, which FastAPI cannot derive from the routes."""
     if app.openapi_schema is None:
-        schema = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
-        definition = problem_details.Problem.model_json_schema(ref_template="#/components/schemas/{model}")
-        schema["components"]["schemas"] |= definition.pop("$defs") | {"Problem": definition}
-        app.openapi_schema = schema
+        document = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
+        schema = problem_details.ProblemDetails.model_json_schema(ref_template="#/components/schemas/{model}")
+        document["components"]["schemas"] |= schema.pop("$defs") | {"ProblemDetails": schema}
+        app.openapi_schema = document
     return app.openapi_schema

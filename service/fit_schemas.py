@@ -1,11 +1,19 @@
-"""What a fit looks like on the wire: the request, its progress and its result."""
+"""Request and response bodies of fits."""
 
 from typing import Literal
 
 from pydantic import BaseModel, Field
 
 from service.jobs import Job
-from service.schemas import MassOutside, OutsidePolicy, RecordingsName, Strict, TableDigest, TableName
+from service.schemas import (
+    MassOutside,
+    OutsidePolicy,
+    RecordingsDigest,
+    RecordingsName,
+    StrictModel,
+    TableDigest,
+    TableName,
+)
 from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.settings import Integration, Method
@@ -13,190 +21,235 @@ from slipstick.uncertainty.fit.settings import Integration, Method
 Bounds = list[tuple[float, float]]
 
 
-class SearchSettings(Strict):
-    """How to search. What is left out takes its default, which the answer states."""
+class FitSettingsBody(StrictModel):
+    """Settings of a fit. Omitted settings have default values, which the response reports."""
 
-    seed: int | None = Field(default=None, ge=0, le=2**53, description="The same seed gives the same result.")
+    seed: int | None = Field(default=None, ge=0, le=2**53,
+                             description="Seed of the random numbers; the same seed gives the same result.")
     families: list[Family] | None = Field(
-        default=None, max_length=20, description="Family of the inputs: one for all, or one each. A beta input "
-                                                 "lives on the range that the model covers.")
-    correlated: bool | None = Field(default=None, description="Whether to fit correlations of the inputs too.")
+        default=None, max_length=20, description="Distribution families of the inputs: one for all inputs, or one per "
+                                                 "input. The support of a beta input is the range that the model "
+                                                 "covers.")
+    correlated: bool | None = Field(default=None, description="Whether to fit the correlations of the inputs as well.")
     method: Method | None = Field(
-        default=None, description="`genetic`: expansions and a genetic algorithm. `classic`: samples of the model "
-                                  "for all candidates of a grid, the benchmark of the paper; its cost grows with the "
-                                  "power of the unknowns.")
-    population: int | None = Field(default=None, le=1000, description="Candidates a generation.")
-    generations: int | None = Field(default=None, le=10_000, description="Most generations.")
-    patience: int | None = Field(default=None, le=10_000, description="Generations without improvement to stop after.")
-    tolerance: float | None = Field(default=None, description="Smallest improvement that counts, in decades.")
+        default=None, description="Search method. `genetic`: a genetic algorithm on the likelihood by polynomial "
+                                  "chaos expansion. `classic`: samples of the model for every candidate of a regular "
+                                  "grid, the benchmark of the paper; its cost grows exponentially with the number of "
+                                  "unknowns.")
+    population: int | None = Field(default=None, le=1000, description="`genetic`: candidates per generation.")
+    generations: int | None = Field(default=None, le=10_000, description="`genetic`: maximum number of generations.")
+    patience: int | None = Field(default=None, le=10_000, description="`genetic`: the search stops when the likelihood "
+                                                                      "has not improved by more than `tolerance` over "
+                                                                      "this number of generations.")
+    tolerance: float | None = Field(default=None, description="`genetic`: smallest improvement of the log10 likelihood "
+                                                              "that counts, in decades.")
     order: int | None = Field(default=None, le=HIGHEST_ORDER, description="Total degree of the expansions.")
-    norm: float | None = Field(default=None, description="1 keeps the total degree, less drops interactions.")
-    rule: Rule | None = Field(default=None, description="`tensor` grid, or `regression`, better for three inputs on.")
-    nodes: int | None = Field(default=None, le=60, description="Gauss nodes an axis; more than `order`.")
-    runs: int | None = Field(default=None, le=20_000, description="Model runs for each expansion by regression.")
+    norm: float | None = Field(
+        default=None, description="Exponent q of the hyperbolic truncation, 0 < q <= 1. The value 1 keeps all terms up "
+                                  "to the total degree; smaller values drop interactions.")
+    rule: Rule | None = Field(
+        default=None, description="Where the model is evaluated for an expansion. `tensor`: a full tensor grid of "
+                                  "Gauss nodes. `regression`: least squares on random samples. The default is `tensor` "
+                                  "for one or two inputs and `regression` for more.")
+    nodes: int | None = Field(default=None, le=60, description="`tensor`: Gauss nodes per axis, more than `order`.")
+    runs: int | None = Field(default=None, le=20_000, description="`regression`: samples of the model per expansion.")
     integration: Integration | None = Field(
-        default=None, description="How a search integrates the expansions: along `lines`, or by `sampling` as in the "
-                                  "paper.")
-    samples: int | None = Field(default=None, le=1 << 15, description="Samples of the germ, a power of two.")
-    grid: int | None = Field(default=None, le=100, description="Values of each unknown for the method `classic`.")
-    refine: bool | None = Field(default=None, description="Whether to climb on from the best on the exact likelihood.")
-    intervals: bool | None = Field(default=None, description="Whether to add profile-likelihood intervals.")
+        default=None, description="How the search integrates the likelihood over the inputs: `lines` (a closed form "
+                                  "along integration lines) or `sampling` (the mean over samples, as in the paper).")
+    samples: int | None = Field(default=None, le=1 << 15,
+                                description="Number of samples for `sampling` and `classic`, a power of two.")
+    grid: int | None = Field(default=None, le=100, description="`classic`: values of each unknown.")
+    refine: bool | None = Field(
+        default=None, description="Whether to refine the best candidate of the search by gradient-based optimization "
+                                  "of the exact likelihood.")
+    intervals: bool | None = Field(default=None, description="Whether to compute profile-likelihood intervals.")
     level: float | None = Field(default=None, description="Confidence level of the intervals.")
     mean_bounds: Bounds | None = Field(
-        default=None, description="Bounds of the means in multiples of nominal: one pair an axis, or one pair for all.")
+        default=None, description="Bounds of the means, in multiples of nominal: one pair for all inputs, or one pair "
+                                  "per input.")
     std_bounds: Bounds | None = Field(
-        default=None, description="Bounds of the stds in multiples of nominal: one pair an axis, or one pair for all.")
-    output_std_bounds: tuple[float, float] | None = Field(default=None, description="Bounds of the output noise in s.")
+        default=None, description="Bounds of the standard deviations, in multiples of nominal: one pair for all "
+                                  "inputs, or one pair per input.")
+    output_std_bounds: tuple[float, float] | None = Field(
+        default=None, description="Bounds of the standard deviation of the output noise in s.")
 
     def checked(self) -> FitSettings:
-        """Return them with the defaults filled in; raises `InvalidValue`."""
+        """Return complete settings, with default values filled in; raises `InvalidValue`."""
         return FitSettings.from_dict(self.model_dump(exclude_none=True))
 
 
-class FitRequest(Strict):
-    """What to fit to what."""
+class FitRequest(StrictModel):
+    """A fit of uncertain inputs to recordings."""
 
     table: TableName = "nominal"
     simulate: bool = Field(
-        default=False, description="Whether to run the simulator itself instead of interpolating: the model of the "
-                                   "table, with any of its parameters as inputs, each within 0.5 to 1.5 times its "
-                                   "value (the initial piston position 0.1 to 3) and held at these edges beyond.")
+        default=False, description="Whether to run the simulator instead of interpolating the table. The simulator "
+                                   "uses the model of the table, and any of its parameters can be an input. Inputs are "
+                                   "clipped to the range from 0.5 to 1.5 times their value in that model (0.1 to 3 "
+                                   "times for the initial piston position).")
     parameters: list[str] | None = Field(
         default=None, min_length=1, max_length=20, examples=[["pressure_bias", "initial_position"]],
-        description="The uncertain inputs; the others keep their value. All axes of the table unless said otherwise.")
+        description="Names of the uncertain inputs; all other parameters keep their nominal value. By default all axes "
+                    "of the table.")
     recordings: RecordingsName = "measured"
     outside: OutsidePolicy = "clip"
-    settings: SearchSettings = Field(default_factory=lambda: SearchSettings(), description="How to search.")
+    settings: FitSettingsBody = Field(default_factory=lambda: FitSettingsBody(), description="Settings of the fit.")
 
 
 class Fit(Job):
-    """A fit and how far it is."""
+    """A fit without its progress and result."""
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
-    simulate: bool = Field(description="Whether the simulator is run instead of the table.")
-    parameters: list[str] = Field(description="The uncertain inputs.")
+    simulate: bool = Field(description="Whether the simulator is run instead of interpolating the table.")
+    parameters: list[str] = Field(description="Names of the uncertain inputs.")
     outside: OutsidePolicy
 
 
-class Progress(BaseModel):
-    """How far a fit is."""
+class FitProgress(BaseModel):
+    """Progress of a fit, and its best candidate so far."""
 
-    stage: Literal["search", "refine", "intervals", "conclude"] = Field(description="What is being done.")
-    generation: int = Field(description="Generations done, or blocks of the classic grid.")
-    generations: int = Field(description="Most generations there will be.")
-    model_runs: int = Field(description="How often the present generation, interval or other step has asked the model.")
-    mean: list[float] | None = Field(description="Means of the best candidate so far, in multiples of nominal.")
-    std: list[float] | None = Field(description="Its stds in multiples of nominal.")
-    correlation: list[list[float]] | None = Field(description="Its correlations, where they are fitted.")
-    output_std: float | None = Field(description="Its output noise in s.")
-    log10_likelihood: float | None = Field(description="Its log10 likelihood in the search, densities per ms.")
-    history: list[float | None] = Field(description="The best log10 likelihood after each generation.")
+    stage: Literal["search", "refine", "intervals", "conclude"] = Field(
+        description="Current stage: the search, the refinement, the intervals, or the assembly of the result.")
+    generation: int = Field(description="Completed generations, or completed blocks of the classic grid.")
+    generations: int = Field(description="Maximum number of generations, or number of blocks of the classic grid.")
+    model_runs: int = Field(description="Model evaluations in the current step (a generation, an interval, ...).")
+    mean: list[float] | None = Field(description="Means of the best candidate, in multiples of nominal.")
+    std: list[float] | None = Field(description="Standard deviations of the best candidate, in multiples of nominal.")
+    correlation: list[list[float]] | None = Field(
+        description="Correlation matrix of the best candidate; null unless correlations are fitted.")
+    output_std: float | None = Field(description="Standard deviation of the output noise of the best candidate in s.")
+    log10_likelihood: float | None = Field(
+        description="log10 likelihood of the best candidate as approximated in the search, densities per ms.")
+    history: list[float | None] = Field(description="Best log10 likelihood after each generation.")
 
 
-class FollowedFit(Fit):
+class FitWithProgress(Fit):
     """A fit with its progress."""
 
-    progress: Progress | None = Field(description="Progress and best so far; null before the first generation.")
+    progress: FitProgress | None = Field(description="Progress and best candidate; null before the first generation.")
 
 
 class FitList(BaseModel):
-    """Fits, the newest first."""
+    """A list of fits."""
 
-    fits: list[Fit] = Field(description="The newest first.")
+    fits: list[Fit] = Field(description="The fits, newest first.")
 
 
 class Candidate(BaseModel):
-    """Inputs and noise, and the likelihood of the recordings under them (densities per ms)."""
+    """A distribution of the inputs with an output noise, and the likelihood of the recordings (densities per ms)."""
 
-    mean: list[float] = Field(description="Mean of each input in multiples of nominal.")
-    std: list[float] = Field(description="Standard deviation of each input in multiples of nominal.")
-    correlation: list[list[float]] | None = Field(description="Correlation of the normal scores; null for none.")
+    mean: list[float] = Field(description="Mean of each input, in multiples of nominal.")
+    std: list[float] = Field(description="Standard deviation of each input, in multiples of nominal.")
+    correlation: list[list[float]] | None = Field(
+        description="Correlation matrix of the normal scores; null for independent inputs.")
     output_std: float = Field(description="Standard deviation of the output noise in s.")
-    log10_likelihood: float | None = Field(description="Exact, with the model itself integrated; null is -inf.")
-    log10_likelihood_by_expansion: float | None = Field(description="As the search takes it; null is -inf.")
+    log10_likelihood: float | None = Field(
+        description="Exact log10 likelihood, by integration of the model itself; null for minus infinity.")
+    log10_likelihood_by_expansion: float | None = Field(
+        description="log10 likelihood as approximated in the search; null for minus infinity.")
 
 
 class Profile(BaseModel):
-    """A profile-likelihood interval: the greatest likelihood at each value, all else free."""
+    """A profile-likelihood interval: the likelihood maximised over all other unknowns, as a function of one value."""
 
-    estimate: float = Field(description="The value at the greatest likelihood.")
-    lower: float | None = Field(description="Lower end; null where the recordings set none within the bounds.")
-    upper: float | None = Field(description="Upper end; null where the recordings set none within the bounds.")
+    estimate: float = Field(description="Value at the maximum of the likelihood.")
+    lower: float | None = Field(
+        description="Lower end; null if it is open (not determined by the recordings within the bounds) or unsettled.")
+    upper: float | None = Field(
+        description="Upper end; null if it is open (not determined by the recordings within the bounds) or unsettled.")
     unsettled: list[Literal["lower", "upper"]] = Field(
-        description="Ends that are null because they were not found: the profile was followed as far as `curve` goes.")
+        description="Ends that could not be computed because the optimization did not converge. `curve` contains the "
+                    "part of the profile that was computed.")
     level: float = Field(description="Confidence level.")
     curve: list[tuple[float, float]] = Field(
-        description="Value and drop of the greatest log10 likelihood at it, in decades, of the points computed.")
+        description="Computed points of the profile: value, and decrease of the maximised log10 likelihood from its "
+                    "maximum, in decades.")
 
 
 class Interval(Profile):
-    """The profile-likelihood interval of one unknown, in multiples of nominal or in s."""
+    """Profile-likelihood interval of one unknown, in multiples of nominal or in s."""
 
     unknown: str = Field(description="Name of the unknown.", examples=["mean of pressure_bias"])
 
 
 class Combination(BaseModel):
-    """A combination of the unknowns, from the best identified to the least."""
+    """A linear combination of the unknowns, and how well the recordings identify it."""
 
     weights: dict[str, float] = Field(
-        description="Weight of each unknown, of unit length together, as a share of the range between its bounds.")
-    std_error: float = Field(description="Standard error along it, as a share of the ranges.")
+        description="Weight of each unknown, for unknowns scaled by the range between their bounds. The weights form a "
+                    "vector of unit length.")
+    std_error: float = Field(description="Standard error of the combination, with the unknowns scaled likewise.")
     identified: bool = Field(
-        description="Whether the recordings determine it to a quarter of its range: by its interval, where it has one.")
+        description="Whether the recordings determine the combination to within a quarter of its range; judged by "
+                    "`interval` where it is given, otherwise by `std_error`.")
     interval: Profile | None = Field(
-        description="Of the sum of the unknowns over their ranges, so weighted; null unless the standard error "
-                    "calls for it and intervals were asked for.")
+        description="Profile-likelihood interval of the combination; null if the standard error is too large or if "
+                    "intervals were not requested.")
 
 
 class Remark(BaseModel):
-    """Something to know about a result."""
+    """A limitation of the result, such as an unknown at a bound."""
 
-    unknown: str = Field(description="What it is about.")
-    cause: str = Field(description="What is the case.")
-    remedy: str = Field(description="What helps.")
+    unknown: str = Field(description="The unknown or quantity concerned.")
+    cause: str = Field(description="The limitation.")
+    remedy: str = Field(description="How to remove the limitation.")
 
 
-class Fitted(BaseModel):
-    """What a fit found."""
+class FitSummary(BaseModel):
+    """The fitted distribution of the inputs, its likelihood, and diagnostics."""
 
-    axes: list[str] = Field(description="The uncertain inputs, in the order of all that follows.")
-    families: list[Family] = Field(description="Their families.")
-    support: list[tuple[float, float]] = Field(description="What the model covers of each, multiples of nominal.")
-    method: Method = Field(description="How the search was done.")
-    refined: bool = Field(description="Whether the best of the search was refined; if not, the fit is that best.")
-    mean: list[float] = Field(description="Fitted mean of each input in multiples of nominal.")
-    std: list[float] = Field(description="Fitted standard deviation of each input in multiples of nominal.")
-    correlation: list[list[float]] | None = Field(description="Fitted correlation of the normal scores; null for none.")
+    axes: list[str] = Field(description="Names of the inputs; all lists with one entry per input have this order.")
+    families: list[Family] = Field(description="Distribution family of each input.")
+    support: list[tuple[float, float]] = Field(
+        description="Range of each input that the model covers, in multiples of nominal.")
+    method: Method = Field(description="Search method.")
+    refined: bool = Field(
+        description="Whether the best candidate of the search was refined. If not, it is the estimate itself.")
+    mean: list[float] = Field(description="Fitted mean of each input, in multiples of nominal.")
+    std: list[float] = Field(description="Fitted standard deviation of each input, in multiples of nominal.")
+    correlation: list[list[float]] | None = Field(
+        description="Fitted correlation matrix of the normal scores; null unless correlations are fitted.")
     output_std: float = Field(description="Fitted standard deviation of the output noise in s.")
     log10_likelihood: float | None = Field(
-        description="Exact log10 likelihood, densities per ms, with the model itself integrated; null is -inf.")
-    log10_likelihood_per_condition: list[float | None] = Field(description="The same, condition by condition.")
-    expansion_error: float | None = Field(description="What the likelihood of the search adds to it, in decades.")
+        description="Exact log10 likelihood (densities per ms), by integration of the model itself; null for minus "
+                    "infinity.")
+    log10_likelihood_per_condition: list[float | None] = Field(
+        description="Contribution of each condition to the exact log10 likelihood.")
+    expansion_error: float | None = Field(
+        description="log10 likelihood as approximated in the search, minus the exact one, in decades.")
     sampling_error: float | None = Field(
-        description="What other lines change in it, in decades: 0 for one or two axes of a table.")
+        description="Estimated error of the exact log10 likelihood due to the choice of integration lines, in decades; "
+                    "0 for one or two axes of a grid.")
     polynomial_error: float | None = Field(
-        description="Error in s of the polynomials on which the refinement and the intervals rest; null for normal "
-                    "inputs of a table, where they rest on the table itself.")
-    before: Candidate = Field(description="The nominal model with the noise that explains the residuals best.")
-    searched: Candidate = Field(description="The best of the search, before the refinement.")
-    intervals: list[Interval] = Field(description="Profile-likelihood intervals of all unknowns, if asked for.")
-    combinations: list[Combination] = Field(description="What the recordings identify, the best first.")
+        description="Error in s of the local polynomials that the refinement and the intervals use in place of the "
+                    "model; null for normal inputs of a grid, for which they use the grid itself.")
+    before: Candidate = Field(
+        description="The nominal model with the output noise that explains its residuals best, for comparison.")
+    searched: Candidate = Field(description="The best candidate of the search, before the refinement.")
+    intervals: list[Interval] = Field(
+        description="Profile-likelihood intervals of all unknowns; empty if they were not requested.")
+    combinations: list[Combination] = Field(
+        description="Linear combinations of the unknowns, from the best to the least identified.")
     mass_outside: MassOutside
-    axis_mass_outside: list[float] = Field(description="Probability of each input outside what the model covers.")
-    remarks: list[Remark] = Field(description="Unknowns at a bound, inputs that leave the table, and what helps.")
-    generations: int = Field(description="Generations done.")
-    history: list[float | None] = Field(description="The best log10 likelihood of the search after each generation.")
+    axis_mass_outside: list[float] = Field(
+        description="Probability of each input, taken alone, outside the range that the model covers.")
+    remarks: list[Remark] = Field(
+        description="Limitations of the result: unknowns at a bound, inputs that extend outside the table, large "
+                    "errors of local polynomials.")
+    generations: int = Field(description="Completed generations, or blocks of the classic grid.")
+    history: list[float | None] = Field(description="Best log10 likelihood of the search after each generation.")
 
 
 class FitResult(BaseModel):
-    """The result of a fit, and what it was computed from."""
+    """The result of a finished fit."""
 
     id: str = Field(description="Id of the fit.")
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
     recordings: str = Field(description="Name of the recordings.")
-    recordings_digest: str = Field(description="Digest (SHA-256) of the recordings.")
-    result: Fitted
-    seconds: dict[str, float] = Field(description="Time in s spent in each stage, by the clock on the wall.")
-    processor_seconds: dict[str, float] = Field(description="Processor time in s, of all threads of the worker.")
+    recordings_digest: RecordingsDigest
+    result: FitSummary
+    seconds: dict[str, float] = Field(description="Elapsed (wall-clock) time of each stage in s.")
+    processor_seconds: dict[str, float] = Field(
+        description="Processor time of each stage in s, summed over all threads of the worker.")

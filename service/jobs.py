@@ -1,4 +1,4 @@
-"""What fits and studies share on the wire: id and key, submitting, status, and what is done."""
+"""What the routes of fits and studies share: ids and idempotency keys, submission, status, and results."""
 
 import datetime
 import uuid
@@ -8,7 +8,7 @@ from dbos import WorkflowStatus
 from fastapi import Header, Path
 from pydantic import BaseModel, Field
 
-from service.job_store import JobStore, Order
+from service.job_store import JobInput, JobStore
 from service.problem_details import Conflict
 
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
@@ -20,82 +20,83 @@ _ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 
 
 class Job(BaseModel):
-    """What is known of any job without its progress and result."""
+    """A job without its progress and result."""
 
-    id: str = Field(description="Its id.")
-    status: Status = Field(description="queued, running, done, failed or cancelled.")
-    note: str | None = Field(description="What to do where there is something to do.")
-    problem: str | None = Field(description="Why it failed, and what to do.")
+    id: str = Field(description="Id of the job.")
+    status: Status = Field(description="Status of the job.")
+    note: str | None = Field(
+        description="How to start or resume the worker that runs the job; null once the job has ended.")
+    problem: str | None = Field(description="Cause of a failure, and its remedy; null unless the job failed.")
     recordings: str = Field(description="Name of the recordings.")
-    recordings_digest: str = Field(description="Digest (SHA-256) of the recordings.")
-    settings: dict[str, Any] = Field(description="All its settings.")
-    submitted: datetime.datetime | None = Field(description="When it was submitted (UTC).")
-    ended: datetime.datetime | None = Field(description="When it ended (UTC).")
-    links: dict[str, str] = Field(description="What can be done with it -> address.")
+    recordings_digest: str = Field(description="SHA-256 digest of the recordings.")
+    settings: dict[str, Any] = Field(description="All settings of the job, including default values.")
+    submitted: datetime.datetime | None = Field(description="Time of submission (UTC).")
+    ended: datetime.datetime | None = Field(description="Time at which the job ended (UTC); null before that.")
+    links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
 
 
-def id_in_path(kind: str) -> Any:
-    """The parameter of a path that names a job of a kind."""
+def job_id_path(kind: str) -> Any:
+    """Path parameter for the id of a job of the given kind."""
     return Path(description=f"Id of the {kind}.", pattern=_ID, openapi_examples=_example(kind))
 
 
-def idempotency_key(kind: str) -> Any:
-    """The header that names a job of a kind before it is there."""
+def idempotency_key_header(kind: str) -> Any:
+    """Header parameter by which a client chooses the id of a new job of the given kind."""
     return Header(alias="Idempotency-Key", pattern=_ID, openapi_examples=_example(kind),
-                  description=f"Becomes the id of the {kind}. The same request with the same key is the same {kind}, "
-                              "however often it is sent; another request with that key is a conflict. Without a key "
-                              f"every request is a new {kind}.")
+                  description=f"Becomes the id of the {kind}. If a request with the same key is repeated, no second "
+                              f"{kind} is created and the existing one is returned. A different request with the same "
+                              f"key is rejected with 409. Without a key, every request creates a new {kind}.")
 
 
 def _example(kind: str) -> Any:
-    return {f"first-{kind}": {"summary": f"The {kind} of the example above", "value": f"first-{kind}"}}
+    return {f"first-{kind}": {"summary": f"The {kind} submitted by the example request", "value": f"first-{kind}"}}
 
 
-def submit(store: JobStore, key: str | None, order: Order) -> WorkflowStatus:
-    """The job of this key and order, which is put in the queue unless it is there; raises `Conflict`."""
-    job = store.submit(key or str(uuid.uuid4()), order)
-    if ordered(job) != order:
-        raise Conflict(f"The key '{key}' belongs to a {store.workflow} with another request or other data",
-                       "Send the request as it was then, or take another Idempotency-Key")
+def submit(store: JobStore, key: str | None, job_input: JobInput) -> WorkflowStatus:
+    """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`."""
+    job = store.submit(key or str(uuid.uuid4()), job_input)
+    if input_of(job) != job_input:
+        raise Conflict(f"The Idempotency-Key '{key}' is in use for a {store.workflow} with a different request or "
+                       "different data", "Repeat the original request, or use a different Idempotency-Key")
     return job
 
 
-def ordered(job: WorkflowStatus) -> Order:
-    """What the worker was told."""
+def input_of(job: WorkflowStatus) -> JobInput:
+    """Return the input with which a job was submitted."""
     assert job.input is not None
-    order: Order = job.input["args"][0]
-    return order
+    job_input: JobInput = job.input["args"][0]
+    return job_input
 
 
-def finished(store: JobStore, id: str) -> WorkflowStatus:
-    """The job with its output; raises `UnknownName`, and `Conflict` where it is not done."""
+def finished_job(store: JobStore, id: str) -> WorkflowStatus:
+    """Return a finished job with its output; raises `UnknownName`, and `Conflict` if the job is not done."""
     job = store.find(id)
     if job.status != "SUCCESS":
         status = _STATUS[job.status]
-        open_still = status in ("queued", "running")
-        remedy = "Ask again when it is done" if open_still else "Submit it again, under another key"
-        raise Conflict(f"The {store.workflow} '{id}' has no result: it is {status}", remedy)
+        remedy = "Repeat this request when its status is `done`" if status in ("queued", "running") else \
+            "Submit it again with a different Idempotency-Key"
+        raise Conflict(f"The {store.workflow} '{id}' has no result: its status is `{status}`", remedy)
     return job
 
 
-def output(job: WorkflowStatus) -> dict[str, Any]:
-    """What the worker left of a finished job: `result`, `figure_data`, `seconds`, `processor_seconds`."""
+def output_of(job: WorkflowStatus) -> dict[str, Any]:
+    """Return the output of a finished job: `result`, `figure_data`, `seconds`, `processor_seconds`."""
     assert job.output is not None
-    found: dict[str, Any] = job.output
-    return found
+    output: dict[str, Any] = job.output
+    return output
 
 
-def described(store: JobStore, job: WorkflowStatus, *links: str) -> dict[str, Any]:
-    """The fields of `Job`, and those of its order, with `links` beside the one to itself."""
-    status, here = _STATUS[job.status], f"{store.address}/{job.workflow_id}"
-    waiting = "It waits for the worker; if none is running, start one with `python -m worker serve-jobs`"
-    running = f"If its worker has ended, it goes on with `python -m worker serve-jobs --name {job.executor_id}`"
+def job_fields(store: JobStore, job: WorkflowStatus, *links: str) -> dict[str, Any]:
+    """Return the fields of `Job` and of the job's input, with `links` to the named sub-resources."""
+    status, address = _STATUS[job.status], f"{store.address}/{job.workflow_id}"
+    queued = "Waiting for a worker. If none is running, start one with `python -m worker serve-jobs`"
+    running = f"If its worker has stopped, resume the job with `python -m worker serve-jobs --name {job.executor_id}`"
     return {
-        **ordered(job), "id": job.workflow_id, "status": status,
-        "note": {"queued": waiting, "running": running}.get(status),
-        "problem": str(job.error) if job.error else None, "submitted": _time(job.created_at),
-        "ended": _time(job.completed_at), "links": {"self": here, **{name: f"{here}/{name}" for name in links}}}
+        **input_of(job), "id": job.workflow_id, "status": status,
+        "note": {"queued": queued, "running": running}.get(status),
+        "problem": str(job.error) if job.error else None, "submitted": _utc(job.created_at),
+        "ended": _utc(job.completed_at), "links": {"self": address, **{name: f"{address}/{name}" for name in links}}}
 
 
-def _time(milliseconds: int | None) -> datetime.datetime | None:
+def _utc(milliseconds: int | None) -> datetime.datetime | None:
     return None if milliseconds is None else datetime.datetime.fromtimestamp(milliseconds / 1000, datetime.UTC)

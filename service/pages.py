@@ -1,4 +1,4 @@
-"""The page /docs: Swagger UI from the package itself, so that it renders without the internet."""
+"""The page /docs: Swagger UI served from this package, so that it works without internet access."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ _STATIC = Path(__file__).parent / "static"
 
 
 def install(app: FastAPI) -> None:
-    """Serve the static files and /docs, which refers to them by relative addresses."""
+    """Serve /docs and the static files that it refers to by relative addresses."""
     app.mount("/static", StaticFiles(directory=_STATIC), name="static")
 
     @app.get("/docs", include_in_schema=False)
@@ -21,7 +21,7 @@ def install(app: FastAPI) -> None:
             swagger_js_url="static/swagger/swagger-ui-bundle.js",
             swagger_css_url="static/swagger/swagger-ui.css",
             swagger_favicon_url="static/swagger/favicon-32x32.png",
-            # Validator badges would call the internet.
+            # The validator badge would need internet access.
             swagger_ui_parameters={"validatorUrl": None, "displayRequestDuration": True,
                                    "defaultModelsExpandDepth": 0},
         )

@@ -1,4 +1,4 @@
-"""Every refusal is an RFC 9457 problem: what is wrong, and what to do about it."""
+"""Error responses as problem details (RFC 9457), each with a cause and a remedy."""
 
 import http
 import logging
@@ -16,37 +16,41 @@ from starlette.routing import Match
 from slipstick import errors
 
 MEDIA_TYPE = "application/problem+json"
-_LISTED = 20
-"""Errors of one body listed at most: a hundred thousand bad numbers are one mistake, not as many."""
+CURL_JSON = "With curl 7.82 or newer, use `--json`; with an older version, add --header 'Content-Type: " \
+            "application/json' to `--data`"
+"""Remedy for a JSON body with another media type."""
+_MOST_ERRORS = 20
+"""Maximum number of validation errors in a response: a large array of wrong type produces one error per element."""
 
 
 class Conflict(errors.SlipstickError):
-    """The request contradicts what is already there."""
+    """The request conflicts with the current state of the resource."""
 
 
 class TooLarge(errors.SlipstickError):
-    """The body, or the answer asked for, is larger than the service allows."""
+    """The request body, the response or the computation exceeds a limit of the service."""
 
 
 class TooSlow(errors.SlipstickError):
-    """The body did not arrive in time."""
+    """The request body did not arrive in time."""
 
 
 class MalformedBody(errors.SlipstickError):
-    """The body is not JSON."""
+    """The request body is not valid JSON."""
 
     @classmethod
-    def saying(cls, reason: str) -> "MalformedBody":
-        """Build the error from what the parser says."""
-        return cls(f"The body is not JSON: {reason}", "Send valid JSON in UTF-8; it has neither NaN nor infinities")
+    def from_parser_message(cls, message: str) -> "MalformedBody":
+        """Build the error from the message of the JSON parser."""
+        return cls(f"The request body is not valid JSON: {message}",
+                   "Send JSON encoded in UTF-8; NaN and infinity are not allowed")
 
 
 class UnsupportedMedia(errors.SlipstickError):
-    """The body is of a type that the operation does not read."""
+    """The operation does not accept the media type of the request body."""
 
 
 class StoreUnavailable(errors.SlipstickError):
-    """The database of the jobs does not answer, or the folder of the tables is not there."""
+    """The job database does not respond, or the folder of the tables does not exist."""
 
 
 _STATUS: dict[type[errors.SlipstickError], int] = {
@@ -63,146 +67,174 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     UnsupportedMedia: 415,
     StoreUnavailable: 503,
 }
+"""HTTP status of each class of errors; a class that is not listed has the status of its base class."""
+_TITLES: dict[type[errors.SlipstickError], str] = {
+    errors.BadRecording: "Invalid recordings file",
+    errors.OutsideTable: "Point outside the table",
+    errors.BadTable: "Invalid table file",
+    MalformedBody: "Malformed request body",
+    TooSlow: "Request timeout",
+    TooLarge: "Request too large",
+    UnsupportedMedia: "Unsupported media type",
+    StoreUnavailable: "Storage unavailable",
+}
+"""Titles of the classes whose name is not suitable as a title."""
 
 
-class Fault(BaseModel):
-    """One thing wrong with a request."""
+class RequestFieldError(BaseModel):
+    """A validation error of one field of the request."""
 
-    where: str = Field(description="Place in the request.", examples=["body.inputs.mean.0"])
-    what: str = Field(description="What is wrong there.", examples=["Input should be a valid number"])
+    where: str = Field(description="Path of the field in the request.", examples=["body.inputs.mean.0"])
+    what: str = Field(description="What is wrong with the field.", examples=["Input should be a valid number"])
 
 
-class Problem(BaseModel):
-    """A refusal after RFC 9457 (application/problem+json)."""
+class ProblemDetails(BaseModel):
+    """Problem details according to RFC 9457 (application/problem+json)."""
 
-    type: str = Field(description="Name of the kind of problem, fit for a program.",
+    type: str = Field(description="URN that identifies the kind of problem.",
                       examples=["urn:slipstick:problem:unknown-name"])
     title: str = Field(description="The kind of problem in words.", examples=["Unknown name"])
-    status: int = Field(description="HTTP status.", examples=[404])
-    detail: str = Field(description="What is wrong with this request.", examples=["There is no table 'nominl'"])
-    remedy: str = Field(description="What to do about it.",
+    status: int = Field(description="HTTP status code.", examples=[404])
+    detail: str = Field(description="The cause of this problem.", examples=["There is no table 'nominl'"])
+    remedy: str = Field(description="How to correct the request or resolve the problem.",
                         examples=["Did you mean 'nominal'? Known: calibrated, nominal"])
-    errors: list[Fault] = Field(default_factory=list, description=f"Up to {_LISTED} faults of the body, each placed.")
-    errors_left_out: int = Field(default=0, description="Faults found beyond those listed.")
+    errors: list[RequestFieldError] = Field(
+        default_factory=list, description=f"Validation errors of the request, at most {_MOST_ERRORS}.")
+    errors_left_out: int = Field(default=0, description="Number of further validation errors that are not listed.")
 
 
-def answer(problem: Problem, headers: dict[str, str] | None = None) -> Response:
+def problem_response(problem: ProblemDetails, headers: dict[str, str] | None = None) -> Response:
     """Return the problem as a response."""
-    # Plain ASCII with escapes: a lone surrogate echoed from the request must not break the answer.
-    text = problem.model_dump_json(ensure_ascii=True, exclude_defaults=True)
-    return Response(text, problem.status, headers, media_type=MEDIA_TYPE)
+    # Escaped ASCII, because a lone surrogate that is quoted from the request cannot be encoded in UTF-8.
+    content = problem.model_dump_json(ensure_ascii=True, exclude_defaults=True)
+    return Response(content, problem.status, headers, media_type=MEDIA_TYPE)
 
 
-def describe(error: errors.SlipstickError) -> Problem:
-    """Turn an error into its problem by the one table that ties errors to statuses."""
-    kind = next(kind for kind in type(error).__mro__ if kind in _STATUS)
-    return Problem(type=_urn(type(error).__name__), title=_words(type(error).__name__), status=_STATUS[kind],
-                   detail=error.cause, remedy=error.remedy)
+def problem_from(error: errors.SlipstickError) -> ProblemDetails:
+    """Convert an error into problem details."""
+    listed = next(base for base in type(error).__mro__ if base in _STATUS)
+    name = type(error).__name__
+    return ProblemDetails(type=_urn(name), title=_TITLES.get(type(error), _in_words(name)), status=_STATUS[listed],
+                          detail=error.cause, remedy=error.remedy)
 
 
-def responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Document the problems that an operation can answer with; 422 and 500 are always among them."""
+def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI descriptions of the error responses of an operation; 422 and 500 are always included."""
     return {status: {
-        "description": f"{http.HTTPStatus(status).phrase}: what is wrong, and what to do about it",
-        "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"},
+        "description": _DESCRIPTIONS[status],
+        "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetails"},
                                  "example": _EXAMPLES[status].model_dump(exclude_defaults=True)}},
     } for status in sorted({*statuses, 422, 500})}
 
 
 def install(app: FastAPI) -> None:
-    """Make every refusal of the application a problem."""
-    app.add_exception_handler(errors.SlipstickError, _on_error)
-    app.add_exception_handler(RequestValidationError, _on_invalid)
-    app.add_exception_handler(HTTPException, _on_http)
-    app.add_exception_handler(SQLAlchemyError, _on_store)
-    app.add_exception_handler(Exception, _on_surprise)
+    """Make the application return every error as problem details."""
+    app.add_exception_handler(errors.SlipstickError, _on_slipstick_error)
+    app.add_exception_handler(RequestValidationError, _on_validation_error)
+    app.add_exception_handler(HTTPException, _on_http_exception)
+    app.add_exception_handler(SQLAlchemyError, _on_database_error)
+    app.add_exception_handler(Exception, _on_unexpected_error)
 
 
-def _invalid(faults: list[Fault], left_out: int) -> Problem:
-    count = len(faults) + left_out
-    return Problem(type=_urn("InvalidRequest"), title="Invalid request", status=422,
-                   detail=f"{count} value{'s' * (count != 1)} of the request cannot be used",
-                   remedy="Correct what is listed under errors; /docs describes every field",
-                   errors=faults, errors_left_out=left_out)
+def _invalid_request(field_errors: list[RequestFieldError], left_out: int) -> ProblemDetails:
+    count = len(field_errors) + left_out
+    return ProblemDetails(type=_urn("InvalidRequest"), title="Invalid request", status=422,
+                          detail=f"The request has {count} invalid field{'s' * (count != 1)}",
+                          remedy="Correct the fields listed under `errors`; /docs describes every field",
+                          errors=field_errors, errors_left_out=left_out)
 
 
-def _internal() -> Problem:
-    return Problem(type=_urn("InternalError"), title="Internal error", status=500,
-                   detail="The service failed on this request",
-                   remedy="Try again; if it stays, report the request and the log of the service")
+def _internal_error() -> ProblemDetails:
+    return ProblemDetails(type=_urn("InternalError"), title="Internal error", status=500,
+                          detail="The service failed to process the request",
+                          remedy="Try again; if the error persists, report the request and the log of the service")
 
 
-def _on_error(request: Request, error: Exception) -> Response:
+def _on_slipstick_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, errors.SlipstickError)
-    return answer(describe(error))
+    return problem_response(problem_from(error))
 
 
-def _on_invalid(request: Request, error: Exception) -> Response:
+def _on_validation_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
-    found = error.errors()
-    if found and found[0]["type"] == "json_invalid":
-        return answer(describe(MalformedBody.saying(found[0]["ctx"]["error"])))
-    return answer(_invalid(list(_faults(found[:_LISTED])), max(0, len(found) - _LISTED)))
+    entries = error.errors()
+    if entries and entries[0]["type"] == "json_invalid":
+        return problem_response(problem_from(MalformedBody.from_parser_message(entries[0]["ctx"]["error"])))
+    field_errors = list(_field_errors(entries[:_MOST_ERRORS]))
+    return problem_response(_invalid_request(field_errors, max(0, len(entries) - _MOST_ERRORS)))
 
 
-def _faults(found: Iterable[dict[str, Any]]) -> Iterable[Fault]:
-    for one in found:
-        # The value itself is never echoed: it may be huge, or not fit into JSON.
-        yield Fault(where=".".join(str(part) for part in one["loc"])[:200], what=str(one["msg"])[:500])
+def _field_errors(entries: Iterable[dict[str, Any]]) -> Iterable[RequestFieldError]:
+    for entry in entries:
+        # The invalid value itself is left out: it may be huge, or not representable in JSON.
+        yield RequestFieldError(where=".".join(str(part) for part in entry["loc"])[:200], what=str(entry["msg"])[:500])
 
 
-def _on_http(request: Request, error: Exception) -> Response:
+def _on_http_exception(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     phrase = http.HTTPStatus(error.status_code).phrase
     headers = dict(error.headers or {})
-    detail, remedy = str(error.detail), "Check the request against /docs"
+    detail, remedy = str(error.detail), "Compare the request with the documentation at /docs"
     if error.status_code == 404:
-        detail, remedy = f"There is nothing at {request.url.path[:200]}", "Start at /v1 or open /docs in a browser"
+        detail, remedy = f"There is no resource at {request.url.path[:200]}", "See /v1 for the resources, or open /docs"
     elif error.status_code == 405:
-        detail = f"{request.url.path[:200]} does not answer to {request.method[:20]}"
+        detail = f"{request.url.path[:200]} does not support the method {request.method[:20]}"
         headers["Allow"] = ", ".join(sorted(_methods(request)))
-        remedy = f"Use {headers['Allow']}"
-    return answer(Problem(type=_urn(phrase.title().replace(" ", "")), title=phrase.capitalize(),
-                          status=error.status_code, detail=detail, remedy=remedy), headers)
+        remedy = f"Use one of the supported methods: {headers['Allow']}"
+    return problem_response(ProblemDetails(
+        type=_urn(phrase.title().replace(" ", "")), title=phrase.capitalize(), status=error.status_code,
+        detail=detail, remedy=remedy), headers)
 
 
 def _methods(request: Request) -> set[str]:
-    """All methods that the path of the request answers to; the router itself names those of one route only."""
+    """All methods that the path of the request supports; the exception names those of a single route only."""
     return {method for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
             if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in request.app.routes)}
 
 
-def _on_store(request: Request, error: Exception) -> Response:
-    said = getattr(error, "orig", error)
-    logging.getLogger("uvicorn.error").error("The database of the jobs does not answer: %s", said)
-    return answer(describe(_STORE))
+def _on_database_error(request: Request, error: Exception) -> Response:
+    cause = getattr(error, "orig", error)
+    logging.getLogger("uvicorn.error").error("The job database does not respond: %s", cause)
+    return problem_response(problem_from(_DATABASE_ERROR))
 
 
-def _on_surprise(request: Request, error: Exception) -> Response:
-    return answer(_internal())
+def _on_unexpected_error(request: Request, error: Exception) -> Response:
+    return problem_response(_internal_error())
 
 
 def _urn(name: str) -> str:
-    return "urn:slipstick:problem:" + "-".join(_words(name).lower().split())
+    return "urn:slipstick:problem:" + "-".join(_in_words(name).lower().split())
 
 
-def _words(name: str) -> str:
+def _in_words(name: str) -> str:
+    """A name in CamelCase as words: UnknownName becomes "Unknown name"."""
     return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip().capitalize()
 
 
-_STORE = StoreUnavailable("The database of the jobs does not answer",
-                          "Try again in a moment; the log of the service says more")
-_EXAMPLES: dict[int, Problem] = {
+_DATABASE_ERROR = StoreUnavailable("The job database does not respond",
+                                   "Try again in a moment; the log of the service has the cause")
+_DESCRIPTIONS = {
+    404: "No resource of this name exists",
+    408: "The request body did not arrive in time",
+    409: "The request conflicts with the current state of the resource",
+    413: "The request body, the response or the computation would exceed a limit of the service",
+    415: "The operation does not accept the media type of the request body",
+    422: "A parameter or a field of the request body is invalid",
+    500: "A table file is invalid, or the service failed to process the request",
+    503: "The job database does not respond",
+}
+_EXAMPLES: dict[int, ProblemDetails] = {
     problem.status: problem for problem in (
-        describe(errors.UnknownName.of("table", "nominl", ["calibrated", "nominal"])),
-        describe(TooSlow("The body did not arrive within 30 s", "Check its Content-Length, or send it again")),
-        describe(Conflict("There is already another file named 'measured'", "Choose another name")),
-        describe(TooLarge("The request asks for 21,600,000 shifting times, the service allows 2,000,000",
-                          "Send fewer points at a time, or choose conditions")),
-        describe(UnsupportedMedia("The body is of type application/x-www-form-urlencoded",
-                                  "With curl, send JSON by `--json` instead of `-d`, which claims a form")),
-        describe(_STORE),
-        _invalid([Fault(where="body.inputs.mean.0", what="Input should be a valid number")], 0),
-        _internal(),
+        problem_from(errors.UnknownName.of("table", "nominl", ["calibrated", "nominal"])),
+        problem_from(TooSlow("The request body did not arrive within 30 s",
+                             "Check the Content-Length header, or increase SLIPSTICK_BODY_SECONDS on the server")),
+        problem_from(Conflict("A different file named 'measured' already exists", "Choose another name")),
+        problem_from(TooLarge("The request requires 21,600,000 shifting times; the limit is 2,000,000",
+                              "Send fewer points per request, or select conditions")),
+        problem_from(UnsupportedMedia("The media type of the request body is application/x-www-form-urlencoded",
+                                      f"Send application/json. {CURL_JSON}")),
+        problem_from(_DATABASE_ERROR),
+        _invalid_request([RequestFieldError(where="body.inputs.mean.0", what="Input should be a valid number")], 0),
+        _internal_error(),
     )
 }

@@ -1,4 +1,4 @@
-"""What several operations share: names, conditions, inputs, the outside policy, and numbers in JSON."""
+"""Fields, dependencies and helpers shared by several operations."""
 
 from typing import Annotated, Any
 
@@ -16,62 +16,70 @@ from slipstick.table import Outside, Table
 from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.chaos import Family
 
-SIMULATED = ("The shipped recordings `measured` are simulated test-bench data from an independent implementation: "
-             "the recordings of the paper are not public.")
+SIMULATED = ("The recordings `measured` that are shipped with Slipstick are simulated test-bench data from an "
+             "independent implementation; the recordings of the paper are not public.")
 
 
-class Strict(BaseModel):
-    """A request body: a field that nobody knows is an error, not ignored."""
+class StrictModel(BaseModel):
+    """A request body that rejects unknown fields, NaN and infinity."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
-TableName = Annotated[str, Field(description="Name of a table, see /v1/tables.", examples=["nominal"])]
+TableName = Annotated[str, Field(description="Name of a table; GET /v1/tables lists the tables.",
+                                 examples=["nominal"])]
 RecordingsName = Annotated[str, Field(
-    description=f"Name of recordings, see /v1/recordings. {SIMULATED}", examples=["measured"])]
+    description=f"Name of the recordings; GET /v1/recordings lists them. {SIMULATED}", examples=["measured"])]
 OutsidePolicy = Annotated[Outside, Field(
-    description="What holds beyond the edges of the table, for points, nodes and samples alike: `clip` takes the value "
-                "at the nearest edge, `error` refuses, `nan` leaves a gap.")]
+    description="Policy for points outside the table: `clip` uses the value at the nearest point of the table's edge, "
+                "`error` rejects the request, `nan` treats the shifting time as missing. It applies to evaluation "
+                "points, quadrature nodes and samples alike.")]
 ConditionList = Annotated[list[int] | None, Field(
     min_length=1, max_length=100_000,
-    description="The conditions wanted, by their number in the table from 0; null for all.", examples=[[0, 100, 215]])]
-Digest = Annotated[str, Field(description="SHA-256 of the content that the answer was computed from.")]
-TableDigest = Annotated[str, Field(description="Content digest (SHA-256) of the table the answer was computed from.")]
+    description="Indices (from 0) of the conditions of the table to use; null for all conditions.",
+    examples=[[0, 100, 215]])]
+Digest = Annotated[str, Field(description="SHA-256 digest of the content.")]
+TableDigest = Annotated[str, Field(description="SHA-256 digest of the content of the table.")]
+RecordingsDigest = Annotated[str, Field(description="SHA-256 digest of the recordings.")]
 MassOutside = Annotated[float, Field(
     description="Probability that the inputs lie outside the table, where the policy `outside` applies.")]
 
 
-class InputsBody(Strict):
-    """Uncertain inputs as multiples of the nominal values, one an axis: mean, spread, family and correlation."""
+class InputsBody(StrictModel):
+    """Probability distribution of the uncertain inputs, one input per axis, in multiples of the nominal values."""
 
     mean: list[float] = Field(min_length=1, max_length=20, examples=[[1.0, 1.0]],
                               description="Mean of each input, in multiples of its nominal value.")
     std: list[float] | None = Field(
         default=None, max_length=20, examples=[[0.05, 0.08]],
-        description="Standard deviation of each input in multiples of nominal. Give either `std` or `mixing`.")
+        description="Standard deviation of each input, in multiples of its nominal value. Either `std` or `mixing` is "
+                    "required.")
     families: list[Family] | None = Field(
         default=None, max_length=20, examples=[["normal", "gamma"]],
-        description="Family of each input, normal unless said otherwise; mean and std are those of the input itself.")
+        description="Distribution family of each input; by default all are normal. `mean` and `std` are those of the "
+                    "input itself for every family.")
     correlation: list[list[float]] | None = Field(
         default=None, max_length=20, examples=[[[1.0, -0.5], [-0.5, 1.0]]],
-        description="Correlation of the normal scores of the inputs, row by row: of the inputs themselves where they "
-                    "are normal, a Gaussian copula otherwise.")
+        description="Correlation matrix of the normal scores of the inputs, row by row. For normal inputs this is the "
+                    "correlation of the inputs themselves, for other families it defines a Gaussian copula.")
     support: list[tuple[float, float]] | None = Field(
-        default=None, max_length=20, description="Range of each beta input; that of its axis unless said otherwise.")
+        default=None, max_length=20, description="Range (lower, upper) of each input, used for the family `beta`; by "
+                                                 "default the range of its axis.")
     mixing: list[list[float]] | None = Field(
         default=None, max_length=20,
-        description="For normal inputs the matrix L of x = mean + L normals, row by row, instead of `std`. Its "
-                    "off-diagonal entries mix germs (the paper's sigma12): the covariance is L L^T.")
+        description="Matrix L in x = mean + L z with standard normals z, row by row; an alternative to `std` for "
+                    "normal inputs. The covariance of the inputs is L L^T. The off-diagonal entry sigma12 of the paper "
+                    "is an entry of L, not a covariance.")
 
     def inputs(self, table: Table) -> Inputs:
-        """Return them as the inputs of `table`; raises `InvalidValue`."""
+        """Return the distribution of the inputs of `table`; raises `InvalidValue`."""
         names = [axis.name for axis in table.axes]
         if len(self.mean) != len(names):
-            raise InvalidValue(f"There are {len(self.mean)} means for the {len(names)} axes of the table",
-                               f"Give one each of {', '.join(names)}")
-        for what, rows in (("mixing matrix", self.mixing), ("correlation", self.correlation)):
-            if rows is not None and any(len(row) != len(names) for row in rows):
-                raise InvalidValue(f"The rows of the {what} differ in length",
+            raise InvalidValue(f"`mean` has {len(self.mean)} entries, but the table has {len(names)} axes",
+                               f"Give one entry per axis: {', '.join(names)}")
+        for field, matrix in (("mixing", self.mixing), ("correlation", self.correlation)):
+            if matrix is not None and any(len(row) != len(names) for row in matrix):
+                raise InvalidValue(f"The rows of `{field}` do not have one entry per axis of the table",
                                    f"Give {len(names)} rows of {len(names)} numbers")
         support = np.column_stack([table.lower, table.upper]) if self.support is None else np.array(self.support)
         return Inputs(np.array(self.mean), None if self.std is None else np.array(self.std),
@@ -79,42 +87,46 @@ class InputsBody(Strict):
                       None if self.correlation is None else np.array(self.correlation), support)
 
 
-def library(request: Request) -> Library:
-    """The library of the application that answers."""
-    found: Library = request.app.state.library
-    return found
+def _library(request: Request) -> Library:
+    library: Library = request.app.state.library
+    return library
 
 
-def settings(request: Request) -> Settings:
-    """The settings of the application that answers."""
-    found: Settings = request.app.state.settings
-    return found
+def _settings(request: Request) -> Settings:
+    settings: Settings = request.app.state.settings
+    return settings
 
 
-TheLibrary = Annotated[Library, Depends(library)]
-TheSettings = Annotated[Settings, Depends(settings)]
+LibraryDependency = Annotated[Library, Depends(_library)]
+SettingsDependency = Annotated[Settings, Depends(_settings)]
 
 
-def chosen(table: Table, conditions: list[int] | None) -> tuple[Table, list[int]]:
-    """The table of only the chosen conditions, and their numbers; raises `InvalidValue` on one it lacks."""
+def select_conditions(table: Table, conditions: list[int] | None) -> tuple[Table, list[int]]:
+    """Return the table restricted to the selected conditions, and their indices.
+
+    Raises `InvalidValue` for an index that is repeated or out of range.
+    """
     n = len(table.conditions)
     if conditions is None:
         return table, list(range(n))
     if len(set(conditions)) < len(conditions):
-        raise InvalidValue("A condition is asked for twice", "Name each condition once")
-    unknown = [number for number in conditions if not 0 <= number < n]
-    if unknown:
-        raise InvalidValue(f"The table has no condition {unknown[0]}", f"Its conditions are numbered 0 to {n - 1}")
+        raise InvalidValue("`conditions` contains an index more than once", "Give each index once")
+    out_of_range = [index for index in conditions if not 0 <= index < n]
+    if out_of_range:
+        raise InvalidValue(f"The table has no condition {out_of_range[0]}", f"Give indices from 0 to {n - 1}")
     return table.restricted(table.conditions.take(conditions)), conditions
 
 
-def require_size(count: int, limit: int, what: str, remedy: str) -> None:
-    """Refuse what is too much; raises `TooLarge`."""
+def require_size(count: int, limit: int, quantity: str, remedy: str) -> None:
+    """Raise `TooLarge` if a request requires more than `limit` values of a quantity."""
     if count > limit:
-        raise TooLarge(f"The request asks for {count:,} {what}, the service allows {limit:,}", remedy)
+        raise TooLarge(f"The request requires {count:,} {quantity}; the limit is {limit:,}", remedy)
 
 
-def numbers(content: dict[str, Any], headers: dict[str, str] | None = None) -> Response:
-    """Answer with arrays as JSON, NaN and infinities as null: orjson writes them faster than a schema checks them."""
+def json_response(content: dict[str, Any], headers: dict[str, str] | None = None) -> Response:
+    """Return content with arrays as JSON, NaN and infinity as null.
+
+    orjson serialises large arrays much faster than the validation of a response model.
+    """
     text = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY, default=np.ndarray.tolist)
     return Response(text, headers=headers, media_type="application/json")

@@ -1,8 +1,9 @@
 """Nominal parameters by nonlinear least squares on the recordings (section II.C of Tod et al.).
 
-A cold joint fit stalls, so the start is staged: the pressure gives delay, bias and gain of the current; torque over
-pressure gives the friction; shifting times and torque give the piston; then all move together on all data. Each
-residual is divided by the noise of its sensor.
+A joint fit stalls if it starts far from the optimum, so the fit has stages. The pressure determines the delay, bias and
+gain of the current, and the ratio of torque to pressure determines the friction coefficient. Shifting times and torque
+then determine the pressure bias and the piston parameters. Finally all parameters are fitted jointly to all data. Each
+residual is divided by the standard deviation of its sensor noise.
 """
 
 from collections.abc import Callable
@@ -20,37 +21,38 @@ from slipstick.recordings.processing import blended_at_lock_up, block_means, sen
 from slipstick.recordings.signals import SIGNAL_UNITS
 
 Report = Callable[[tuple[str, ...], int, float], None]
-"""Told after every iteration: the parameters that move, evaluations so far, and the sum of squares."""
+"""Callback after every iteration: names of the free parameters, evaluations of this stage, sum of squares."""
 
 _CHANNELS = (*SIGNAL_UNITS, "shifting_time")
 _STAGES: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
     (("current_delay", "current_bias", "current_gain"), ("pressure",)),
     (("pressure_bias", "temperature_gain", "initial_position"), ("output_torque", "shifting_time")),
 )
+"""Free parameters and fitted channels of each stage before the joint fit."""
 _WIDTH = 8
-"""Samples averaged to one compared value: 16 ms at the shipped 500 Hz. Picking single samples instead would make the
-sum of squares jump whenever a simulated lock-up passes one, and the search stall."""
+"""Samples per block mean: 16 ms at the 500 Hz of the shipped recordings. Without averaging, the sum of squares jumps
+whenever a simulated lock-up crosses a sample, and the optimizer stalls."""
 _STEP = 5e-4
-"""Of the central differences, in multiples of nominal."""
+"""Step of the central differences, in multiples of nominal values."""
 _CONVERGED = 1e-6
-"""Relative change of the sum of squares, or of the multipliers, at which the search ends."""
+"""Relative change of the sum of squares, or of the multipliers, below which the optimizer stops."""
 _ACCURACY = ensemble.Accuracy(5e-4, 2e-3)
 _FEWEST = 14
-"""Engagements for which the clustered covariance of seven parameters means something."""
+"""Minimum number of engagements for a clustered covariance of seven parameters."""
 _AT_BOUND = 1e-3
-"""A parameter within this share of its range from a bound counts as being at it."""
+"""Distance to a bound, as a fraction of the parameter's range, below which the parameter is reported at the bound."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What a calibration found: `model`, and of its d `free` parameters value, standard error and correlation.
+    """The fitted `model`, with standard errors and correlation of its d `free` parameters.
 
-    `standard_error` (d,) in the parameters' units and `correlation` (d, d) are those of estimates whose residuals may
-    depend on each other within an engagement, as they do when a run scatters as a whole (sandwich estimator, clustered
-    by engagement). They hold the variance only: what scatter or missing physics does to the estimates themselves is
-    not in them. `chi_square` is the reduced chi-square per signal: 1 where only sensor noise is left. `rms_before`
-    and `rms_after` are of the shifting time in s. `at_bound` names parameters that the recordings push against a
-    bound: their values are the bound's, not a result.
+    `standard_error` (d,), in the units of the parameters, and `correlation` (d, d) come from the sandwich estimator
+    clustered by engagement, so that residuals may be dependent within an engagement, as they are if parameters vary
+    from run to run. They describe the variance only, not a bias due to this variation or to missing physics.
+    `chi_square` is the reduced chi-square of each channel, 1 if only sensor noise remains, and `noise` the standard
+    deviation of the sensor noise. `rms_before` and `rms_after` are RMS residuals of the shifting time in s. `at_bound`
+    names the parameters at a bound: their values are those of the bound, not estimates.
     """
 
     model: Model
@@ -65,7 +67,7 @@ class Calibration:
     evaluations: int
 
     def spec(self) -> dict[str, Any]:
-        """The calibration as JSON; `Model.from_spec` reads its "model"."""
+        """Return the calibration as JSON; `Model.from_spec` reads the entry "model"."""
         values = dict(zip(parameters.NAMES, self.model.parameters, strict=True))
         units = {parameter.name: parameter.unit for parameter in parameters.PARAMETERS}
         fitted = {
@@ -82,24 +84,24 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
     """Fit the seven uncertain parameters of `start` to `recordings`, which must have signals.
 
     `shifting_time_noise` is the standard deviation of the shifting-time measurement in s; those of the signals are
-    estimated from the recordings. `report` is told of every iteration. The effects of `start` stay as they are.
+    estimated from the recordings. `report` is called after every iteration. The effects of `start` are not changed.
     Raises `InvalidValue`.
     """
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
                            "Record pressure, speeds and torque as well")
     if len(recordings.conditions) < _FEWEST:
-        raise InvalidValue(f"{len(recordings.conditions)} engagements are too few to calibrate on",
-                           f"Record {_FEWEST} or more, under different conditions")
+        raise InvalidValue(f"{len(recordings.conditions)} engagements are too few for a calibration",
+                           f"Record at least {_FEWEST} engagements under different conditions")
     model = start or Model()
     noise = {**sensor_noise(recordings.signals), "shifting_time": shifting_time_noise}
     problem = _Problem(recordings, recordings.signals, noise, model.coefficients(), report)
     before = problem.residuals(model.parameters)["shifting_time"] * shifting_time_noise
     evaluations = 0
-    for free, compared in _STAGES:
-        model, solution = problem.solve(model, free, compared)
+    for free, channels in _STAGES:
+        model, solution = problem.solve(model, free, channels)
         evaluations += solution.nfev
-        if "pressure" in compared:
+        if "pressure" in channels:
             model = model.with_parameters({"friction_coefficient": problem.friction(model)})
     fitted = parameters.UNCERTAIN
     model, solution = problem.solve(model, fitted, _CHANNELS)
@@ -114,14 +116,14 @@ def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_
         correlation=covariance / np.outer(error, error),
         chi_square={name: float(np.mean(residual**2) / dof) for name, residual in residuals.items()},
         noise=problem.noise, rms_before=_rms(before), rms_after=_rms(residuals["shifting_time"] * shifting_time_noise),
-        at_bound=tuple(name for name, value in zip(fitted, solution.x, strict=True) if _near_bound(name, value)),
+        at_bound=tuple(name for name, value in zip(fitted, solution.x, strict=True) if _is_at_bound(name, value)),
         evaluations=evaluations + solution.nfev,
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """The recordings to meet, the noise of each channel, and the coefficients (c,) of the model's effects."""
+    """The least-squares problem: recordings, noise std of each channel, coefficients (c,) of the model's effects."""
 
     recordings: Recordings
     signals: Signals
@@ -137,22 +139,22 @@ class _Problem:
         coefficients = np.tile(self.coefficients, (len(vectors), 1))
         response = ensemble.simulate(vectors, coefficients, self.recordings.conditions, self.signals.time, _ACCURACY)
         if np.any(response.status == ensemble.FAILED):
-            raise InvalidValue("The simulation blows up within the bounds of the calibration",
-                               "Start from a model nearer to the nominal one")
+            raise InvalidValue("A simulation failed within the bounds of the calibration",
+                               "Start from a model closer to the nominal one")
         simulated = {name: getattr(response, name) for name in SIGNAL_UNITS}
         simulated["output_torque"] = blended_at_lock_up(response.output_torque, response.shifting_time,
                                                         self.signals.time)
-        found = {name: block_means(simulated[name] - getattr(self.signals, name), _WIDTH)
-                 / (self.noise[name] / np.sqrt(_WIDTH)) for name in SIGNAL_UNITS}
-        # An engagement that does not lock is as wrong as one that locks at the end of its current profile.
+        residuals = {name: block_means(simulated[name] - getattr(self.signals, name), _WIDTH)
+                     / (self.noise[name] / np.sqrt(_WIDTH)) for name in SIGNAL_UNITS}
+        # An engagement that never locks is given the end of its current profile, so that its residual is finite.
         conditions = self.recordings.conditions
-        latest = conditions.profile_time[conditions.current_profile, -1]
-        times = np.where(response.status == ensemble.LOCKED, response.shifting_time, latest)
-        found["shifting_time"] = (times - self.recordings.measured_time) / self.noise["shifting_time"]
-        return found
+        profile_end = conditions.profile_time[conditions.current_profile, -1]
+        times = np.where(response.status == ensemble.LOCKED, response.shifting_time, profile_end)
+        residuals["shifting_time"] = (times - self.recordings.measured_time) / self.noise["shifting_time"]
+        return residuals
 
-    def solve(self, model: Model, free: tuple[str, ...], compared: tuple[str, ...]) -> tuple[Model, Any]:
-        """Least squares over multipliers of the nominal values of `free`, from `model` on."""
+    def solve(self, model: Model, free: tuple[str, ...], channels: tuple[str, ...]) -> tuple[Model, Any]:
+        """Fit the multipliers of the nominal values of `free` to `channels` by least squares, starting at `model`."""
         columns = [parameters.index(name) for name in free]
         nominal = parameters.nominal()[columns]
         base = np.array(model.parameters)
@@ -162,22 +164,22 @@ class _Problem:
             full[:, columns] = points * nominal
             return full
 
-        def flat(points: np.ndarray) -> np.ndarray:
-            found = self._residuals(vectors(points))
-            return np.concatenate([found[name].reshape(len(points), -1) for name in compared], axis=1)
+        def residual_rows(points: np.ndarray) -> np.ndarray:
+            by_channel = self._residuals(vectors(points))
+            return np.concatenate([by_channel[name].reshape(len(points), -1) for name in channels], axis=1)
 
         def residuals(point: np.ndarray) -> np.ndarray:
-            return np.asarray(flat(point[None])[0])
+            return np.asarray(residual_rows(point[None])[0])
 
-        def slopes(point: np.ndarray) -> np.ndarray:
+        def jacobian(point: np.ndarray) -> np.ndarray:
             steps = _STEP * np.eye(len(free))
-            shifted = flat(np.concatenate([point + steps, point - steps]))
+            shifted = residual_rows(np.concatenate([point + steps, point - steps]))
             return np.asarray((shifted[:len(free)] - shifted[len(free):]).T / (2 * _STEP))
 
         lower = np.array([parameters.PARAMETERS[column].lower for column in columns])
         upper = np.array([parameters.PARAMETERS[column].upper for column in columns])
-        inside = np.clip(base[columns] / nominal, lower + 1e-6, upper - 1e-6)
-        solution = least_squares(residuals, inside, jac=slopes,
+        initial = np.clip(base[columns] / nominal, lower + 1e-6, upper - 1e-6)
+        solution = least_squares(residuals, initial, jac=jacobian,
                                  bounds=(lower, upper), x_scale="jac",
                                  ftol=_CONVERGED, xtol=_CONVERGED, max_nfev=60,
                                  callback=lambda intermediate_result: self.report(
@@ -185,32 +187,32 @@ class _Problem:
         return model.with_parameters(dict(zip(free, solution.x * nominal, strict=True))), solution
 
     def friction(self, model: Model) -> float:
-        """Friction coefficient in N m/Pa: torque over pressure while the pressed plates slip, just before lock-up."""
+        """Friction coefficient in N m/Pa: torque over pressure while the loaded plates slip, just before lock-up."""
         values = dict(zip(parameters.NAMES, model.parameters, strict=True))
-        before = self.recordings.measured_time[:, None] - self.signals.time
-        pressing = (before > 0.02) & (before < 0.08) & (self.signals.pressure > 1.0)
-        share = values["contact_position"] / (values["contact_position"] - values["contact_length"])
-        if not np.any(pressing):
-            raise InvalidValue("No recording has samples under pressure in the 80 ms before lock-up",
+        to_lock_up = self.recordings.measured_time[:, None] - self.signals.time
+        loaded = (to_lock_up > 0.02) & (to_lock_up < 0.08) & (self.signals.pressure > 1.0)
+        contact_ratio = values["contact_position"] / (values["contact_position"] - values["contact_length"])
+        if not np.any(loaded):
+            raise InvalidValue("No engagement has samples above 1 bar between 80 and 20 ms before lock-up",
                                "Check the units of pressure and time, and that the signals reach the shifting times")
         torque = self.signals.output_torque / values["gear_ratio"]
-        return float(np.median(torque[pressing] / (share * 1e5 * self.signals.pressure[pressing])))
+        return float(np.median(torque[loaded] / (contact_ratio * 1e5 * self.signals.pressure[loaded])))
 
     def covariance(self, solution: Any) -> np.ndarray:
         """Sandwich estimator of the covariance of the multipliers, clustered by engagement: (d, d)."""
         n, d, k = len(self.recordings.conditions), solution.jac.shape[1], len(self.signals.time) // _WIDTH
-        scores, position = np.zeros((n, d)), 0
+        scores, offset = np.zeros((n, d)), 0
         for name in _CHANNELS:
             width = 1 if name == "shifting_time" else k
-            rows = slice(position, position + n * width)
+            rows = slice(offset, offset + n * width)
             weighted = solution.jac[rows] * solution.fun[rows, None]
             scores += weighted.reshape(n, width, d).sum(axis=1)
-            position += n * width
+            offset += n * width
         bread = np.linalg.inv(solution.jac.T @ solution.jac)
         return np.asarray(bread @ (scores.T @ scores) @ bread * n / (n - 1))
 
 
-def _near_bound(name: str, multiplier: float) -> bool:
+def _is_at_bound(name: str, multiplier: float) -> bool:
     parameter = parameters.PARAMETERS[parameters.index(name)]
     margin = _AT_BOUND * (parameter.upper - parameter.lower)
     return multiplier < parameter.lower + margin or multiplier > parameter.upper - margin

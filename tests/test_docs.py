@@ -1,4 +1,4 @@
-"""The documentation says what the code says: an undocumented effect, setting, command, route or parameter fails."""
+"""Consistency of documentation and code: effects, settings, commands, routes, parameters and numbers."""
 
 import os
 import re
@@ -53,19 +53,20 @@ def test_every_measured_signal_is_in_the_nomenclature() -> None:
     assert measured == {**SIGNAL_UNITS, "shifting_time": "s"}
 
 
-def test_the_page_of_effects_is_that_of_the_catalogue() -> None:
-    written = (DOCS / "effects.md").read_text()
-    assert written == runpy.run_path(str(DOCS / "effects.py"))["page"](), "python docs/effects.py > docs/effects.md"
+def test_the_page_of_effects_is_up_to_date() -> None:
+    text = (DOCS / "effects.md").read_text()
+    assert text == runpy.run_path(str(DOCS / "effects.py"))["page"](), "python docs/effects.py > docs/effects.md"
 
 
-def test_numbers_in_the_equations_are_those_of_the_code() -> None:
+def test_numbers_in_the_documentation_match_the_code() -> None:
     text = " ".join((DOCS / "equations.md").read_text().split())
-    for said in (f"at most {1e3 * DEFAULT.fine:g} ms where f_reg may change and {1e3 * DEFAULT.coarse:g} ms elsewhere",
-                 f"or {1e3 * TIGHT.fine:g} ms and {1e3 * TIGHT.coarse:g} ms (`TIGHT`)",
-                 f"({HORIZON:g} s in", f"Latin hypercube of {RUNS:,} points", f"{STEPS:,} steps",
-                 f"at {HELD_OUT:,} fresh", f"batches of {BATCH} points", f"falling from {RATE:g} to 0",
-                 f"hidden layers of {WIDTHS[0]} terms"):
-        assert said in text
+    for passage in (f"at most {1e3 * DEFAULT.fine:g} ms where f_reg may change",
+                    f"and {1e3 * DEFAULT.coarse:g} ms elsewhere (`DEFAULT`)",
+                    f"or {1e3 * TIGHT.fine:g} ms and {1e3 * TIGHT.coarse:g} ms (`TIGHT`)",
+                    f"({HORIZON:g} s in", f"Latin hypercube of {RUNS:,} points", f"{STEPS:,} steps",
+                    f"at {HELD_OUT:,} independent", f"batches of {BATCH} points", f"falling from {RATE:g} to 0",
+                    f"hidden layers of {WIDTHS[0]} units"):
+        assert passage in text
     text = " ".join((DOCS / "uncertainty.md").read_text().split())
     for said in (f"order {ORDER} and {ORDER + 1} nodes", f"{ACROSS} seeded quasi-random samples",
                  f"by less than {TOLERANCE} decades", f"{drop_at_level(0.9):.2f} decades for 90 %",
@@ -84,33 +85,33 @@ def test_every_command_is_documented() -> None:
     assert dict(rows("settings.md", "Worker")) == COMMANDS
 
 
-def test_every_route_and_every_refusal_is_documented(tmp_path: Path) -> None:
+def test_every_route_and_every_error_status_is_documented(tmp_path: Path) -> None:
     routes = create_app(Settings(tables=tmp_path)).openapi()["paths"]
     operations = {(method.upper(), path): operation for path, methods in routes.items()
                   for method, operation in methods.items()}
-    documented = [(method, path) for method, path, _ in rows("rest.md", "REST")]
+    documented = [(method, path) for method, path, _ in rows("rest.md", "Operations")]
     assert sorted(documented) == sorted(operations)
-    refusals = {status for operation in operations.values() for status in operation["responses"] if status >= "400"}
-    assert refusals <= {status for status, _ in rows("rest.md", "Refusals")}
+    errors = {status for operation in operations.values() for status in operation["responses"] if status >= "400"}
+    assert errors <= {status for status, _ in rows("rest.md", "Error responses")}
 
 
-def test_the_effect_of_the_walkthrough_works_as_it_stands(tmp_path: Path) -> None:
-    # The walkthrough promises that one new file is enough, so it is put into a copy and the tests are run there.
+def test_the_example_of_the_walkthrough_works(tmp_path: Path) -> None:
+    # According to the walkthrough one new file is enough: add it to a copy and run the tests there.
     text = (DOCS / "add_an_effect.md").read_text()
-    place, = re.findall(r"Save as\n`(slipstick/clutch/effects/\w+\.py)`", text)
+    path, = re.findall(r"Save as\n`(slipstick/clutch/effects/\w+\.py)`", text)
     code, = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    cruft = shutil.ignore_patterns("__pycache__")
+    ignored = shutil.ignore_patterns("__pycache__")
     for folder in ("slipstick", "tests/slipstick/clutch"):
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=cruft)
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     (tmp_path / "docs").mkdir()
     shutil.copy(DOCS / "effects.py", tmp_path / "docs")
-    assert not (tmp_path / place).exists()
-    (tmp_path / place).write_text(code)
-    name = Path(place).stem
-    chosen = f"{name} or every_effect_says"
+    assert not (tmp_path / path).exists()
+    (tmp_path / path).write_text(code)
+    name = Path(path).stem
+    selection = f"{name} or every_effect_is_described"
     tests = subprocess.run(
         [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "--rootdir", str(tmp_path),
-         "tests/slipstick/clutch", "-k", chosen], cwd=tmp_path, capture_output=True, text=True, check=False)
+         "tests/slipstick/clutch", "-k", selection], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert tests.returncode == 0, tests.stdout
     assert re.search(rf"bit_identical_to_the_papers_model\[{name}\] PASSED", tests.stdout)
     page = subprocess.run([sys.executable, "docs/effects.py"], cwd=tmp_path, capture_output=True, text=True,

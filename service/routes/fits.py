@@ -1,4 +1,4 @@
-"""Fits: submitted here, run by the worker, followed and fetched here."""
+"""Fits: submission, status, results and cancellation; the worker runs them."""
 
 from typing import Annotated
 
@@ -7,11 +7,11 @@ from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
-from service.fit_schemas import Fit, FitList, FitRequest, FitResult, FollowedFit, Progress
-from service.job_store import JobStore, Order
-from service.jobs import described, finished, id_in_path, idempotency_key, ordered, output, submit
-from service.problem_details import responses
-from service.schemas import TheLibrary
+from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
+from service.job_store import JobInput, JobStore
+from service.jobs import finished_job, idempotency_key_header, input_of, job_fields, job_id_path, output_of, submit
+from service.problem_details import error_responses
+from service.schemas import LibraryDependency
 from slipstick.errors import InvalidValue
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.storage.library import Library
@@ -20,85 +20,87 @@ from slipstick.uncertainty.fit import initial_state
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
 
-def fits(request: Request) -> JobStore:
-    """The fits of the application that answers."""
-    found: JobStore = request.app.state.fits
-    return found
+def _fit_store(request: Request) -> JobStore:
+    store: JobStore = request.app.state.fits
+    return store
 
 
-TheFits = Annotated[JobStore, Depends(fits)]
-FitId = Annotated[str, id_in_path("fit")]
-Key = Annotated[str | None, idempotency_key("fit")]
+FitStore = Annotated[JobStore, Depends(_fit_store)]
+FitId = Annotated[str, job_id_path("fit")]
+IdempotencyKey = Annotated[str | None, idempotency_key_header("fit")]
 
 _EXAMPLE = {"table": "nominal", "recordings": "measured",
             "settings": {"population": 24, "generations": 12, "seed": 1}}
 
 
-@router.post("", summary="Submit a fit", status_code=202, responses=responses(404, 408, 409, 413, 415, 503))
-def submit_fit(asked: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: TheLibrary, store: TheFits,
-               response: Response, key: Key = None) -> FollowedFit:
-    """Put a fit of the inputs to the recordings into the queue of the worker.
+@router.post("", summary="Submit a fit", status_code=202, responses=error_responses(404, 408, 409, 413, 415, 503))
+def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency, store: FitStore,
+               response: Response, key: IdempotencyKey = None) -> FitWithProgress:
+    """Submit a fit of the distributions of the inputs to recordings.
 
-    The answer comes at once, with the address of the fit in Location. The fit maximises the likelihood over mean and
-    std of each input and the output noise by a genetic algorithm, then polishes the best on the exact likelihood.
+    The request returns immediately, with the address of the fit in the header Location. A worker runs the fit: a
+    genetic algorithm (by default) maximises the likelihood over the mean and standard deviation of each input and the
+    output noise; its best candidate is then refined on the exact likelihood.
     """
-    fit = submit(store, key, _order(library, asked))
+    fit = submit(store, key, _job_input(library, body))
     response.headers["Location"] = f"{store.address}/{fit.workflow_id}"
-    return _follow(store, fit)
+    return _with_progress(store, fit)
 
 
-@router.get("", summary="List the fits", responses=responses(503))
-def list_fits(store: TheFits, limit: Annotated[int, Query(ge=1, le=1000, description="Most fits to list.")] = 50,
-              offset: Annotated[int, Query(ge=0, description="Fits to skip, from the newest.")] = 0) -> FitList:
-    """The fits of all tables and recordings, the newest first."""
-    return FitList(fits=[describe(store, fit) for fit in store.newest(limit, offset)])
+@router.get("", summary="List the fits", responses=error_responses(503))
+def list_fits(store: FitStore,
+              limit: Annotated[int, Query(ge=1, le=1000, description="Maximum number of fits to return.")] = 50,
+              offset: Annotated[int, Query(ge=0, description="Number of newest fits to skip.")] = 0) -> FitList:
+    """Return the fits, newest first, without their progress and results."""
+    return FitList(fits=[without_progress(store, fit) for fit in store.newest(limit, offset)])
 
 
-@router.get("/{id}", summary="Follow a fit", responses=responses(404, 503))
-def follow_fit(id: FitId, store: TheFits) -> FollowedFit:
-    """Status, progress of every generation, and the best candidate so far."""
-    return _follow(store, store.find(id))
+@router.get("/{id}", summary="Get the status of a fit", responses=error_responses(404, 503))
+def follow_fit(id: FitId, store: FitStore) -> FitWithProgress:
+    """Return the status of a fit, its progress after every generation, and its best candidate so far."""
+    return _with_progress(store, store.find(id))
 
 
-@router.get("/{id}/result", summary="Result of a fit", responses=responses(404, 409, 503))
-def fit_result(id: FitId, store: TheFits) -> FitResult:
-    """The fitted inputs with the likelihood before and after; a conflict until the fit is done."""
-    fit = finished(store, id)
-    order = ordered(fit)
-    kept = ("table", "table_digest", "simulate", "recordings", "recordings_digest")
-    found = {name: output(fit)[name] for name in ("result", "seconds", "processor_seconds")}
-    return FitResult(id=id, **{name: order[name] for name in kept}, **found)
+@router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503))
+def fit_result(id: FitId, store: FitStore) -> FitResult:
+    """Return the fitted distributions, their likelihood and diagnostics; 409 unless the fit is done."""
+    fit = finished_job(store, id)
+    job_input, output = input_of(fit), output_of(fit)
+    return FitResult(id=id, **{name: job_input[name] for name in ("table", "table_digest", "recordings",
+                                                                  "recordings_digest")},
+                     **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
 
 
-@router.post("/{id}/cancel", summary="Cancel a fit", responses=responses(404, 503))
-def cancel_fit(id: FitId, store: TheFits) -> FollowedFit:
-    """Stop a fit that waits or runs; one that has ended stays as it is. The worker is free within seconds."""
+@router.post("/{id}/cancel", summary="Cancel a fit", responses=error_responses(404, 503))
+def cancel_fit(id: FitId, store: FitStore) -> FitWithProgress:
+    """Cancel a queued or running fit. A fit that has ended is unchanged. The worker stops within seconds."""
     store.cancel(id)
-    return _follow(store, store.find(id))
+    return _with_progress(store, store.find(id))
 
 
-def _order(library: Library, asked: FitRequest) -> Order:
-    """What the worker is told. Whatever it would stumble over is refused here."""
-    table, recordings = library.table(asked.table), library.recording(asked.recordings)
-    chosen = asked.parameters or [axis.name for axis in table.axes]
-    problem = (simulated_problem(table.model, recordings, chosen) if asked.simulate
-               else table_problem(table, recordings, asked.outside, chosen))
-    if asked.simulate and asked.outside != "clip":
-        raise InvalidValue(f"The simulator has no edge for the policy '{asked.outside}'", "Leave `outside` out")
-    search = asked.settings.checked()
-    initial_state(search, problem)
-    order: Order = orjson.loads(orjson.dumps({
-        "table": asked.table, "table_digest": table.digest, "simulate": asked.simulate, "parameters": chosen,
-        "recordings": asked.recordings, "recordings_digest": recordings.digest,
-        "outside": asked.outside, "settings": search.to_dict()}))
-    return order
+def _job_input(library: Library, body: FitRequest) -> JobInput:
+    """Return the input of the worker, after checks that reject a fit that would fail later."""
+    table, recordings = library.table(body.table), library.recording(body.recordings)
+    parameters = body.parameters or [axis.name for axis in table.axes]
+    problem = (simulated_problem(table.model, recordings, parameters) if body.simulate
+               else table_problem(table, recordings, body.outside, parameters))
+    if body.simulate and body.outside != "clip":
+        raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
+    settings = body.settings.checked()
+    initial_state(settings, problem)
+    job_input: JobInput = orjson.loads(orjson.dumps({
+        "table": body.table, "table_digest": table.digest, "simulate": body.simulate, "parameters": parameters,
+        "recordings": body.recordings, "recordings_digest": recordings.digest,
+        "outside": body.outside, "settings": settings.to_dict()}))
+    return job_input
 
 
-def describe(store: JobStore, fit: WorkflowStatus) -> Fit:
-    """What is known of a fit without its progress and result."""
-    return Fit(**described(store, fit, "result", "report", "pictures", "cancel"))
+def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:
+    """Return a fit without its progress and result."""
+    return Fit(**job_fields(store, fit, "result", "report", "pictures", "cancel"))
 
 
-def _follow(store: JobStore, fit: WorkflowStatus) -> FollowedFit:
-    said = store.progress(fit.workflow_id)
-    return FollowedFit(**vars(describe(store, fit)), progress=None if said is None else Progress(**said))
+def _with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:
+    progress = store.progress(fit.workflow_id)
+    return FitWithProgress(**vars(without_progress(store, fit)),
+                           progress=None if progress is None else FitProgress(**progress))

@@ -1,57 +1,58 @@
-"""Where to start, and whether the service is well."""
+"""The entry point and the health check of the service."""
 
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problem_details import StoreUnavailable, responses
-from service.routes.fits import TheFits
-from service.routes.studies import TheStudies
-from service.schemas import SIMULATED, TheLibrary
+from service.problem_details import StoreUnavailable, error_responses
+from service.routes.fits import FitStore
+from service.routes.studies import StudyStore
+from service.schemas import SIMULATED, LibraryDependency
 from slipstick import __version__
 
 router = APIRouter(prefix="/v1", tags=["start"], route_class=JsonRoute)
 
 
 class Index(BaseModel):
-    """What there is."""
+    """Entry point of the service."""
 
     name: str = Field(description="Name of the service.")
-    version: str = Field(description="Version of the program.")
-    about: str = Field(description="Where the numbers come from.")
-    links: dict[str, str] = Field(description="What there is -> its address.")
+    version: str = Field(description="Version of Slipstick.")
+    about: str = Field(description="Origin of the parameters and of the recordings.")
+    links: dict[str, str] = Field(description="Addresses of the resources, by name.")
 
 
 class Health(BaseModel):
-    """How the service is."""
+    """State of the service."""
 
-    status: str = Field(description="`ok`; anything else is a problem answer.")
-    version: str = Field(description="Version of the program.")
-    tables: int = Field(description="Tables in the folder.")
-    recordings: int = Field(description="Recordings in the folder.")
-    fits_waiting: int = Field(description="Fits that wait for a worker; where it stays above 0, is one running?")
-    fits_running: int = Field(description="Fits that run.")
-    studies_waiting: int = Field(description="Studies that wait for a worker.")
-    studies_running: int = Field(description="Studies that run.")
+    status: str = Field(description="Always `ok`; a service that is not healthy returns 503.")
+    version: str = Field(description="Version of Slipstick.")
+    tables: int = Field(description="Number of tables.")
+    recordings: int = Field(description="Number of recordings.")
+    fits_waiting: int = Field(description="Number of fits in the queue. If it stays above 0, check that a worker is "
+                                          "running.")
+    fits_running: int = Field(description="Number of running fits.")
+    studies_waiting: int = Field(description="Number of studies in the queue.")
+    studies_running: int = Field(description="Number of running studies.")
 
 
-@router.get("", summary="Start here", responses=responses())
+@router.get("", summary="List the resources", responses=error_responses())
 def index() -> Index:
-    """The addresses of everything else, the version, and where the numbers come from."""
+    """Return the addresses of all resources, the version, and the origin of the numbers."""
     names = ("tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
     return Index(
         name="Slipstick", version=__version__,
-        about="The parameters of the clutch are plausible for a heavy-vehicle test bench; the paper publishes none. "
-              + SIMULATED,
+        about="The nominal parameters of the clutch are plausible values for a heavy-vehicle test bench; the paper "
+              "does not publish its parameters. " + SIMULATED,
         links={**{name: f"/v1/{name}" for name in names}, "documentation": "/docs", "openapi": "/openapi.json"})
 
 
-@router.get("/health", summary="Is the service well?", responses=responses(503))
-def health(library: TheLibrary, fits: TheFits, studies: TheStudies) -> Health:
-    """Look into the folder of the tables and into the database of the jobs; 503 where that does not answer."""
+@router.get("/health", summary="Check the health of the service", responses=error_responses(503))
+def health(library: LibraryDependency, fits: FitStore, studies: StudyStore) -> Health:
+    """Check that the folder of the tables exists and that the job database responds; return 503 if not."""
     if not library.folder.is_dir():
-        raise StoreUnavailable(f"There is no folder '{library.folder}'",
-                               "Set SLIPSTICK_TABLES to the folder of the tables")
+        raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
+                               "Set SLIPSTICK_TABLES to the folder that contains the tables")
     waiting, running = fits.counts()
     studies_waiting, studies_running = studies.counts()
     return Health(status="ok", version=__version__, tables=len(library.tables()), recordings=len(library.recordings()),

@@ -1,4 +1,4 @@
-"""How likely recordings are under candidate inputs."""
+"""Likelihood of recordings under candidate distributions of the inputs."""
 
 import math
 from typing import Annotated, Literal
@@ -8,22 +8,24 @@ from fastapi import APIRouter, Body, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problem_details import responses
-from service.routes.propagate import TERMS, ExpansionBody, Samples, Seed
+from service.problem_details import error_responses
+from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from service.schemas import (
     SIMULATED,
     InputsBody,
+    LibraryDependency,
     MassOutside,
     OutsidePolicy,
+    RecordingsDigest,
     RecordingsName,
-    Strict,
+    SettingsDependency,
+    StrictModel,
     TableDigest,
     TableName,
-    TheLibrary,
-    TheSettings,
-    numbers,
+    json_response,
     require_size,
 )
+from service.settings import Settings
 from slipstick.inference import table_problem
 from slipstick.table import Table
 from slipstick.uncertainty import mass_outside, standard_normals
@@ -43,64 +45,66 @@ from slipstick.uncertainty.likelihood.line_rules import ACROSS
 
 router = APIRouter(prefix="/v1/likelihood", tags=["likelihood"], route_class=JsonRoute)
 
-_POINTS_A_LINE = 64  # about as many as the knots of a table, or at the usual number of lines
-_KNOTTED_POINTS = 1 << 14  # about as many as a table of one or two axes is integrated on
+_POINTS_PER_LINE = 64  # order of magnitude, for the knots of a table and for the default number of lines
+_GRID_POINTS = 1 << 14  # order of magnitude of the number of points in total, for a grid of one or two axes
 
 
-Lines = Annotated[int, Field(
-    ge=16, le=MOST_LINES, description="Lines to integrate along in three inputs and more, a power of two; a model "
-                                      "without knots is also broken the more finely along them.")]
-
-
-class CandidateInputs(InputsBody):
-    """Uncertain inputs and the output noise that goes with them."""
+class CandidateBody(InputsBody):
+    """A candidate: a distribution of the uncertain inputs with an output noise."""
 
     output_std: float = Field(gt=0, description="Standard deviation of the additive output noise in s.")
 
 
-class LikelihoodRequest(Strict):
-    """Candidates to hold against recordings."""
+class LikelihoodRequest(StrictModel):
+    """Candidates whose likelihood is computed."""
 
     table: TableName = "nominal"
     recordings: RecordingsName = "measured"
-    candidates: list[CandidateInputs] = Field(min_length=1, max_length=10_000, description="One candidate or many.")
+    candidates: list[CandidateBody] = Field(min_length=1, max_length=10_000, description="The candidates.")
     method: Literal["auto", "exact", "expansion", "sampling"] = Field(
         default="auto",
-        description="`auto` integrates the table itself, with as many lines as keep the error below 0.05 decades; "
-                    "`exact` does so with `lines`; `expansion` integrates the polynomials of a fit; `sampling` takes "
-                    "the mean over samples of these polynomials, as the paper does: wrong far from the data and for a "
-                    "narrow noise.")
+        description="How the density is integrated over the inputs. `auto`: integrate the table itself along lines, "
+                    "whose number is doubled until the error is below 0.05 decades. `exact`: the same with the given "
+                    "number of `lines`. `expansion`: integrate the polynomial chaos expansion along `lines`. "
+                    "`sampling`: mean over `samples` of the expansion, as in the paper; inaccurate for narrow output "
+                    "noise and for candidates that are far from the recordings.")
     outside: OutsidePolicy = "clip"
-    expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(), description="How to expand.")
-    lines: Lines = ACROSS
-    samples: Samples = SAMPLES
+    expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(),
+                                     description="Settings of the expansions, for `expansion` and `sampling`.")
+    lines: Annotated[int, Field(
+        ge=16, le=MOST_LINES, description="Number of integration lines for three or more inputs, a power of two. A "
+                                          "larger number also reduces the spacing of the points along the lines. "
+                                          "Ignored by `auto`, and by `exact` for a grid of one or two axes.")] = ACROSS
+    samples: Annotated[int, Field(ge=1, le=1 << 17, description="Number of samples for `sampling`, a power of two.",
+                                  )] = SAMPLES
     seed: Seed = 1
-    per_condition: bool = Field(default=True, description="Whether to give the likelihood of each condition too.")
+    per_condition: bool = Field(default=True, description="Whether to return the contribution of each condition.")
 
 
 class CandidateLikelihood(BaseModel):
     """The likelihood of the recordings under one candidate."""
 
     log10_likelihood: float | None = Field(
-        description="Sum over the conditions, densities per ms; null stands for minus infinity.")
+        description="log10 likelihood: sum over the conditions, densities per ms; null for minus infinity.")
     per_condition: list[float | None] | None = Field(
-        description="log10 of the density per ms at each measured time, in the order of the recordings; null stands "
-                    "for minus infinity: there is no expansion, since the model gives no time at one node or more.")
+        description="log10 of the probability density per ms at each measured shifting time, in the order of the "
+                    "recordings; null for minus infinity, which means that the model has no shifting time at any "
+                    "relevant input (`auto`, `exact`) or that the expansion does not exist (`expansion`, `sampling`).")
     error: float | None = Field(
-        description="With `auto`, what other lines change in the log10 likelihood; 0 where a table of one or two axes "
-                    "is integrated as it stands. Null for the other methods.")
+        description="Estimated error of the log10 likelihood for `auto`, in decades: the change when the number of "
+                    "lines was last doubled; 0 for a grid of one or two axes. Null for the other methods.")
     mass_outside: MassOutside
 
 
-class LikelihoodAnswer(BaseModel):
+class LikelihoodResponse(BaseModel):
     """The likelihood of the recordings under each candidate."""
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
     recordings: str = Field(description=f"Name of the recordings. {SIMULATED}")
-    recordings_digest: str = Field(description="Digest (SHA-256) of the recordings.")
+    recordings_digest: RecordingsDigest
     outside: OutsidePolicy
-    candidates: list[CandidateLikelihood] = Field(description="In the order of the request.")
+    candidates: list[CandidateLikelihood] = Field(description="Likelihoods, in the order of the candidates.")
 
 
 _EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False, "candidates": [
@@ -108,58 +112,59 @@ _EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False
     {"mean": [1.0, 1.0], "mixing": [[0.05, 0.0], [0.03, 0.06]], "output_std": 0.02}]}
 
 
-@router.post("", summary="Likelihood of recordings", response_model=LikelihoodAnswer,
-             responses=responses(404, 408, 413, 415))
-def likelihood(asked: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], library: TheLibrary,
-               settings: TheSettings) -> Response:
-    """The log10 likelihood (eq. 7 of the paper) of the measured shifting times under each candidate.
+@router.post("", summary="Compute the likelihood of recordings", response_model=LikelihoodResponse,
+             responses=error_responses(404, 408, 413, 415))
+def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
+               settings: SettingsDependency) -> Response:
+    """Compute the log10 likelihood of the measured shifting times under each candidate (eq. 7 of the paper).
 
-    The density of each measured time is the mean, over the inputs, of normal densities around the simulated time, with
-    the output noise as their width, in logarithms throughout, per millisecond. Every run draws its own inputs, so the
-    conditions add up.
+    The probability density of a measured time is the expectation, over the inputs, of a normal density centred at the
+    simulated time whose standard deviation is the output noise. The inputs of different runs are independent, so the
+    log10 densities of the conditions are summed.
     """
-    table, recordings = library.table(asked.table), library.recording(asked.recordings)
-    problem = table_problem(table, recordings, asked.outside)
-    candidates = [Candidate(one.inputs(table), one.output_std) for one in asked.candidates]
-    _require_work(asked, settings, table, len(recordings))
-    logarithms, errors = _likelihoods(asked, problem, candidates)
-    normals = standard_normals(len(table.axes), SAMPLES, asked.seed)
-    return numbers({
-        "table": asked.table, "table_digest": table.digest, "recordings": asked.recordings,
-        "recordings_digest": recordings.digest, "outside": asked.outside,
+    table, recordings = library.table(body.table), library.recording(body.recordings)
+    problem = table_problem(table, recordings, body.outside)
+    candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
+    _require_work(body, settings, table, len(recordings))
+    log10_densities, errors = _log10_densities(body, problem, candidates)
+    normals = standard_normals(len(table.axes), SAMPLES, body.seed)
+    return json_response({
+        "table": body.table, "table_digest": table.digest, "recordings": body.recordings,
+        "recordings_digest": recordings.digest, "outside": body.outside,
         "candidates": [{"log10_likelihood": float(row.sum()), "error": error,
-                        "per_condition": row.tolist() if asked.per_condition else None,
+                        "per_condition": row.tolist() if body.per_condition else None,
                         "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, normals)}
-                       for candidate, row, error in zip(candidates, logarithms, errors, strict=True)],
+                       for candidate, row, error in zip(candidates, log10_densities, errors, strict=True)],
     })
 
 
-def _likelihoods(asked: LikelihoodRequest, problem: InferenceProblem,
-                 candidates: list[Candidate]) -> tuple[np.ndarray, list[float | None]]:
-    """log10 p (c, n), and the error of each sum where the method knows it."""
-    unknown: list[float | None] = [None] * len(candidates)
-    if asked.method == "auto":
-        found = [converged(problem, candidate, asked.seed) for candidate in candidates]
-        return np.array([row for row, _ in found]), [error for _, error in found]
-    if asked.method == "exact":
-        return np.array([exact(problem, candidate, asked.lines, asked.seed) for candidate in candidates]), unknown
-    if asked.method == "expansion":
-        return by_expansion(problem, candidates, asked.expansion.checked(0), asked.lines), unknown
-    normals = standard_normals(len(problem.axes), asked.samples, asked.seed)
-    return by_sampling(problem, candidates, asked.expansion.checked(0), normals), unknown
+def _log10_densities(body: LikelihoodRequest, problem: InferenceProblem,
+                     candidates: list[Candidate]) -> tuple[np.ndarray, list[float | None]]:
+    """log10 densities per ms, shape (candidates, conditions), and the estimated error of the sum for each candidate."""
+    no_errors: list[float | None] = [None] * len(candidates)
+    if body.method == "auto":
+        results = [converged(problem, candidate, body.seed) for candidate in candidates]
+        return np.array([densities for densities, _ in results]), [error for _, error in results]
+    if body.method == "exact":
+        return np.array([exact(problem, candidate, body.lines, body.seed) for candidate in candidates]), no_errors
+    if body.method == "expansion":
+        return by_expansion(problem, candidates, body.expansion.checked(0), body.lines), no_errors
+    normals = standard_normals(len(problem.axes), body.samples, body.seed)
+    return by_sampling(problem, candidates, body.expansion.checked(0), normals), no_errors
 
 
-def _require_work(asked: LikelihoodRequest, settings: TheSettings, table: Table, conditions: int) -> None:
-    """Refuse what would take minutes; raises `TooLarge`."""
-    lines = MOST_LINES if asked.method == "auto" else asked.lines
-    points = lines * _POINTS_A_LINE * math.ceil(math.sqrt(lines / ACROSS))
-    if asked.method in ("auto", "exact") and table.knots is not None and len(table.axes) <= KNOTTED:
-        points = _KNOTTED_POINTS
-    if asked.method == "sampling":
-        points = asked.samples
-    if asked.method in ("expansion", "sampling"):
-        basis = make_basis((HERMITE,) * len(table.axes), asked.expansion.checked(0))
-        points = (points + len(basis.nodes)) * (1 + len(basis.degrees) // TERMS)
-    require_size(points * conditions * len(asked.candidates), settings.work_values, "numbers on the way",
-                 "Send fewer candidates at a time, or ask for fewer lines, samples and nodes")
-    require_size(len(asked.candidates) * conditions, settings.answer_values, "numbers", "Send fewer at a time")
+def _require_work(body: LikelihoodRequest, settings: Settings, table: Table, conditions: int) -> None:
+    """Raise `TooLarge` for a computation that would take minutes."""
+    lines = MOST_LINES if body.method == "auto" else body.lines
+    points = lines * _POINTS_PER_LINE * math.ceil(math.sqrt(lines / ACROSS))
+    if body.method in ("auto", "exact") and table.knots is not None and len(table.axes) <= KNOTTED:
+        points = _GRID_POINTS
+    if body.method == "sampling":
+        points = body.samples
+    if body.method in ("expansion", "sampling"):
+        basis = make_basis((HERMITE,) * len(table.axes), body.expansion.checked(0))
+        points = (points + len(basis.nodes)) * (1 + len(basis.degrees) // TERMS_PER_VALUE)
+    require_size(points * conditions * len(body.candidates), settings.work_values, "intermediate values",
+                 "Send fewer candidates per request, or request fewer lines, samples or nodes")
+    require_size(len(body.candidates) * conditions, settings.answer_values, "values in the response",
+                 "Send fewer candidates per request")

@@ -1,4 +1,4 @@
-"""What uncertain inputs do to the shifting times: expansion, moments, quantiles and density."""
+"""Propagation of uncertain inputs to shifting times by polynomial chaos expansion."""
 
 from typing import Annotated, Any
 
@@ -7,21 +7,22 @@ from fastapi import APIRouter, Body, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problem_details import responses
+from service.problem_details import error_responses
 from service.schemas import (
     ConditionList,
     InputsBody,
+    LibraryDependency,
     MassOutside,
     OutsidePolicy,
-    Strict,
+    SettingsDependency,
+    StrictModel,
     TableDigest,
     TableName,
-    TheLibrary,
-    TheSettings,
-    chosen,
-    numbers,
+    json_response,
     require_size,
+    select_conditions,
 )
+from service.settings import Settings
 from slipstick.inference import table_model
 from slipstick.table import Table
 from slipstick.uncertainty import Inputs, mass_outside, standard_normals
@@ -42,162 +43,176 @@ from slipstick.uncertainty.likelihood import SAMPLES, ShiftingTimeModel
 
 router = APIRouter(prefix="/v1/propagate", tags=["propagate"], route_class=JsonRoute)
 
-Samples = Annotated[int, Field(
-    ge=1, le=1 << 17, description="Samples of the germ, a power of two, for what the polynomial alone does not give.")]
-Seed = Annotated[int, Field(ge=0, le=2**53, description="Seed of the samples: the same seed, the same answer.")]
+Seed = Annotated[int, Field(ge=0, le=2**53, description="Seed of the samples; the same seed gives the same response.")]
 
 
-class ExpansionBody(Strict):
-    """How to expand in polynomials."""
+class ExpansionBody(StrictModel):
+    """Settings of the polynomial chaos expansions."""
 
-    order: int = Field(default=ORDER, ge=0, le=HIGHEST_ORDER, description="Total degree of the polynomials.")
-    norm: float = Field(default=1.0, gt=0, le=1, description="1 keeps the total degree, less drops interactions.")
+    order: int = Field(default=ORDER, ge=0, le=HIGHEST_ORDER, description="Total degree of the expansion.")
+    norm: float = Field(
+        default=1.0, gt=0, le=1, description="Exponent q of the hyperbolic truncation. The value 1 keeps all terms up "
+                                             "to the total degree; smaller values drop interactions.")
     rule: Rule | None = Field(
-        default=None, description="`tensor`: the full grid of Gauss nodes; `regression`: least squares on samples. By "
-                                  "itself the first for one or two inputs, the second for more.")
-    nodes: int | None = Field(default=None, ge=1, le=60, description="Gauss nodes an axis, order + 1 or more.")
-    runs: int | None = Field(default=None, ge=2, le=20_000, description="Samples of a regression, twice the terms.")
+        default=None, description="Where the model is evaluated. `tensor`: a full tensor grid of Gauss nodes. "
+                                  "`regression`: least squares on random samples. The default is `tensor` for one or "
+                                  "two inputs and `regression` for more.")
+    nodes: int | None = Field(default=None, ge=1, le=60, description="`tensor`: Gauss nodes per axis, at least and by "
+                                                                     "default order + 1.")
+    runs: int | None = Field(default=None, ge=2, le=20_000, description="`regression`: number of samples, by default "
+                                                                        "twice the number of terms.")
 
     def checked(self, checks: int = 16, seed: int = 1) -> ExpansionSettings:
-        """Return them as settings, with `checks` model runs for the error; raises `InvalidValue`."""
+        """Return the settings, with `checks` model runs to estimate the error; raises `InvalidValue`."""
         return ExpansionSettings(self.order, self.norm, self.rule, self.nodes, checks, self.runs, seed)
 
 
-class PropagateRequest(Strict):
-    """Uncertain inputs of a table."""
+class PropagateRequest(StrictModel):
+    """Propagation of uncertain inputs through a table."""
 
     table: TableName = "nominal"
     inputs: InputsBody
     output_std: float = Field(default=0.003, ge=0,
-                              description="Standard deviation of the additive output noise in s; 0 for none.")
+                              description="Standard deviation of the additive output noise in s; 0 for no noise.")
     conditions: ConditionList = None
     outside: OutsidePolicy = "clip"
-    expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(), description="How to expand.")
+    expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(), description="Settings of the expansions.")
     tolerance: float | None = Field(
-        default=None, gt=0, description="Error of the expansions in s to raise the order for, up to 20,000 model runs; "
-                                        "null for the order as it is.")
-    samples: Samples = SAMPLES
+        default=None, gt=0, description="Target for the error of the expansions in s. With a target, `expansion.order` "
+                                        "is ignored, and the order is increased from 1 until the error meets the "
+                                        "target or 20,000 model runs are used. Null for expansions of the given "
+                                        "order.")
+    samples: Annotated[int, Field(
+        ge=1, le=1 << 17, description="Number of samples of the expansion for quantiles and densities, a power of two.",
+    )] = SAMPLES
     seed: Seed = 1
     quantiles: list[Annotated[float, Field(ge=0, le=1)]] = Field(
-        default_factory=lambda: [0.05, 0.5, 0.95], max_length=100, description="Probabilities of the quantiles wanted.")
+        default_factory=lambda: [0.05, 0.5, 0.95], max_length=100, description="Probabilities of the quantiles.")
     density_points: int = Field(
         default=0, ge=0, le=2000,
-        description="Points at which each density is given, across five standard deviations either side of the mean; "
-                    "0 for no density.")
-    coefficients: bool = Field(default=False, description="Whether to give the coefficients of the expansion.")
+        description="Number of equidistant points at which each density is computed, from five standard deviations "
+                    "below to five above the mean; 0 for no densities.")
+    coefficients: bool = Field(default=False, description="Whether to return the coefficients of the expansions.")
 
 
-class Propagated(BaseModel):
-    """The shifting time of one condition under uncertain inputs."""
+class ShiftingTimeDistribution(BaseModel):
+    """Distribution of the shifting time in one condition."""
 
-    condition: int = Field(description="Number of the condition in the table.")
-    reason: str | None = Field(description="Why there is no expansion and all else is null; null where there is one.")
+    condition: int = Field(description="Index of the condition in the table.")
+    reason: str | None = Field(description="Why the expansion does not exist, in which case all results are null; null "
+                                           "if it exists.")
     mean: float | None = Field(description="Mean in s.")
-    std: float | None = Field(description="Standard deviation in s, output noise included.")
+    std: float | None = Field(description="Standard deviation in s, including the output noise.")
     error: float | None = Field(
-        description="Estimated root mean square error of the expansion over the inputs in s: leave-one-out for a "
-                    "regression, at 16 more samples for a tensor rule.")
+        description="Estimated RMS error of the expansion in s, over the distribution of the inputs: the leave-one-out "
+                    "error for `regression`, the error at 16 additional samples for `tensor`.")
     first_order: list[float | None] | None = Field(
-        description="First-order Sobol index of each input, of the variance without noise; null for dependent inputs.")
-    total: list[float | None] | None = Field(description="Total Sobol index of each input; null for dependent inputs.")
-    quantiles: list[float | None] = Field(description="Quantiles in s, output noise included, as asked for.")
-    density_time: list[float | None] | None = Field(description="Times of the density in s.")
-    density: list[float | None] | None = Field(description="Density per ms at `density_time`, output noise included.")
-    coefficients: list[float | None] | None = Field(description="Coefficients in s, in the order of `degrees`.")
+        description="First-order Sobol index of each input, for the variance without output noise; null for dependent "
+                    "inputs.")
+    total: list[float | None] | None = Field(
+        description="Total Sobol index of each input, for the variance without output noise; null for dependent "
+                    "inputs.")
+    quantiles: list[float | None] = Field(
+        description="Quantiles in s, including the output noise, in the order of the requested probabilities.")
+    density_time: list[float | None] | None = Field(description="Shifting times in s at which the density is given.")
+    density: list[float | None] | None = Field(
+        description="Probability density per ms at `density_time`, including the output noise.")
+    coefficients: list[float | None] | None = Field(
+        description="Coefficients of the expansion in s, in the order of `degrees`.")
 
 
-class PropagateAnswer(BaseModel):
-    """The shifting times under uncertain inputs."""
+class PropagateResponse(BaseModel):
+    """Distributions of the shifting times."""
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
     outside: OutsidePolicy
     mass_outside: MassOutside
     order: int = Field(description="Order of the expansions.")
-    nodes: int = Field(description="Model runs for each condition, for all orders tried.")
-    reached: bool | None = Field(description="Whether the error is within the tolerance; null where none was given.")
-    germs: list[str] = Field(description="Polynomials of each input: hermite, laguerre, jacobi or legendre.")
+    nodes: int = Field(description="Number of model runs per condition, summed over all orders that were tried.")
+    reached: bool | None = Field(description="Whether the error is within the tolerance; null if none was given.")
+    germs: list[str] = Field(description="Polynomial family of each input: hermite, laguerre, jacobi or legendre.")
     degrees: list[list[int]] | None = Field(
-        description="Degree of each term of the expansion in each germ: the coefficients belong to the products of "
-                    "the orthonormal polynomials of these degrees in the standardised germs.")
-    conditions: list[Propagated] = Field(description="One entry a condition.")
+        description="Degrees of each term of the expansions, one per germ (standardised random variable). A term is "
+                    "the product of the orthonormal polynomials of these degrees in the germs. Null unless "
+                    "`coefficients` is requested.")
+    conditions: list[ShiftingTimeDistribution] = Field(description="One entry per condition.")
 
 
 _EXAMPLE = {"table": "nominal", "inputs": {"mean": [1.0, 1.0], "std": [0.05, 0.08]}, "output_std": 0.003,
             "conditions": [0, 215], "density_points": 41, "coefficients": True}
-TERMS = 32
-"""So many terms of a polynomial cost as much as one number on the way."""
-_MOST_RUNS = 20_000  # to reach a tolerance
-_GAP = "The model gives no shifting time at one node of the expansion or more: there the engagement does not lock, " \
-       "or the policy `nan` leaves a gap outside the table"
+TERMS_PER_VALUE = 32
+"""Number of polynomial terms whose evaluation costs as much as one intermediate value."""
+_MOST_RUNS = 20_000  # maximum number of model runs to reach a tolerance
+_NO_EXPANSION = "The model has no shifting time at one or more nodes of the expansion: the engagement does not lock " \
+                "there, or the node lies outside the table and `outside` is `nan`"
 
 
-@router.post("", summary="Propagate uncertain inputs", response_model=PropagateAnswer,
-             responses=responses(404, 408, 413, 415))
-def propagate(asked: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], library: TheLibrary,
-              settings: TheSettings) -> Response:
-    """Expand each shifting time in polynomials of the germ (polynomial chaos, section III.A of the paper).
+@router.post("", summary="Propagate uncertain inputs", response_model=PropagateResponse,
+             responses=error_responses(404, 408, 413, 415))
+def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
+              settings: SettingsDependency) -> Response:
+    """Compute the distribution of each shifting time by polynomial chaos expansion (section III.A of the paper).
 
-    Mean, standard deviation and Sobol indices come from the coefficients, quantiles and density from samples of the
-    polynomial.
-    Choose conditions, and leave density and coefficients out, to keep the answer small.
+    Mean, standard deviation and Sobol indices follow from the coefficients of the expansion; quantiles and densities
+    follow from samples of it. To keep the response small, select conditions and omit densities and coefficients.
     """
-    whole = library.table(asked.table)
-    inputs = asked.inputs.inputs(whole)
-    table, conditions = chosen(whole, asked.conditions)
-    adapted = _expand(asked, inputs, table_model(table, asked.outside), table, settings)
+    table = library.table(body.table)
+    inputs = body.inputs.inputs(table)
+    selected, conditions = select_conditions(table, body.conditions)
+    adapted = _expand(body, inputs, table_model(selected, body.outside), selected, settings)
     expansion = adapted.expansion
     basis = expansion.basis
-    each = 3 + 2 * inputs.dimension + len(asked.quantiles) + 2 * asked.density_points
-    require_size((each + asked.coefficients * len(basis.degrees)) * len(conditions), settings.answer_values, "numbers",
-                 "Choose conditions, or smaller sizes")
-    output = Output(expansion, asked.output_std, asked.samples, asked.seed)
-    normals = standard_normals(inputs.dimension, asked.samples, asked.seed)
-    return numbers({
-        "table": asked.table, "table_digest": whole.digest, "outside": asked.outside,
-        "mass_outside": mass_outside(inputs, whole.lower, whole.upper, normals),
-        "order": basis.order, "nodes": adapted.runs, "reached": None if asked.tolerance is None else adapted.reached,
+    per_condition = 3 + 2 * inputs.dimension + len(body.quantiles) + 2 * body.density_points
+    require_size((per_condition + body.coefficients * len(basis.degrees)) * len(conditions), settings.answer_values,
+                 "values in the response", "Select conditions, or request fewer quantiles, density points or terms")
+    output = Output(expansion, body.output_std, body.samples, body.seed)
+    normals = standard_normals(inputs.dimension, body.samples, body.seed)
+    return json_response({
+        "table": body.table, "table_digest": table.digest, "outside": body.outside,
+        "mass_outside": mass_outside(inputs, table.lower, table.upper, normals),
+        "order": basis.order, "nodes": adapted.runs, "reached": None if body.tolerance is None else adapted.reached,
         "germs": [germ.name for germ in basis.germs],
-        "degrees": basis.degrees.tolist() if asked.coefficients else None,
-        "conditions": _conditions(asked, output, inputs.independent, conditions),
+        "degrees": basis.degrees.tolist() if body.coefficients else None,
+        "conditions": _distributions(body, output, inputs.independent, conditions),
     })
 
 
-def _expand(asked: PropagateRequest, inputs: Inputs, model: ShiftingTimeModel, table: Table,
-            settings: TheSettings) -> Adapted:
-    """The expansions as asked for; raises `TooLarge`."""
-    wanted = asked.expansion.checked(seed=asked.seed)
+def _expand(body: PropagateRequest, inputs: Inputs, model: ShiftingTimeModel, table: Table,
+            settings: Settings) -> Adapted:
+    """Return the requested expansions; raises `TooLarge`."""
+    expansion_settings = body.expansion.checked(seed=body.seed)
 
-    def at_germs(germs: np.ndarray) -> np.ndarray:
+    def model_at_germs(germs: np.ndarray) -> np.ndarray:
         return model(inputs.at_germs(germs), table.conditions)
 
-    samples = asked.samples * max(1, asked.density_points)
-    remedy = "Choose conditions, or fewer nodes, samples and density points"
-    if asked.tolerance is not None:
-        require_size((_MOST_RUNS + samples) * len(table.conditions), settings.work_values, "numbers on the way", remedy)
-        return adapt(at_germs, inputs.germs, asked.tolerance, _MOST_RUNS, wanted)
-    basis = make_basis(inputs.germs, wanted)
-    work = (len(basis.nodes) + samples) * len(table.conditions) * (1 + len(basis.degrees) // TERMS)
-    require_size(work, settings.work_values, "numbers on the way", remedy)
-    expansion = expand(basis, at_germs(basis.nodes))
+    samples = body.samples * max(1, body.density_points)
+    quantity, remedy = "intermediate values", "Select conditions, or request fewer nodes, samples or density points"
+    if body.tolerance is not None:
+        require_size((_MOST_RUNS + samples) * len(table.conditions), settings.work_values, quantity, remedy)
+        return adapt(model_at_germs, inputs.germs, body.tolerance, _MOST_RUNS, expansion_settings)
+    basis = make_basis(inputs.germs, expansion_settings)
+    work = (len(basis.nodes) + samples) * len(table.conditions) * (1 + len(basis.degrees) // TERMS_PER_VALUE)
+    require_size(work, settings.work_values, quantity, remedy)
+    expansion = expand(basis, model_at_germs(basis.nodes))
     return Adapted(expansion, float(np.nanmax(expansion.error, initial=0.0)), False, len(basis.nodes))
 
 
-def _conditions(asked: PropagateRequest, output: Output, independent: bool,
-                conditions: list[int]) -> list[dict[str, Any]]:
+def _distributions(body: PropagateRequest, output: Output, independent: bool,
+                   conditions: list[int]) -> list[dict[str, Any]]:
     mean, std, error = output.mean, output.std, output.expansion.error
-    first, whole = first_order(output.expansion), total(output.expansion)
-    quantiles = output.quantiles(np.array(asked.quantiles)).T.tolist()
-    grid = mean + np.linspace(-5, 5, asked.density_points)[:, None] * std
-    density = output.density(grid) if asked.density_points else grid
+    first_order_indices, total_indices = first_order(output.expansion), total(output.expansion)
+    quantiles = output.quantiles(np.array(body.quantiles)).T.tolist()
+    grid = mean + np.linspace(-5, 5, body.density_points)[:, None] * std
+    density = output.density(grid) if body.density_points else grid
     coefficients = output.expansion.coefficients
     return [{
-        "condition": number,
-        "reason": _GAP if output.expansion.missing[row] else None,
+        "condition": condition,
+        "reason": _NO_EXPANSION if output.expansion.missing[row] else None,
         "mean": mean[row], "std": std[row], "error": error[row], "quantiles": quantiles[row],
-        "first_order": first[row].tolist() if independent else None,
-        "total": whole[row].tolist() if independent else None,
-        "density_time": grid[:, row].tolist() if asked.density_points else None,
-        "density": density[:, row].tolist() if asked.density_points else None,
-        "coefficients": coefficients[:, row].tolist() if asked.coefficients else None,
-    } for row, number in enumerate(conditions)]
+        "first_order": first_order_indices[row].tolist() if independent else None,
+        "total": total_indices[row].tolist() if independent else None,
+        "density_time": grid[:, row].tolist() if body.density_points else None,
+        "density": density[:, row].tolist() if body.density_points else None,
+        "coefficients": coefficients[:, row].tolist() if body.coefficients else None,
+    } for row, condition in enumerate(conditions)]

@@ -1,4 +1,4 @@
-"""What a finished fit looks like: its report, and each picture of it."""
+"""The report and the pictures of a fit."""
 
 from contextlib import suppress
 from typing import Annotated, Any
@@ -8,12 +8,20 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.bodies import JsonRoute
-from service.drawings import HTML, PICTURE, PictureList, Wanted, listed, name_in_path, picture
 from service.job_store import JobStore
-from service.jobs import finished, ordered, output
-from service.problem_details import responses
-from service.routes.fits import FitId, TheFits, describe
-from service.schemas import TheLibrary
+from service.jobs import finished_job, input_of, output_of
+from service.pictures import (
+    HTML_RESPONSE,
+    PICTURE_RESPONSE,
+    FormatQuery,
+    PictureList,
+    picture_list,
+    picture_name_path,
+    picture_response,
+)
+from service.problem_details import error_responses
+from service.routes.fits import FitId, FitStore, without_progress
+from service.schemas import LibraryDependency
 from slipstick.errors import InvalidValue, SlipstickError
 from slipstick.pictures import CAPTIONS, Spec, pictures
 from slipstick.report import page
@@ -21,63 +29,66 @@ from slipstick.storage.library import Library
 
 router = APIRouter(prefix="/v1/fits/{id}", tags=["reports"], route_class=JsonRoute)
 
-_COMPARED = ("recordings_digest", "table_digest", "simulate", "parameters", "outside")
-_COMPARED_SETTINGS = ("families", "correlated", "mean_bounds", "std_bounds", "output_std_bounds", "refine")
+_EQUAL_INPUTS = ("recordings_digest", "table_digest", "simulate", "parameters", "outside")
+_EQUAL_SETTINGS = ("families", "correlated", "mean_bounds", "std_bounds", "output_std_bounds", "refine")
+"""Entries of the job input, and of its settings, in which two fits must agree to be compared in Table II."""
 
-PictureName = Annotated[str, name_in_path(CAPTIONS, "comparison", "Measured against simulated times")]
-Beside = Annotated[str | None, Query(description="Id of a finished fit of the same by the other method: it fills the "
-                                                 "other row of Table II.")]
+PictureName = Annotated[str, picture_name_path(CAPTIONS, "comparison", "Measured against simulated shifting times")]
+OtherFitQuery = Annotated[str | None, Query(
+    description="Id of a finished fit of the same inputs by the other method (`genetic` or `classic`). The report then "
+                "compares the cost of both methods, as in Table II of the paper.")]
 
 
-@router.get("/report", summary="Report of a fit", response_class=HTMLResponse, response_model=None,
-            responses=responses(404, 409, 503) | HTML)
-def fit_report(id: FitId, store: TheFits, library: TheLibrary, beside: Beside = None) -> HTMLResponse:
-    """One HTML page with all there is to know about a finished fit, to read, print, keep and pass on.
+@router.get("/report", summary="Get the report of a fit", response_class=HTMLResponse, response_model=None,
+            responses=error_responses(404, 409, 503) | HTML_RESPONSE)
+def fit_report(id: FitId, store: FitStore, library: LibraryDependency, beside: OtherFitQuery = None) -> HTMLResponse:
+    """Return the report of a finished fit as a single HTML page that needs no network access.
 
-    What was found in words and numbers, the pictures, Table II of the paper with this fit beside it, where it comes
-    from, and what it cannot say. The page needs no network.
+    The report contains the fitted distributions, the pictures, the computational cost in comparison with Table II of
+    the paper, the provenance of the result, and its limitations.
     """
-    fit = finished(store, id)
-    other = None if beside is None else _comparable(fit, finished(store, beside))
-    described = describe(store, fit).model_dump(mode="json")
-    return HTMLResponse(page(described, output(fit), other, _description(library, fit)))
+    fit = finished_job(store, id)
+    other_output = None if beside is None else _comparable_output(fit, finished_job(store, beside))
+    fields = without_progress(store, fit).model_dump(mode="json")
+    return HTMLResponse(page(fields, output_of(fit), other_output, _recordings_description(library, fit)))
 
 
-@router.get("/pictures", summary="List the pictures of a fit", responses=responses(404, 409, 503))
-def fit_pictures(id: FitId, store: TheFits) -> PictureList:
-    """The pictures that a finished fit has something to show on, with their titles and captions."""
-    return listed(_drawn(store, id), CAPTIONS, f"{store.address}/{id}/pictures")
+@router.get("/pictures", summary="List the pictures of a fit", responses=error_responses(404, 409, 503))
+def fit_pictures(id: FitId, store: FitStore) -> PictureList:
+    """Return the available pictures of a finished fit, with titles and captions."""
+    return picture_list(_specs(store, id), CAPTIONS, f"{store.address}/{id}/pictures")
 
 
-@router.get("/pictures/{name}", summary="A picture of a fit", response_model=None,
-            responses=responses(404, 409, 503) | PICTURE)
-def fit_picture(id: FitId, name: PictureName, store: TheFits, request: Request, format: Wanted = None) -> Response:
-    """A picture as Vega-Lite (JSON), SVG or PNG, by `format` or by the Accept header."""
-    return picture(_drawn(store, id), name, request, format)
+@router.get("/pictures/{name}", summary="Get a picture of a fit", response_model=None,
+            responses=error_responses(404, 409, 503) | PICTURE_RESPONSE)
+def fit_picture(id: FitId, name: PictureName, store: FitStore, request: Request,
+                format: FormatQuery = None) -> Response:
+    """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
+    return picture_response(_specs(store, id), name, request, format)
 
 
-def _drawn(store: JobStore, id: str) -> dict[str, Spec]:
-    left = output(finished(store, id))
-    return pictures(left["result"], left["figure_data"])
+def _specs(store: JobStore, id: str) -> dict[str, Spec]:
+    output = output_of(finished_job(store, id))
+    return pictures(output["result"], output["figure_data"])
 
 
-def _comparable(fit: WorkflowStatus, other: WorkflowStatus) -> dict[str, Any]:
-    """The output of the other fit; raises `InvalidValue` where Table II cannot have both."""
-    same = all(ordered(fit)[name] == ordered(other)[name] for name in _COMPARED) and all(
-        ordered(fit)["settings"][name] == ordered(other)["settings"][name] for name in _COMPARED_SETTINGS)
-    if not same or output(fit)["result"]["method"] == output(other)["result"]["method"]:
-        raise InvalidValue(f"The fit '{other.workflow_id}' has other recordings, another model, other inputs or "
-                           "bounds, or is by the same method",
-                           "Name a fit of the same inputs of the same table to the same recordings: one is classic, "
-                           "the other genetic")
-    return output(other)
+def _comparable_output(fit: WorkflowStatus, other: WorkflowStatus) -> dict[str, Any]:
+    """Return the output of the other fit; raises `InvalidValue` if Table II cannot compare the two."""
+    equal = all(input_of(fit)[name] == input_of(other)[name] for name in _EQUAL_INPUTS) and all(
+        input_of(fit)["settings"][name] == input_of(other)["settings"][name] for name in _EQUAL_SETTINGS)
+    if not equal or output_of(fit)["result"]["method"] == output_of(other)["result"]["method"]:
+        raise InvalidValue(f"The fit '{other.workflow_id}' differs in its recordings, table, inputs or bounds, or "
+                           "uses the same method",
+                           "Give a fit of the same inputs of the same table to the same recordings by the other method "
+                           "(`genetic` or `classic`)")
+    return output_of(other)
 
 
-def _description(library: Library, fit: WorkflowStatus) -> str:
-    """What the recordings say about themselves, if they are still those that were fitted."""
-    order = ordered(fit)
+def _recordings_description(library: Library, fit: WorkflowStatus) -> str:
+    """Return the description of the fitted recordings, or an empty string if they have changed since."""
+    job_input = input_of(fit)
     with suppress(SlipstickError):
-        recordings = library.recording(order["recordings"])
-        if recordings.digest == order["recordings_digest"]:
+        recordings = library.recording(job_input["recordings"])
+        if recordings.digest == job_input["recordings_digest"]:
             return recordings.description
     return ""

@@ -1,63 +1,65 @@
-"""Two fits, of one kind on the tables of a study's two models, for its report: named in the query, and checked."""
+"""The two fits that the report of a study compares: on tables of the model without and with the added effects."""
 
 from typing import Annotated, Any
 
 from dbos import WorkflowStatus
 from fastapi import Depends, Query
 
-from service.jobs import finished, ordered, output
-from service.routes.fits import TheFits
-from service.routes.studies import StudyId, TheStudies
-from service.schemas import TheLibrary
+from service.jobs import finished_job, input_of, output_of
+from service.routes.fits import FitStore
+from service.routes.studies import StudyId, StudyStore
+from service.schemas import LibraryDependency
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
 
-_ALIKE = ("simulate", "parameters", "outside", "settings")
+_EQUAL_INPUTS = ("simulate", "parameters", "outside", "settings")
+"""Entries of the job input in which the two fits must agree."""
 
 
-def _of(model: str) -> Any:
-    return Query(description=f"Id of a finished fit on a table of the study's model {model}. Give both or neither.")
+def _fit_query(model: str, effects: str) -> Any:
+    return Query(description=f"Id of a finished fit on a table of the study's model {effects} the effects (`{model}`). "
+                             "Give both `before` and `after`, or neither.")
 
 
-def study_fits(id: StudyId, studies: TheStudies, fits: TheFits, library: TheLibrary,
-               before: Annotated[str | None, _of("before")] = None,
-               after: Annotated[str | None, _of("after")] = None) -> dict[str, dict[str, Any]] | None:
-    """`before` and `after` -> order and output of the fit, with its `id`; None where none is named.
+def study_fits(id: StudyId, studies: StudyStore, fits: FitStore, library: LibraryDependency,
+               before: Annotated[str | None, _fit_query("before", "without")] = None,
+               after: Annotated[str | None, _fit_query("after", "with")] = None) -> dict[str, dict[str, Any]] | None:
+    """Return id, input and output of the fits `before` and `after`, or None if neither is given.
 
-    Raises `UnknownName`, `Conflict`, and `InvalidValue` where they do not belong to the study or to each other.
+    Raises `UnknownName`, `Conflict`, and `InvalidValue` if the fits do not belong to the study or are not comparable.
     """
     if before is None and after is None:
         return None
     if before is None or after is None:
-        raise InvalidValue("One fit shows no difference", "Name two fits, `before` and `after`, or none")
-    study = finished(studies, id)
-    if not output(study)["result"]["answer"]["effects"]:
-        raise InvalidValue(f"The study '{id}' added nothing to the model, so there is one model only",
-                           "Leave `before` and `after` out")
-    named = {"before": finished(fits, before), "after": finished(fits, after)}
-    for which, fit in named.items():
+        raise InvalidValue("Only one of `before` and `after` is given", "Give both, or neither")
+    study = finished_job(studies, id)
+    if not output_of(study)["result"]["answer"]["effects"]:
+        raise InvalidValue(f"The study '{id}' added no effect, so it has only one model",
+                           "Omit `before` and `after`")
+    jobs = {"before": finished_job(fits, before), "after": finished_job(fits, after)}
+    for which, fit in jobs.items():
         _require_model(study, which, fit, library)
-    for name in _ALIKE:
-        if ordered(named["before"])[name] != ordered(named["after"])[name]:
-            raise InvalidValue(f"The fits '{before}' and '{after}' differ in their {name}",
+    for name in _EQUAL_INPUTS:
+        if input_of(jobs["before"])[name] != input_of(jobs["after"])[name]:
+            raise InvalidValue(f"The fits '{before}' and '{after}' differ in `{name}`",
                                "Submit the same fit on both tables")
-    return {which: {"id": fit.workflow_id, **ordered(fit), **output(fit)} for which, fit in named.items()}
+    return {which: {"id": fit.workflow_id, **input_of(fit), **output_of(fit)} for which, fit in jobs.items()}
 
 
 StudyFits = Annotated[dict[str, dict[str, Any]] | None, Depends(study_fits)]
 
 
 def _require_model(study: WorkflowStatus, which: str, fit: WorkflowStatus, library: Library) -> None:
-    """Raise `InvalidValue` unless the fit is of the study's recordings and of its model `which`."""
-    order, recordings = ordered(fit), ordered(study)["recordings"]
-    if order["recordings_digest"] != ordered(study)["recordings_digest"]:
-        raise InvalidValue(f"The fit '{fit.workflow_id}' is of other recordings than the study",
-                           f"Fit the table to the recordings '{recordings}' as the study saw them")
-    table = library.table(order["table"])
-    if table.digest != order["table_digest"]:
-        raise InvalidValue(f"The table '{order['table']}' changed after the fit '{fit.workflow_id}'",
+    """Raise `InvalidValue` unless the fit used the study's recordings and a table of the study's model `which`."""
+    fit_input, study_input = input_of(fit), input_of(study)
+    if fit_input["recordings_digest"] != study_input["recordings_digest"]:
+        raise InvalidValue(f"The fit '{fit.workflow_id}' and the study used different recordings",
+                           f"Fit the table to the recordings '{study_input['recordings']}', unchanged since the study")
+    table = library.table(fit_input["table"])
+    if table.digest != fit_input["table_digest"]:
+        raise InvalidValue(f"The table '{fit_input['table']}' has changed since the fit '{fit.workflow_id}'",
                            "Submit the fit again")
-    if table.model.spec() != output(study)["result"]["models"][which]:
-        raise InvalidValue(f"The table '{order['table']}' is not of the study's model {which}",
-                           f"Build it from /v1/studies/{study.workflow_id}/model?which={which} with `python -m worker "
-                           "build --model`, and fit that one")
+    if table.model.spec() != output_of(study)["result"]["models"][which]:
+        raise InvalidValue(f"The table '{fit_input['table']}' was not built from the study's model `{which}`",
+                           f"Build a table from /v1/studies/{study.workflow_id}/model?which={which} with `python -m "
+                           "worker build --model`, and submit the fit on that table")

@@ -1,4 +1,4 @@
-"""What a finished study looks like: its report, and each picture of it."""
+"""The report and the pictures of a study."""
 
 from typing import Annotated
 
@@ -6,51 +6,62 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.bodies import JsonRoute
-from service.drawings import HTML, PICTURE, PictureList, Wanted, listed, name_in_path, picture
 from service.job_store import JobStore
-from service.jobs import finished, output
-from service.problem_details import responses
-from service.routes.studies import StudyId, TheStudies, describe
+from service.jobs import finished_job, output_of
+from service.pictures import (
+    HTML_RESPONSE,
+    PICTURE_RESPONSE,
+    FormatQuery,
+    PictureList,
+    picture_list,
+    picture_name_path,
+    picture_response,
+)
+from service.problem_details import error_responses
+from service.routes.studies import StudyId, StudyStore, without_progress
 from service.routes.study_fits import StudyFits
-from slipstick.pictures import Spec, study
+from slipstick.pictures import Spec
+from slipstick.pictures.study import CAPTIONS
+from slipstick.pictures.study import study_pictures as picture_specs
 from slipstick.report.study.page import study_page
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 
-PictureName = Annotated[str, name_in_path(study.CAPTIONS, "gap", "The gap before and after")]
+PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error without and with the effects")]
 
 
-@router.get("/report", summary="Report of a study", response_class=HTMLResponse, response_model=None,
-            responses=responses(404, 409, 503) | HTML)
-def study_report(id: StudyId, store: TheStudies, fits: StudyFits) -> HTMLResponse:
-    """One HTML page with all there is to know about a finished study, to read, print, keep and pass on.
+@router.get("/report", summary="Get the report of a study", response_class=HTMLResponse, response_model=None,
+            responses=error_responses(404, 409, 503) | HTML_RESPONSE)
+def study_report(id: StudyId, store: StudyStore, fits: StudyFits) -> HTMLResponse:
+    """Return the report of a finished study as a single HTML page that needs no network access.
 
-    What is missing and how sure that is, where it shows, the gap before and after with a control, the pictures, and
-    what such a study cannot say. With `before` and `after` also what adding it does to a fit: likelihood, scatter
-    and output noise of the same fit on the tables of both models. The page needs no network.
+    The report contains the missing effects and the evidence for them, the location of the misfit, the gap between model
+    and recordings before and after with a control, the pictures, and the limitations of a study. With `before` and
+    `after` it also compares two fits, on tables of the models without and with the effects: likelihood, scatter of the
+    inputs, and output noise.
     """
-    study = finished(store, id)
-    return HTMLResponse(study_page(describe(store, study).model_dump(mode="json"), output(study), fits))
+    study = finished_job(store, id)
+    return HTMLResponse(study_page(without_progress(store, study).model_dump(mode="json"), output_of(study), fits))
 
 
-@router.get("/pictures", summary="List the pictures of a study", responses=responses(404, 409, 503))
-def study_pictures(id: StudyId, store: TheStudies, fits: StudyFits) -> PictureList:
-    """The pictures that a finished study has something to show on, with their titles and captions.
+@router.get("/pictures", summary="List the pictures of a study", responses=error_responses(404, 409, 503))
+def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits) -> PictureList:
+    """Return the available pictures of a finished study, with titles and captions.
 
-    With `before` and `after`, `surfaces` is among them.
+    The picture `surfaces` is available only if `before` and `after` are given.
     """
     query = "" if fits is None else f"?before={fits['before']['id']}&after={fits['after']['id']}"
-    return listed(_drawn(store, id, fits), study.CAPTIONS, f"{store.address}/{id}/pictures", query)
+    return picture_list(_specs(store, id, fits), CAPTIONS, f"{store.address}/{id}/pictures", query)
 
 
-@router.get("/pictures/{name}", summary="A picture of a study", response_model=None,
-            responses=responses(404, 409, 503) | PICTURE)
-def study_picture(id: StudyId, name: PictureName, store: TheStudies, fits: StudyFits, request: Request,
-                  format: Wanted = None) -> Response:
-    """A picture as Vega-Lite (JSON), SVG or PNG, by `format` or by the Accept header."""
-    return picture(_drawn(store, id, fits), name, request, format)
+@router.get("/pictures/{name}", summary="Get a picture of a study", response_model=None,
+            responses=error_responses(404, 409, 503) | PICTURE_RESPONSE)
+def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: StudyFits, request: Request,
+                  format: FormatQuery = None) -> Response:
+    """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
+    return picture_response(_specs(store, id, fits), name, request, format)
 
 
-def _drawn(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:
-    left = output(finished(store, id))
-    return study.study_pictures(left["result"], left["figure_data"], fits)
+def _specs(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:
+    output = output_of(finished_job(store, id))
+    return picture_specs(output["result"], output["figure_data"], fits)

@@ -1,4 +1,4 @@
-"""The tables: which there are, and what each says about itself."""
+"""Lookup tables of shifting times: list and description."""
 
 from typing import Annotated, Any, Literal
 
@@ -7,131 +7,133 @@ from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
-from service.problem_details import responses
-from service.schemas import Digest, TheLibrary
+from service.problem_details import error_responses
+from service.schemas import Digest, LibraryDependency
 from slipstick.clutch.conditions import Conditions
 from slipstick.errors import SlipstickError
+from slipstick.storage.library import Library
 from slipstick.table import Grid, HeldOut, Surrogate
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
 
 
 Kind = Literal["grid", "surrogate"]
-"""A grid is interpolated linearly between simulated points; a surrogate is a network trained on simulations."""
+_KIND = "`grid`: linear interpolation between simulated grid points. `surrogate`: a neural network trained on " \
+        "simulations."
 
 
-class StatedError(BaseModel):
-    """Error of a surrogate against direct simulation, measured when it was built, at points it was not trained on."""
+class SurrogateError(BaseModel):
+    """Error of a surrogate against direct simulation at held-out random points, measured when it was built."""
 
-    rms: float = Field(description="Root of the mean squared error over points and conditions in s.")
-    worst: float = Field(description="Largest error at any point and condition in s.")
-    points: int = Field(description="Random points in the box at which it was measured.")
+    rms: float = Field(description="RMS error over points and conditions in s.")
+    worst: float = Field(description="Largest absolute error over points and conditions in s.")
+    points: int = Field(description="Number of held-out points.")
 
 
 class ConditionError(BaseModel):
-    """Stated error of a surrogate in one condition."""
+    """Error of a surrogate in one condition."""
 
-    rms: float = Field(description="Root of the mean squared error over the points in s.")
-    worst: float = Field(description="Largest error at any of the points in s.")
+    rms: float = Field(description="RMS error over the held-out points in s.")
+    worst: float = Field(description="Largest absolute error over the held-out points in s.")
 
 
 class Training(BaseModel):
-    """What a surrogate was made of."""
+    """Training and error of a surrogate."""
 
-    runs: int = Field(description="Simulated points it was trained on, each under all conditions.")
-    steps: int = Field(description="Steps of the training.")
-    seed: int = Field(description="Seed of points and training.")
-    error: StatedError
-    errors: list[ConditionError] = Field(description="The same for each condition, in their order.")
+    runs: int = Field(description="Number of training points, each simulated under all conditions.")
+    steps: int = Field(description="Number of optimization steps.")
+    seed: int = Field(description="Seed of the training points and of the optimization.")
+    error: SurrogateError
+    errors: list[ConditionError] = Field(description="Error in each condition, in the order of the conditions.")
 
 
 class TableEntry(BaseModel):
-    """A table in the list."""
+    """A table in the list of tables."""
 
-    name: str = Field(description="Name, as in the other operations.")
-    kind: Kind | None = Field(description="What it is; null where the file cannot be trusted.")
-    axes: list[str] = Field(description="Parameters that the table varies, in the order of its axes.")
-    shape: list[int] = Field(description="Grid points along each axis (none for a surrogate), then the number of "
-                                         "conditions.")
-    error: StatedError | None = Field(default=None, description="Error that a surrogate states; null for a grid.")
-    digest: str | None = Field(description="Content digest (SHA-256); null where the file cannot be trusted.")
-    problem: str | None = Field(default=None, description="Why the file cannot be trusted, and what to do.")
-    href: str = Field(description="Address of the description.")
+    name: str = Field(description="Name of the table, as used by all operations.")
+    kind: Kind | None = Field(description=f"{_KIND} Null if the file is invalid.")
+    axes: list[str] = Field(description="Names of the parameters that the table varies, in the order of its axes.")
+    shape: list[int] = Field(description="Number of grid points along each axis, followed by the number of conditions. "
+                                         "For a surrogate only the number of conditions.")
+    error: SurrogateError | None = Field(default=None, description="Error of a surrogate; null for a grid.")
+    digest: str | None = Field(description="SHA-256 digest of the content; null if the file is invalid.")
+    problem: str | None = Field(default=None, description="Why the file is invalid, and what to do; null if valid.")
+    href: str = Field(description="Address of the description of the table.")
 
 
 class TableList(BaseModel):
-    """All tables."""
+    """A list of all tables."""
 
-    tables: list[TableEntry] = Field(description="In the order of their names.")
+    tables: list[TableEntry] = Field(description="The tables, sorted by name.")
 
 
 class AxisDescription(BaseModel):
-    """One axis of a table."""
+    """An axis of a table."""
 
-    name: str = Field(description="Parameter.")
-    unit: str = Field(description="Unit of the nominal value.")
-    nominal: float = Field(description="Nominal value in `unit`: what the multiplier 1 stands for.")
-    values: list[float] = Field(description="Grid in multiples of the nominal value; the two ends for a surrogate.")
+    name: str = Field(description="Name of the parameter.")
+    unit: str = Field(description="Unit of the parameter.")
+    nominal: float = Field(description="Nominal value in `unit`; the multiple 1 corresponds to this value.")
+    values: list[float] = Field(description="Grid points in multiples of the nominal value; for a surrogate the lower "
+                                            "and upper end of the axis.")
 
 
 class Condition(BaseModel):
-    """One experiment."""
+    """The operating condition of an experiment."""
 
-    number: int = Field(description="Number of the condition in the table or recordings, from 0.")
-    current_profile: int = Field(description="Index of its current profile.")
+    number: int = Field(description="Index of the condition in the table or the recordings, from 0.")
+    current_profile: int = Field(description="Index of the current profile in `current_profiles`, from 0.")
     motor_speed: float = Field(description="Motor speed in rad/s.")
     load_inertia: float = Field(description="Inertia of the load in kg m^2.")
     brake_torque: float = Field(description="Brake torque on the load in N m.")
 
 
 class CurrentProfile(BaseModel):
-    """A valve current over time, straight between its breakpoints."""
+    """Valve current as a piecewise linear function of time."""
 
-    time: list[float] = Field(description="Breakpoints in s after the shift command.")
-    current: list[float] = Field(description="Current there in A.")
+    time: list[float] = Field(description="Times of the breakpoints in s after the shift command.")
+    current: list[float] = Field(description="Current at the breakpoints in A.")
 
 
 class StatusCounts(BaseModel):
-    """How the simulated engagements ended."""
+    """Number of simulated engagements by outcome."""
 
-    locked: int = Field(description="Engagements that have a shifting time.")
-    never_locked: int = Field(description="Engagements that did not lock before the current profile ended.")
-    failed: int = Field(description="Engagements whose numbers blew up.")
+    locked: int = Field(description="Engagements that lock and so have a shifting time.")
+    never_locked: int = Field(description="Engagements that do not lock before the end of the current profile.")
+    failed: int = Field(description="Engagements whose simulation diverged.")
 
 
 class TableDescription(BaseModel):
-    """What a table says about itself."""
+    """Description of a table."""
 
     name: str = Field(description="Name of the table.")
-    kind: Kind = Field(description="What it is: a grid, or a surrogate trained on simulations.")
+    kind: Kind = Field(description=_KIND)
     digest: Digest
-    model_digest: str = Field(description="SHA-256 of `model`.")
-    conditions_digest: str = Field(description="SHA-256 of the conditions.")
-    origin: str = Field(description="Who computed it, and how accurately.")
-    axes: list[AxisDescription] = Field(description="The axes, in the order of the inputs of every operation.")
-    unit: str = Field(default="s", description="Unit of the tabulated shifting times.")
-    statuses: StatusCounts | None = Field(description="How the engagements of a grid ended; null for a surrogate, "
-                                                      "which is refused where one does not lock.")
-    training: Training | None = Field(description="What a surrogate was made of and how far off it is; null for a "
-                                                  "grid.")
-    model: dict[str, Any] = Field(description="Parameters with units, effects, and torque converter of the model.")
-    conditions: list[Condition] = Field(description="The experiments, in their order.")
-    current_profiles: list[CurrentProfile] = Field(description="The current profiles the conditions refer to.")
+    model_digest: str = Field(description="SHA-256 digest of `model`.")
+    conditions_digest: str = Field(description="SHA-256 digest of the conditions.")
+    origin: str = Field(description="How the table was computed.")
+    axes: list[AxisDescription] = Field(description="The axes; all operations expect inputs in this order.")
+    unit: str = Field(default="s", description="Unit of the shifting times.")
+    statuses: StatusCounts | None = Field(description="Outcomes of the simulated engagements of a grid; null for a "
+                                                      "surrogate, for which all engagements lock.")
+    training: Training | None = Field(description="Training and error of a surrogate; null for a grid.")
+    model: dict[str, Any] = Field(description="The simulated model: parameters, units, effects and torque converter.")
+    conditions: list[Condition] = Field(description="The conditions, in order.")
+    current_profiles: list[CurrentProfile] = Field(description="The current profiles of the conditions.")
 
 
-TableInPath = Annotated[str, Path(description="Name of the table.",
-                                  openapi_examples={"nominal": {"summary": "The nominal table", "value": "nominal"}})]
+TableNamePath = Annotated[str, Path(description="Name of the table.",
+                                    openapi_examples={"nominal": {"summary": "The nominal table", "value": "nominal"}})]
 
 
-@router.get("", summary="List the tables", responses=responses())
-def list_tables(library: TheLibrary) -> TableList:
-    """Every table in the folder, verified; one that cannot be trusted is listed with the reason."""
+@router.get("", summary="List the tables", responses=error_responses())
+def list_tables(library: LibraryDependency) -> TableList:
+    """Return all tables. The content of each file is verified; an invalid file is listed with the reason."""
     return TableList(tables=[_entry(library, name) for name in library.tables()])
 
 
-@router.get("/{name}", summary="Describe a table", responses=responses(404))
-def describe_table(name: TableInPath, library: TheLibrary) -> TableDescription:
-    """Axes with units, digests, the model it was computed with, how good it is, and its conditions."""
+@router.get("/{name}", summary="Describe a table", responses=error_responses(404))
+def describe_table(name: TableNamePath, library: LibraryDependency) -> TableDescription:
+    """Return the axes with their units, the digests, the simulated model, the accuracy and the conditions."""
     table = library.table(name)
     return TableDescription(
         name=name, kind=table.kind, digest=table.digest, model_digest=table.model.digest,
@@ -144,19 +146,19 @@ def describe_table(name: TableInPath, library: TheLibrary) -> TableDescription:
 
 
 def list_conditions(conditions: Conditions) -> list[Condition]:
-    """The conditions as JSON."""
+    """Return the conditions as response models."""
     names = ("current_profile", "motor_speed", "load_inertia", "brake_torque")
     rows = zip(*(getattr(conditions, name).tolist() for name in names), strict=True)
     return [Condition(number=number, **dict(zip(names, row, strict=True))) for number, row in enumerate(rows)]
 
 
 def list_profiles(conditions: Conditions) -> list[CurrentProfile]:
-    """The current profiles as JSON."""
+    """Return the current profiles as response models."""
     return [CurrentProfile(time=time.tolist(), current=current.tolist())
             for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
 
 
-def _entry(library: TheLibrary, name: str) -> TableEntry:
+def _entry(library: Library, name: str) -> TableEntry:
     href = f"/v1/tables/{name}"
     try:
         table = library.table(name)
@@ -174,10 +176,10 @@ def _statuses(table: Grid) -> StatusCounts:
 
 
 def _training(table: Surrogate) -> Training:
-    each = zip(table.error.rms.tolist(), table.error.worst.tolist(), strict=True)
+    errors = zip(table.error.rms.tolist(), table.error.worst.tolist(), strict=True)
     return Training(runs=table.runs, steps=table.steps, seed=table.seed, error=_error(table.error),
-                    errors=[ConditionError(rms=rms, worst=worst) for rms, worst in each])
+                    errors=[ConditionError(rms=rms, worst=worst) for rms, worst in errors])
 
 
-def _error(error: HeldOut) -> StatedError:
-    return StatedError(rms=error.overall_rms, worst=float(error.worst.max()), points=error.points)
+def _error(error: HeldOut) -> SurrogateError:
+    return SurrogateError(rms=error.overall_rms, worst=float(error.worst.max()), points=error.points)

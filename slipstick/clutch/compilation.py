@@ -1,7 +1,7 @@
-"""The compiled entry points, cached on disk under a key that holds the sources of the whole simulator.
+"""The compiled entry points, cached on disk under a key that covers the sources of the whole simulator.
 
-numba looks only at the file a function stands in: with its own key, a changed effect or constant elsewhere would
-silently run the old machine code.
+The cache key of numba covers only the file that defines a function. Without the additional key, a change of an effect
+or a constant in another file would silently run outdated machine code.
 """
 
 import hashlib
@@ -15,9 +15,9 @@ _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
 _KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES) + _CATALOGUE.encode()).hexdigest()
 
 
-def _compile(key):
+def _entry_points(key):
     def drive(*arguments):
-        key  # noqa: B018 - named so that it is in the closure, and so in numba's cache index
+        key  # noqa: B018 - makes the key part of the closure, and so of numba's cache index
         driver.drive(*arguments)
 
     def observe(*arguments):
@@ -31,4 +31,4 @@ def _compile(key):
     return allocating(drive, cache=True), allocating(observe, cache=True), allocating(initial_speeds, cache=True)
 
 
-drive, observe, initial_speeds = _compile(_KEY)
+drive, observe, initial_speeds = _entry_points(_KEY)

@@ -1,4 +1,4 @@
-"""The experiments: current profile, motor speed, load inertia and brake torque of each engagement (section II.A)."""
+"""The conditions of engagements: current profile, motor speed, load inertia and brake torque (section II.A)."""
 
 import hashlib
 import itertools
@@ -10,14 +10,14 @@ import numpy as np
 from slipstick.errors import InvalidValue
 
 HORIZON = 3.5
-"""End of the current profiles in s: an engagement that has not locked by then never does."""
+"""End of the paper's current profiles in s. An engagement without lock-up before this time counts as never locked."""
 
 _MOTOR_SPEEDS = np.array([1000.0, 1300.0, 1600.0, 1900.0]) * np.pi / 30  # rpm -> rad/s
 _LOAD_INERTIAS = (6.0, 10.0, 14.0)
 _BRAKE_TORQUES = (20.0, 50.0, 80.0)
 
-# A fill pulse, a fall to the hold current, then the ramp that presses the plates: peak and hold current in A,
-# end of the pulse in s, final current in A.
+# Fill pulse, hold phase, and the ramp that closes the plates: peak current in A, hold current in A, end of the pulse
+# in s, final current in A.
 _PROFILES = (
     (0.70, 0.30, 0.105, 0.70),
     (0.70, 0.28, 0.125, 0.70),
@@ -30,12 +30,12 @@ _PROFILES = (
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """n engagements and the p current profiles they use, each of k breakpoints joined by straight lines.
+    """n conditions and their p current profiles, each piecewise linear between k breakpoints.
 
     Shapes: `current_profile` (n,) index into the profiles, `motor_speed` (n,) rad/s, `load_inertia` (n,) kg m^2,
-    `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. `run_order` (n,) is the place of each
-    engagement in the sequence in which they were run, from 0, where known: only effects that drift look at it, and
-    it is no part of what a condition is. Raises `InvalidValue`.
+    `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. `run_order` (n,) is the position of
+    each engagement in the test sequence, from 0, or None if unknown. Only drift effects depend on it, and it does not
+    enter the identity (`digest`) of the conditions. Raises `InvalidValue`.
     """
 
     current_profile: np.ndarray
@@ -47,55 +47,57 @@ class Conditions:
     run_order: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        """Check shapes, order, finiteness and signs once, so that nothing downstream has to."""
+        """Validate shapes, order, finiteness and signs."""
         n = len(self.current_profile)
         for name in ("motor_speed", "load_inertia", "brake_torque"):
             column = getattr(self, name)
-            _require(column.shape == (n,), f"{name} has shape {column.shape}, not ({n},)", "Give one value a condition")
-            floor = column >= 0 if name == "brake_torque" else column > 0
-            _require(bool(np.all(np.isfinite(column) & floor)), f"{name} has values that are not finite and positive",
-                     "Check the column and its unit")
+            _require(column.shape == (n,), f"{name} has shape {column.shape}, not ({n},)",
+                     "Give one value per condition")
+            in_range = column >= 0 if name == "brake_torque" else column > 0
+            _require(bool(np.all(np.isfinite(column) & in_range)),
+                     f"{name} has values that are not finite and positive", "Check the column and its unit")
         order = np.zeros(n) if self.run_order is None else self.run_order
         _require(order.shape == (n,) and bool(np.all(np.equal(np.mod(order, 1), 0))),
-                 "the run order is not one whole number a condition",
-                 "Give the place of each engagement in the sequence, or leave run_order out")
+                 "the run order is not one whole number per condition",
+                 "Give the position of each engagement in the sequence, or omit run_order")
         time, current = self.profile_time, self.profile_current
         _require(time.ndim == 2 and time.shape == current.shape and time.shape[1] >= 2,
-                 f"profile times {time.shape} and currents {current.shape} do not pair up",
-                 "Give both as (profiles, breakpoints)")
-        _require(bool(np.all(np.isfinite(time)) and np.all(np.isfinite(current))), "a current profile is not finite",
-                 "Check its breakpoints")
+                 f"profile times {time.shape} and currents {current.shape} have invalid shapes",
+                 "Give equal shapes (profiles, breakpoints), with at least two breakpoints")
+        _require(bool(np.all(np.isfinite(time)) and np.all(np.isfinite(current))),
+                 "a current profile has values that are not finite", "Check its breakpoints")
         _require(bool(np.all(np.diff(time, axis=1) > 0) and np.all(time[:, 0] == 0)),
-                 "the times of a current profile do not rise from 0", "Sort its breakpoints and start at t = 0")
-        known = (self.current_profile >= 0) & (self.current_profile < len(time))
-        _require(bool(np.all(known)), f"current_profile refers to profiles beyond the {len(time)} given",
+                 "the times of a current profile do not rise strictly from 0",
+                 "Sort its breakpoints and start at t = 0")
+        is_valid = (self.current_profile >= 0) & (self.current_profile < len(time))
+        _require(bool(np.all(is_valid)), f"current_profile refers to a profile outside the {len(time)} profiles",
                  "Number the profiles from 0")
 
     def __len__(self) -> int:
         return len(self.current_profile)
 
-    def columns(self, in_order: bool = False) -> list[np.ndarray]:
-        """All fields that say what the conditions are; `in_order`: and the run order, if it is known."""
+    def columns(self, with_run_order: bool = False) -> list[np.ndarray]:
+        """All fields that define the conditions, and on request the run order if it is known."""
         columns = [getattr(self, field.name) for field in fields(self) if field.name != "run_order"]
-        return [*columns, self.run_order.astype(np.int64)] if in_order and self.run_order is not None else columns
+        return [*columns, self.run_order.astype(np.int64)] if with_run_order and self.run_order is not None else columns
 
     @property
     def digest(self) -> str:
-        """SHA-256 over all columns to nine digits, so that the rounding of a file format does not matter."""
+        """SHA-256 over all columns at nine significant digits, independent of the rounding of a file format."""
         columns = (np.asarray(column, dtype=float) for column in self.columns())
         text = "\n".join(f"{column.shape} " + " ".join(f"{value:.9g}" for value in column.flat) for column in columns)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def take(self, indices: Sequence[int] | np.ndarray) -> "Conditions":
-        """Return the conditions at `indices`, in that order."""
-        chosen = np.asarray(indices, dtype=np.int64)
-        return replace(self, current_profile=self.current_profile[chosen], motor_speed=self.motor_speed[chosen],
-                       load_inertia=self.load_inertia[chosen], brake_torque=self.brake_torque[chosen],
-                       run_order=None if self.run_order is None else self.run_order[chosen])
+        """Conditions at `indices`, in that order."""
+        rows = np.asarray(indices, dtype=np.int64)
+        return replace(self, current_profile=self.current_profile[rows], motor_speed=self.motor_speed[rows],
+                       load_inertia=self.load_inertia[rows], brake_torque=self.brake_torque[rows],
+                       run_order=None if self.run_order is None else self.run_order[rows])
 
 
 def paper_conditions() -> Conditions:
-    """The 216 = 6 x 4 x 3 x 3 experiments of the paper's section II.A, brake torque running fastest."""
+    """The 216 = 6 x 4 x 3 x 3 conditions of the paper's section II.A; the brake torque varies fastest."""
     grid = itertools.product(range(len(_PROFILES)), _MOTOR_SPEEDS, _LOAD_INERTIAS, _BRAKE_TORQUES)
     profile, speed, inertia, brake = (np.array(column) for column in zip(*grid, strict=True))
     time = np.array([[0, 0.002, end, end + 0.01, end + 0.15, end + 1.5, HORIZON] for _, _, end, _ in _PROFILES])
@@ -103,23 +105,24 @@ def paper_conditions() -> Conditions:
     return Conditions(profile.astype(np.int64), speed, inertia, brake, time, current)
 
 
-def turns(current: np.ndarray) -> np.ndarray:
-    """How a current (k,) in A came to each of its breakpoints, as hysteresis needs it: (k, 3).
+def reversals(current: np.ndarray) -> np.ndarray:
+    """History of a current (k,) in A at each of its breakpoints, as hysteresis needs it: shape (k, 3).
 
-    Columns: direction of the line that begins there (+1 rising, -1 falling, on a flat one the last), current at the
-    last turn (before the first, the first current), and how far the current had gone when it turned there (0 before).
+    Columns: direction of the segment that starts there (+1 rising, -1 falling; a constant segment keeps the previous
+    direction), current at the last reversal (initially the first current), and magnitude of the change up to that
+    reversal (initially 0).
     """
-    directions = np.sign(np.diff(current, append=current[-1]))
-    rises = directions[directions != 0]
-    direction, turn, swing = rises[0] if len(rises) else 1.0, current[0], 0.0
+    slopes = np.sign(np.diff(current, append=current[-1]))
+    changes = slopes[slopes != 0]
+    direction, reversal, swing = changes[0] if len(changes) else 1.0, current[0], 0.0
     history = []
-    for value, heads in zip(current, directions, strict=True):
-        if heads == -direction:
-            direction, turn, swing = heads, value, abs(value - turn)
-        history.append((direction, turn, swing))
+    for value, slope in zip(current, slopes, strict=True):
+        if slope == -direction:
+            direction, reversal, swing = slope, value, abs(value - reversal)
+        history.append((direction, reversal, swing))
     return np.array(history)
 
 
-def _require(holds: bool, cause: str, remedy: str) -> None:
-    if not holds:
+def _require(valid: bool, cause: str, remedy: str) -> None:
+    if not valid:
         raise InvalidValue(cause[0].upper() + cause[1:], remedy)

@@ -1,7 +1,7 @@
 """The torque converter of eq. 3: torque ratio f_st and capacity factor f_sk against the speed ratio.
 
-Straight lines between the points, held outside. The paper's curves are the manufacturer's and unpublished; these
-are this project's nominal bench.
+Both are linear between the points and constant outside. The manufacturer's curves in the paper are unpublished; these
+are plausible curves of this project.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 SPEED_RATIO = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
 TORQUE_RATIO = (2.2, 2.06, 1.91, 1.77, 1.62, 1.48, 1.34, 1.21, 1.08, 1.01, 1.0, 0.99, 0.98)
 CAPACITY_FACTOR = (12.0, 12.0, 12.1, 12.2, 12.4, 12.7, 13.2, 14.1, 15.6, 17.0, 20.0, 28.0, 90.0)
-"""rad/s per sqrt(N m)."""
+"""Capacity factor in rad/s per sqrt(N m)."""
 
 
 def torque(input_speed: float, motor_speed: float) -> float:
@@ -21,7 +21,7 @@ def torque(input_speed: float, motor_speed: float) -> float:
 
 
 def spec() -> dict[str, list[float]]:
-    """The curves as JSON, part of every model's spec."""
+    """The curves as JSON, part of the spec of every model."""
     return {
         "speed_ratio": list(SPEED_RATIO),
         "torque_ratio": list(TORQUE_RATIO),

@@ -1,7 +1,7 @@
-"""Many engagements at once: shifting times, or signals at given times.
+"""Simulation of many engagements at once: shifting times, and signals at sample times.
 
-The compiled integrator behind it is `driver` (the loop), `integrator` (the step), `hydraulics` and `driveline` (the
-equations), with all effects of the catalogue in; `reference` is its slow readable twin.
+The compiled integrator consists of `driver` (main loop), `integrator` (step), `hydraulics` and `driveline` (equations,
+with all effects of the catalogue). `reference` is the slow, readable reference implementation.
 """
 
 import math
@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.clutch import converter, effects, parameters
-from slipstick.clutch.acting import acting, shown
+from slipstick.clutch import effects, parameters
+from slipstick.clutch.active_effects import active_effects, sensor_reading
 from slipstick.clutch.compilation import drive, initial_speeds, observe
 from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED
 from slipstick.clutch.lanes import LANES
-from slipstick.clutch.loading import lines
+from slipstick.clutch.loading import segments
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 
@@ -27,15 +27,15 @@ __all__ = ["DEFAULT", "FAILED", "LOCKED", "NEVER_LOCKED", "STATUS", "TIGHT", "Ac
 
 _SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque", "piston_position")
 STATUS = {LOCKED: "locked", NEVER_LOCKED: "never locked", FAILED: "failed"}
-_BLOCK = 4096
-"""Most engagements a thread takes at a time."""
-_KEPT = 2_000_000
-"""Most numbers of samples a thread keeps at a time: what fits into a cache is cheaper to read again."""
+_MAX_BLOCK = 4096
+"""Largest number of engagements that a thread simulates at a time."""
+_MAX_SAMPLE_VALUES = 2_000_000
+"""Largest number of sample values that a thread stores at a time, so that they fit into the cache."""
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Longest steps in s: `fine` where f_reg may change, `coarse` elsewhere."""
+    """Maximum steps in s: `fine` where f_reg may change, `coarse` elsewhere."""
 
     fine: float
     coarse: float
@@ -44,15 +44,15 @@ class Accuracy:
 DEFAULT = Accuracy(1e-3, 7e-3)
 """Shifting times within 1e-4 s of TIGHT over the default grid (tests/validation)."""
 TIGHT = Accuracy(2e-4, 1e-3)
-"""Shifting times within 1e-5 s of the outside reference."""
+"""Shifting times within 1e-5 s of the independent reference."""
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What m points under n conditions gave: shifting times and status (m, n), and k samples of each signal (m, n, k).
+    """Results at m points under n conditions: shifting times and status (m, n), and signals (m, n, k) at k times.
 
-    Of paired points and conditions the shapes are (n,) and (n, k).
-    Shifting times are in s and NaN unless locked. Signals of a failed engagement are NaN from where it failed.
+    For paired points and conditions the shapes are (n,) and (n, k). Shifting times are in s, and NaN unless the status
+    is locked. Signals of a failed engagement are NaN from the failure on.
     """
 
     shifting_time: np.ndarray
@@ -74,53 +74,54 @@ def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditio
              threads: int | None = None, paired: bool = False) -> Response:
     """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions.
 
-    Every point meets every condition; if `paired`, m = n and point i meets only condition i. `sample_times` (k,) in s,
-    rising, asks for signals: what the sensors show of them. The result does not depend on `threads`, nor on what is
-    simulated beside it. Raises `InvalidValue`; an engagement that never locks or blows up is a status, not an error.
+    All points are combined with all conditions; with `paired`, m = n and point i is combined with condition i only.
+    With `sample_times` (k,) in s, not decreasing, the response contains the sensor signals at these times. The result
+    of an engagement depends neither on `threads` nor on the other engagements of the call. Raises `InvalidValue` for
+    invalid arguments; an engagement that never locks or diverges is reported by its status.
     """
     vectors, coefficients = np.ascontiguousarray(vectors, float), np.ascontiguousarray(coefficients, float)
-    wanted = np.empty(0) if sample_times is None else np.ascontiguousarray(sample_times, float)
-    _check(vectors, coefficients, wanted, accuracy)
+    times = np.empty(0) if sample_times is None else np.ascontiguousarray(sample_times, float)
+    _check(vectors, coefficients, times, accuracy)
     if paired and len(vectors) != len(conditions):
         raise InvalidValue(f"{len(vectors)} points do not pair up with {len(conditions)} conditions",
-                           "Give one point a condition")
-    acts = acting(coefficients)
-    curves = converter.segments()
+                           "Give one point per condition")
+    active = active_effects(coefficients)
     initial, column = initial_input_speed(vectors, conditions)
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
     columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order])
     profiles = np.column_stack([conditions.current_profile, column]).astype(np.int64)
-    profile_lines = lines(conditions.profile_time, conditions.profile_current)
+    profile_segments = segments(conditions.profile_time, conditions.profile_current)
 
-    n, k, workers = len(conditions), len(wanted), threads or os.cpu_count() or 1
-    shape, each = ((n,), 1) if paired else ((len(vectors), n), n)
+    n, k, workers = len(conditions), len(times), threads or os.cpu_count() or 1
+    shape, conditions_per_point = ((n,), 1) if paired else ((len(vectors), n), n)
     total = math.prod(shape)
-    most = min(_BLOCK, math.ceil(total / workers), _KEPT // max(1, k * (acts.states + 2)))
-    size = LANES * max(1, math.ceil(most / LANES))
-    times, status, recorded = np.empty(total), np.empty(total, np.uint8), np.empty((len(_SIGNALS), total, k))
+    limit = min(_MAX_BLOCK, math.ceil(total / workers), _MAX_SAMPLE_VALUES // max(1, k * (active.state_size + 2)))
+    size = LANES * max(1, math.ceil(limit / LANES))
+    shifting_time, status = np.empty(total), np.empty(total, np.uint8)
+    true_signals = np.empty((len(_SIGNALS), total, k))
 
-    def block(first: int) -> None:
+    def simulate_block(first: int) -> None:
         stop = min(first + size, total)
-        samples = np.empty((stop - first, k, acts.states + 2))
-        drive(first, stop, each, vectors, coefficients, acts, curves, columns, profiles, initial, profile_lines,
-              accuracy.fine, accuracy.coarse, wanted, samples, times, status)
+        samples = np.empty((stop - first, k, active.state_size + 2))
+        drive(first, stop, conditions_per_point, vectors, coefficients, active, columns, profiles, initial,
+              profile_segments, accuracy.fine, accuracy.coarse, times, samples, shifting_time, status)
         if k:
-            observe(first, stop, each, vectors, coefficients, acts, curves, columns, profiles, profile_lines, wanted, samples,
-                    recorded)
+            observe(first, stop, conditions_per_point, vectors, coefficients, active, columns, profiles,
+                    profile_segments, times, samples, true_signals)
 
     with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(block, range(0, total, size)))
-    truth = {name: signal.reshape(*shape, k) for name, signal in zip(_SIGNALS, recorded, strict=True)}
-    return Response(times.reshape(shape), status.reshape(shape), **{
-        name: shown(signal, f"{name.replace('_', ' ')} sensor", wanted, coefficients) if k else signal
-        for name, signal in truth.items()})
+        list(pool.map(simulate_block, range(0, total, size)))
+    shaped = {name: signal.reshape(*shape, k) for name, signal in zip(_SIGNALS, true_signals, strict=True)}
+    return Response(shifting_time.reshape(shape), status.reshape(shape), **{
+        name: sensor_reading(signal, f"{name.replace('_', ' ')} sensor", times, coefficients) if k else signal
+        for name, signal in shaped.items()})
 
 
 def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (), points: np.ndarray | None = None,
                    accuracy: Accuracy = DEFAULT, threads: int | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Shifting times in s (NaN unless locked) and status, both (m, n), at points (m, d) of multipliers of `axes`.
 
-    A multiplier scales the model's value of that parameter; without points the model itself is simulated (m = 1).
+    A multiplier scales the parameter value of the model; without points the model is simulated as it is (m = 1).
     """
     response = simulate(*_scaled(model, axes, points), conditions, None, accuracy, threads)
     return response.shifting_time, response.status
@@ -134,22 +135,22 @@ def signals(model: Model, conditions: Conditions, sample_times: np.ndarray, axes
 
 @dataclass(frozen=True)
 class Simulator:
-    """The direct simulation as a model block: points (m, d) of multipliers of `axes` to shifting times (m, n) in s."""
+    """The direct simulation as a callable: shifting times (m, n) in s at points (m, d) of multipliers of `axes`."""
 
     model: Model
     axes: tuple[str, ...]
     accuracy: Accuracy = DEFAULT
 
     def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
-        """Shifting times (m, n) in s, NaN where an engagement does not lock."""
+        """Shifting times (m, n) in s; NaN where an engagement does not lock."""
         return shifting_times(self.model, conditions, self.axes, points, self.accuracy)[0]
 
 
 def initial_input_speed(vectors: np.ndarray, conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:
-    """Input speed at t = 0 in rad/s, (m, distinct motor speeds), and the column of each condition in it (n,)."""
+    """Input speed at t = 0 in rad/s, (m, distinct motor speeds), and its column for each condition, (n,)."""
     speeds, column = np.unique(conditions.motor_speed, return_inverse=True)
     initial = np.empty((len(vectors), len(speeds)))
-    initial_speeds(np.ascontiguousarray(vectors, float), speeds, converter.segments(), initial)
+    initial_speeds(np.ascontiguousarray(vectors, float), speeds, initial)
     return initial, column
 
 
@@ -171,9 +172,10 @@ def _check(vectors: np.ndarray, coefficients: np.ndarray, sample_times: np.ndarr
         raise InvalidValue(f"Effect coefficients have shape {coefficients.shape}",
                            f"Give ({len(vectors)}, {len(effects.neutral())}), as `Model.coefficients` does")
     if not (np.all(np.isfinite(vectors)) and np.all(np.isfinite(coefficients))):
-        raise InvalidValue("A parameter or coefficient is not finite", "Give every one a finite number")
+        raise InvalidValue("A parameter or coefficient is not finite", "Give finite numbers")
     if sample_times.ndim != 1 or np.any(~np.isfinite(sample_times)) or np.any(np.diff(sample_times, prepend=0.0) < 0):
-        raise InvalidValue("The sample times do not rise from t = 0 on", "Sort them, in seconds after the command")
+        raise InvalidValue("The sample times are negative, decreasing or not finite",
+                           "Sort them, in seconds after the shift command")
     if not (0 < accuracy.fine <= accuracy.coarse < np.inf):
-        raise InvalidValue(f"Steps of {accuracy.fine} and {accuracy.coarse} s are no accuracy",
+        raise InvalidValue(f"The maximum steps {accuracy.fine} and {accuracy.coarse} s are invalid",
                            "Give 0 < fine <= coarse")

@@ -1,7 +1,6 @@
-"""Where the catalogue meets the equations: one compiled function a quantity, holding all effects on it.
+"""Compiled effect hooks of the equations: one function per quantity, with all effects on that quantity.
 
-A quantity that no effect changes in a call costs one branch outside the loop over lanes, and so does an effect whose
-coefficients are neutral throughout.
+A quantity without an active effect costs one branch outside the loop over lanes, and so does an inactive effect.
 """
 
 from collections.abc import Callable
@@ -11,7 +10,6 @@ from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import Effect, Memory, Signals
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
-    ACTING,
     CLUTCH_TORQUE,
     COEFFICIENTS,
     CONTACT,
@@ -19,129 +17,132 @@ from slipstick.clutch.lanes import (
     GEAR,
     INPUT_SPEED,
     LANES,
-    LINE_CURRENT,
-    LINE_DIRECTION,
-    LINE_SLOPE,
-    LINE_SWING,
-    LINE_TIME,
-    LINE_TURN,
     MEMORIES,
+    MEMORY_FLAG,
+    MEMORY_INPUT,
     MOTOR_SPEED,
     OUTPUT_SPEED,
     PISTON_STATE,
     PRESSURE,
     PRESSURE_RATE,
-    QUANTITY,
+    QUANTITY_FLAG,
+    QUANTITY_ROW,
     RAMP,
     RATE,
-    REMEMBERING,
     RUN,
+    SEGMENT_CURRENT,
+    SEGMENT_DIRECTION,
+    SEGMENT_REVERSAL,
+    SEGMENT_SLOPE,
+    SEGMENT_SWING,
+    SEGMENT_TIME,
     SLIPPING,
+    STAGE,
     STAGE_TIME,
-    STATE,
-    STATES,
-    VALUE,
+    STATE_SIZE,
 )
 
 Hook = Callable[[Any, Any], None]
 
 
 def hook(quantity: str) -> Hook:
-    """Compile f(b, active), which lets every active effect on `quantity` change its row, in catalogue order."""
-    chain: Hook = _nothing
+    """Compile f(b, active), which applies all active effects on `quantity` to its row, in catalogue order."""
+    chain: Hook = _no_effect
     for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
         if effect.quantity == quantity:
-            link = _link(effect, position, chain) if effect.memory is None else _remember(effect, position, chain)
-            chain = link
-    return _only_if(ACTING[quantity], chain)
+            link = _link if effect.memory is None else _memory_link
+            chain = link(effect, position, chain)
+    return _guarded(QUANTITY_FLAG[quantity], chain)
 
 
-def memories() -> Hook:
-    """Compile f(b, active), which fills the rates of the states that effects keep, once all torques are known."""
-    chain: Hook = _nothing
+def memory_rates() -> Hook:
+    """Compile f(b, active), which computes the rates of the memories after all torques are known."""
+    chain: Hook = _no_effect
     for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
         if effect.memory is not None:
-            chain = _move(effect, effect.memory, position, chain)
-    return _only_if(REMEMBERING, chain)
+            chain = _rate_link(effect, effect.memory, position, chain)
+    return _guarded(MEMORY_FLAG, chain)
 
 
 @kernel
-def _nothing(b, active):
+def _no_effect(b, active):
     pass
 
 
-def _only_if(flag: int, chain: Hook) -> Hook:
-    # Small enough to be copied into the equations, which a chain is not.
+def _guarded(flag: int, chain: Hook) -> Hook:
+    # The guard is small enough for inlining into the equations; the chain is not.
     @kernel
     def guarded(b, active):
         if active[flag]:
             chain(b, active)
 
-    return guarded if chain is not _nothing else _nothing
+    return guarded if chain is not _no_effect else _no_effect
 
 
 @kernel
 def _signals(b, i, clutch_torque, friction_power, memory):
     slip = b[INPUT_SPEED + i] - b[GEAR + i] * b[OUTPUT_SPEED + i]
-    current = b[LINE_CURRENT + i] + b[LINE_SLOPE + i] * (b[STAGE_TIME + i] - b[LINE_TIME + i])
+    current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
     return Signals(b[STAGE_TIME + i], b[PRESSURE + i], b[PRESSURE_RATE + i], b[PISTON_STATE + i], b[INPUT_SPEED + i],
-                   b[OUTPUT_SPEED + i], slip, b[MOTOR_SPEED + i], current, b[LINE_DIRECTION + i], b[LINE_TURN + i],
-                   b[LINE_SWING + i], b[RUN + i], 1.0 - b[SLIPPING + i], clutch_torque, friction_power, memory)
+                   b[OUTPUT_SPEED + i], slip, b[MOTOR_SPEED + i], current, b[SEGMENT_DIRECTION + i],
+                   b[SEGMENT_REVERSAL + i], b[SEGMENT_SWING + i], b[RUN + i], 1.0 - b[SLIPPING + i], clutch_torque,
+                   friction_power, memory)
 
 
 @kernel
-def _four(b, k):
+def _four_coefficients(b, k):
     return b[k], b[k + LANES], b[k + 2 * LANES], b[k + 3 * LANES]
 
 
-def _coefficients(effect: Effect) -> int:
+def _first_row(effect: Effect) -> int:
     return COEFFICIENTS + int(effects.span(effect).start) * LANES
 
 
 def _link(effect: Effect, position: int, rest: Hook) -> Hook:
-    formula, row, first = effect.formula, QUANTITY[effect.quantity], _coefficients(effect)
+    formula, row, first = effect.formula, QUANTITY_ROW[effect.quantity], _first_row(effect)
 
     @kernel
     def link(b, active):
         if active[position]:
             for i in range(LANES):
-                b[row + i] = formula(b[row + i], _signals(b, i, 0.0, 0.0, 0.0), _four(b, first + i))
+                b[row + i] = formula(b[row + i], _signals(b, i, 0.0, 0.0, 0.0), _four_coefficients(b, first + i))
         rest(b, active)
 
     return link
 
 
-def _remember(effect: Effect, position: int, rest: Hook) -> Hook:
-    formula, row, first = effect.formula, QUANTITY[effect.quantity], _coefficients(effect)
-    place = MEMORIES.index(effect.name)
-    state, value = STATE + (STATES + place) * LANES, VALUE + place * LANES
-    before = 0.0 if effect.memory is not None and effect.memory.relaxed else -1.0
+def _memory_link(effect: Effect, position: int, rest: Hook) -> Hook:
+    formula, row, first = effect.formula, QUANTITY_ROW[effect.quantity], _first_row(effect)
+    column = MEMORIES.index(effect.name)
+    state, value = STAGE + (STATE_SIZE + column) * LANES, MEMORY_INPUT + column * LANES
+    relaxation_time = 0.0 if effect.memory is not None and effect.memory.relaxed else -1.0
 
     @kernel
     def link(b, active):
         if active[position]:
             for i in range(LANES):
-                given, kept = b[row + i], b[state + i]
-                memory = given if b[STAGE_TIME + i] <= before else kept
-                b[value + i], b[state + i] = given, memory
-                b[row + i] = formula(given, _signals(b, i, 0.0, 0.0, memory), _four(b, first + i))
+                unchanged, stored = b[row + i], b[state + i]
+                memory = unchanged if b[STAGE_TIME + i] <= relaxation_time else stored
+                b[value + i], b[state + i] = unchanged, memory
+                b[row + i] = formula(unchanged, _signals(b, i, 0.0, 0.0, memory), _four_coefficients(b, first + i))
         rest(b, active)
 
     return link
 
 
-def _move(effect: Effect, memory: Memory, position: int, rest: Hook) -> Hook:
-    rate, first, place = memory.rate, _coefficients(effect), MEMORIES.index(effect.name)
-    state, moves, value = STATE + (STATES + place) * LANES, RATE + (STATES + place) * LANES, VALUE + place * LANES
+def _rate_link(effect: Effect, memory: Memory, position: int, rest: Hook) -> Hook:
+    rate, first, column = memory.rate, _first_row(effect), MEMORIES.index(effect.name)
+    state, value = STAGE + (STATE_SIZE + column) * LANES, MEMORY_INPUT + column * LANES
+    rate_row = RATE + (STATE_SIZE + column) * LANES
 
     @kernel
-    def move(b, active):
+    def link(b, active):
         if active[position]:
             for i in range(LANES):
                 slip = b[INPUT_SPEED + i] - b[GEAR + i] * b[OUTPUT_SPEED + i]
                 power = b[SLIPPING + i] * b[RAMP + i] * b[FRICTION + i] * b[CONTACT + i] * abs(slip)
                 signals = _signals(b, i, b[CLUTCH_TORQUE + i], power, b[state + i])
-                b[moves + i] = rate(b[value + i], signals, _four(b, first + i))
+                b[rate_row + i] = rate(b[value + i], signals, _four_coefficients(b, first + i))
         rest(b, active)
 
-    return move
+    return link

@@ -1,9 +1,8 @@
-"""Eq. 1: from valve current to pressure, piston position and contact pressure."""
+"""Eq. 1: pressure, piston position and contact pressure from the valve current."""
 
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hooks import hook
 from slipstick.clutch.lanes import (
-    ACTING,
     CHAMBER,
     CLEARANCE,
     CLEARANCE_CHANGE,
@@ -12,9 +11,6 @@ from slipstick.clutch.lanes import (
     CONTACT_POSITION,
     CURRENT_BIAS,
     LANES,
-    LINE_CURRENT,
-    LINE_SLOPE,
-    LINE_TIME,
     PISTON_GAIN,
     PISTON_PRESSURE,
     PISTON_PRESSURE_RATE,
@@ -28,47 +24,52 @@ from slipstick.clutch.lanes import (
     PRESSURE_GAIN,
     PRESSURE_RATE,
     PRESSURE_STIFFNESS,
+    QUANTITY_FLAG,
     RATE,
+    SEGMENT_CURRENT,
+    SEGMENT_SLOPE,
+    SEGMENT_TIME,
     SLOPE_GAIN,
     STAGE_TIME,
     TEMPERATURE_GAIN,
 )
 from slipstick.clutch.valve import valve
 
-_VALVE_CURRENT, _LINE_PRESSURE = ACTING["valve current"], ACTING["line pressure"]
-_on_chamber, _on_gain, _on_piston_rate = hook("chamber pressure"), hook("piston gain"), hook("piston rate")
-_on_clearance, _on_contact = hook("clearance"), hook("contact pressure")
+_VALVE_CURRENT, _LINE_PRESSURE = QUANTITY_FLAG["valve current"], QUANTITY_FLAG["line pressure"]
+_chamber_effects, _gain_effects = hook("chamber pressure"), hook("piston gain")
+_piston_rate_effects, _clearance_effects = hook("piston rate"), hook("clearance")
+_contact_effects = hook("contact pressure")
 
 
 @kernel
 def hydraulics(b, active):
-    """Fill the rows CHAMBER (bar), CLEARANCE (m), CONTACT (Pa) and the rates of x1, x2, x3, for all lanes."""
+    """Compute CHAMBER (bar), CLEARANCE (m), CONTACT (Pa) and the rates of x1, x2, x3, for all lanes."""
     if active[_VALVE_CURRENT] | active[_LINE_PRESSURE]:
         valve(b, active)
     for i in range(LANES):
-        current = b[LINE_CURRENT + i] + b[LINE_SLOPE + i] * (b[STAGE_TIME + i] - b[LINE_TIME + i])
-        # The (1,2) Pade form of a pure delay: it answers a step by first going negative.
+        current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
+        # (1,2) Pade approximation of a pure delay; its step response starts in the wrong direction.
         b[RATE + i] = b[PRESSURE_RATE + i]
         b[RATE + LANES + i] = (
-            b[PRESSURE_GAIN + i] * (current - b[CURRENT_BIAS + i]) - b[SLOPE_GAIN + i] * b[LINE_SLOPE + i]
+            b[PRESSURE_GAIN + i] * (current - b[CURRENT_BIAS + i]) - b[SLOPE_GAIN + i] * b[SEGMENT_SLOPE + i]
             - b[PRESSURE_STIFFNESS + i] * (b[PRESSURE + i] - b[PRESSURE_CHANGE + i])
             - b[PRESSURE_DAMPING + i] * b[PRESSURE_RATE + i])
         b[CHAMBER + i] = b[PRESSURE + i]
         b[PISTON_GAIN + i] = b[TEMPERATURE_GAIN + i]
-    _on_chamber(b, active)
-    _on_gain(b, active)
+    _chamber_effects(b, active)
+    _gain_effects(b, active)
     for i in range(LANES):
         b[PISTON_RATE + i] = (
             b[PISTON_PRESSURE + i] * (b[CHAMBER + i] - b[PRESSURE_BIAS + i])
             + b[PISTON_PRESSURE_RATE + i] * b[PRESSURE_RATE + i] - b[PISTON_RETURN + i] * b[PISTON_STATE + i])
         b[CLEARANCE + i] = b[CONTACT_POSITION + i] - max(0.0, b[PISTON_GAIN + i] * b[PISTON_STATE + i])
         b[CLEARANCE_CHANGE + i] = b[CLEARANCE + i]
-    _on_piston_rate(b, active)
-    _on_clearance(b, active)
+    _piston_rate_effects(b, active)
+    _clearance_effects(b, active)
     for i in range(LANES):
         b[RATE + 2 * LANES + i] = b[PISTON_RATE + i]
         b[CLEARANCE_CHANGE + i] = b[CLEARANCE + i] - b[CLEARANCE_CHANGE + i]
         b[CLEARANCE + i] = max(0.0, b[CLEARANCE + i])
         travel = b[CONTACT_POSITION + i] - b[CLEARANCE + i]
         b[CONTACT + i] = max(0.0, travel * b[CONTACT_FACTOR + i]) * 1e5 * max(0.0, b[CHAMBER + i])
-    _on_contact(b, active)
+    _contact_effects(b, active)

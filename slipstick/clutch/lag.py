@@ -1,54 +1,55 @@
-"""First-order lags that are exactly absent at zero: in the equations by a memory, on a signal by exact updates."""
+"""First-order lags that vanish exactly at zero: as a memory in the equations, or as an exact filter of a signal."""
 
 import numpy as np
 
 from slipstick.clutch.fastmath import allocating, compiled
 
-SHORTEST = 5e-4
-"""Lag in s below which the equations mix the lagged value with the instant one, so that steps need not shrink to 0."""
+SHORTEST_LAG = 5e-4
+"""Lag in s below which the lagged value is blended with the instantaneous value, to keep steps long."""
 
 
 @compiled
 def lagged(value: float, memory: float, lag: float) -> float:
-    """What is left of `value` behind a lag in s whose state is `memory`; exactly `value` at lag 0."""
-    return value + min(1.0, lag / SHORTEST) * (memory - value)
+    """Output of a first-order lag in s with the state `memory` and the input `value`; exactly `value` at lag 0."""
+    return value + min(1.0, lag / SHORTEST_LAG) * (memory - value)
 
 
 @compiled
-def approach(value: float, memory: float, lag: float) -> float:
-    """Rate at which the state `memory` of a lag in s goes after `value`; 0 at lag 0, where steps may be long."""
-    rate = (value - memory) / max(SHORTEST, lag)
+def lag_rate(value: float, memory: float, lag: float) -> float:
+    """Time derivative of the state `memory` of a lag in s with the input `value`; 0 at lag 0."""
+    rate = (value - memory) / max(SHORTEST_LAG, lag)
     return rate if lag > 0.0 else 0.0
 
 
 def time_constant(lag: np.ndarray) -> np.ndarray:
-    """What limits the steps, in s: no limit where there is no lag."""
-    return np.where(lag > 0, np.maximum(lag, SHORTEST), np.inf)
+    """Time constant in s that limits the steps; infinite without a lag."""
+    return np.where(lag > 0, np.maximum(lag, SHORTEST_LAG), np.inf)
 
 
-def delayed(values: np.ndarray, times: np.ndarray, lag: np.ndarray) -> np.ndarray:
-    """Signals (..., k) sampled at `times` (k,) in s behind first-order lags in s, that broadcast to (..., 1).
+def lagged_signal(values: np.ndarray, times: np.ndarray, lag: np.ndarray) -> np.ndarray:
+    """Signals (..., k) at `times` (k,) in s after first-order lags in s, which broadcast to (..., 1).
 
-    Relaxed at the first sample; exact for signals that are straight between samples; a lag of 0 gives every bit back.
+    The lag is in steady state at the first sample. The result is exact for signals that are linear between samples,
+    and bit-identical to `values` at a lag of 0.
     """
     rows = values.reshape(-1, values.shape[-1])
-    behind = np.empty_like(rows)
-    _follow(rows, times, np.broadcast_to(lag, (*values.shape[:-1], 1)).ravel(), behind)
-    return behind.reshape(values.shape)
+    filtered = np.empty_like(rows)
+    _filter(rows, times, np.broadcast_to(lag, (*values.shape[:-1], 1)).ravel(), filtered)
+    return filtered.reshape(values.shape)
 
 
-def _follow(values: np.ndarray, times: np.ndarray, lags: np.ndarray, behind: np.ndarray) -> None:
+def _filter(values: np.ndarray, times: np.ndarray, lags: np.ndarray, filtered: np.ndarray) -> None:
     for row in range(len(values)):
         lag = lags[row]
         state = values[row, 0]
-        behind[row, 0] = state
+        filtered[row, 0] = state
         for k in range(1, len(times)):
             step, before, now = times[k] - times[k - 1], values[row, k - 1], values[row, k]
-            # On a ramp the reading ends up behind by lag times the slope, and nears that exponentially.
-            drag = lag * (now - before) / step if lag > 0.0 and step > 0.0 else 0.0
-            left = np.exp(-step / lag) if lag > 0.0 else 0.0
-            state = now - drag + (state - before + drag) * left
-            behind[row, k] = state
+            # On a ramp the output trails the input by lag * slope, after an exponential transient.
+            ramp_error = lag * (now - before) / step if lag > 0.0 and step > 0.0 else 0.0
+            decay = np.exp(-step / lag) if lag > 0.0 else 0.0
+            state = now - ramp_error + (state - before + ramp_error) * decay
+            filtered[row, k] = state
 
 
-_follow = allocating(_follow, cache=True)
+_filter = allocating(_filter, cache=True)

@@ -1,16 +1,18 @@
-"""The working memory of the compiled integrator: rows of lanes, one engagement a lane.
+"""Layout of the working memory of the compiled integrator: one column (lane) per engagement.
 
-One flat buffer, cut into rows of `LANES` numbers. Row names are offsets known to the compiler, so that a loop over
-the lanes of a few rows becomes vector instructions: separate arrays might overlap for all LLVM knows, and stay scalar.
+One flat buffer consists of rows of `LANES` numbers. Row names are offsets known at compile time, so that a loop over
+the lanes of a few rows compiles to vector instructions. With separate arrays, LLVM could not exclude overlap and would
+emit scalar code.
 """
 
 from itertools import count
 
+from slipstick.bench.converter import MOST_TERMS
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import QUANTITIES
 
 LANES = 48
-"""Engagements advanced in one loop: pairs of AVX-512 vectors, more than LLVM unrolls, few enough for the L1 cache."""
+"""Engagements per loop: pairs of AVX-512 vectors, too many for LLVM to unroll, few enough for the L1 cache."""
 
 _rows = count()
 
@@ -22,66 +24,66 @@ def _row(length: int = 1) -> int:
     return first * LANES
 
 
-STATES = 5
-"""pressure, pressure_rate, piston_state, input_speed, output_speed: x1, x2, x3, Omega, omega."""
+STATE_SIZE = 5
+"""Length of the state vector of the model: pressure, pressure_rate, piston_state, input_speed, output_speed."""
 
 MEMORIES = tuple(effect.name for effect in effects.CATALOGUE if effect.memory)
-"""The effects with a state of their own. These states come after the five, if one of them is active."""
+"""Effects with a memory, in the order in which their memories follow the five model states in the state vector."""
 
-ALL_STATES = STATES + len(MEMORIES)
+FULL_STATE_SIZE = STATE_SIZE + len(MEMORIES)
 
-# Places in the flags of a call: of each effect whether it is active, of each quantity whether an effect on it is, and
-# whether one with a memory is.
-ACTING = {quantity: len(effects.CATALOGUE) + place for place, quantity in enumerate(QUANTITIES)}
-REMEMBERING = len(effects.CATALOGUE) + len(QUANTITIES)
+# Indices into the flags of active effects: one flag per effect (active), per quantity (has an active effect), and one
+# for any active effect with a memory.
+QUANTITY_FLAG = {quantity: len(effects.CATALOGUE) + i for i, quantity in enumerate(QUANTITIES)}
+MEMORY_FLAG = len(effects.CATALOGUE) + len(QUANTITIES)
 
-# The states at the start of the step, at the stage being evaluated, and at the end of the step.
-START, STATE, END = _row(ALL_STATES), _row(ALL_STATES), _row(ALL_STATES)
-# Time derivatives: at the stage, and those kept of the stages of Runge-Kutta (the first, the middle two summed).
-RATE, FIRST, MIDDLE = _row(ALL_STATES), _row(ALL_STATES), _row(ALL_STATES)
+# State vectors at the start of the step, at the current stage, and at the end of the step.
+START, STAGE, END = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
+# Rates of the state vector: at the current stage, at the first stage, and the sum of the two middle stages.
+RATE, FIRST, MIDDLE = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
 
-PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STATE + i * LANES for i in range(STATES))
+PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STAGE + i * LANES for i in range(STATE_SIZE))
 
 TIME, STAGE_TIME, STEP, END_TIME, EVENT = (_row() for _ in range(5))
 
-# Mode, frozen during a step: is the clutch slipping (else stuck), does the load move, which way does it slip.
+# Discrete state, constant during a step: slip or stick state, load moving or at rest, sign of the slip.
 SLIPPING, MOVING, DIRECTION = _row(), _row(), _row()
 
-# Each row is above zero where its mode must end: the load breaks away, the stuck plates let go.
+# Event functions, positive where the load breaks away from rest and where sticking plates release.
 BREAKAWAY, RELEASE = _row(), _row()
 BREAKAWAY_FIRST, RELEASE_FIRST = _row(), _row()
 
-# The current's straight line in force, when it ends, and how the current came to it (`conditions.turns`).
-LINE_TIME, LINE_CURRENT, LINE_SLOPE, LINE_END = _row(), _row(), _row(), _row()
-LINE_DIRECTION, LINE_TURN, LINE_SWING = _row(), _row(), _row()
+# Active segment of the current profile: start, current, slope, end, and history (`conditions.reversals`).
+SEGMENT_TIME, SEGMENT_CURRENT, SEGMENT_SLOPE, SEGMENT_END = _row(), _row(), _row(), _row()
+SEGMENT_DIRECTION, SEGMENT_REVERSAL, SEGMENT_SWING = _row(), _row(), _row()
 
-# What the effects change, and what is made of it.
-QUANTITY = {name: _row() for name in QUANTITIES}
+# Quantities that effects can change, and quantities derived from them.
+QUANTITY_ROW = {name: _row() for name in QUANTITIES}
 (CURRENT, LINE_PRESSURE, CHAMBER, PISTON_GAIN, PISTON_RATE, CLEARANCE, CONTACT, FRICTION, FILM, CONVERTER, LOAD,
- STICK) = QUANTITY.values()
+ STICK) = QUANTITY_ROW.values()
 CLEARANCE_CHANGE, RAMP, RIGID, CLUTCH_TORQUE = (_row() for _ in range(4))
 
 PRESSURE_CHANGE = _row()
-"""What effects add to the line pressure, bar."""
-VALUE = _row(len(MEMORIES))
-"""The quantity of each effect with a memory as its formula is given it."""
+"""Change of the line pressure by effects, bar."""
+MEMORY_INPUT = _row(len(MEMORIES))
+"""Input value of the formula of each effect with a memory."""
 
-# Parameters of the lane's engagement, in the form the equations use them.
+# Parameters of the engagement, in the form used by the equations.
 PRESSURE_STIFFNESS, PRESSURE_DAMPING, CURRENT_BIAS, PRESSURE_GAIN, SLOPE_GAIN = (_row() for _ in range(5))
 PISTON_PRESSURE, PISTON_PRESSURE_RATE, PISTON_RETURN, PRESSURE_BIAS = (_row() for _ in range(4))
 TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR, RESPONSE_TIME = (_row() for _ in range(4))
 INVERSE_RAMP_WIDTH, FILM_COEFFICIENT, FRICTION_COEFFICIENT = _row(), _row(), _row()
 GEAR, INVERSE_GEAR, INPUT_COULOMB, INPUT_VISCOUS, OUTPUT_VISCOUS = (_row() for _ in range(5))
 INPUT_INERTIA, INVERSE_INPUT_INERTIA, INVERSE_LOAD_INERTIA, INVERSE_TOTAL_INERTIA = (_row() for _ in range(4))
-BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, RUN = _row(), _row(), _row(), _row()
+BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, INPUT_TORQUE, RUN = (_row() for _ in range(5))
 
 COEFFICIENTS = _row(len(effects.neutral()) + 4)
-"""Effect coefficients, and room to read four from the last one on."""
+"""Effect coefficients, padded so that four can be read starting at any of them."""
 
 RATIO, TORQUE_RATIO, CAPACITY = (_row() for _ in range(3))
-"""Speed ratio of the converter, and its two curves there."""
+"""Speed ratio of the torque converter, and its two curves at that ratio."""
 
-SEGMENTS = next(_rows) * LANES
-"""The converter curves: their number of segments, both values at the first point, then four numbers a segment."""
-MOST_POINTS = 64
-SIZE = SEGMENTS + 3 + 4 * MOST_POINTS
+CURVES = next(_rows) * LANES
+"""The converter curves of the call, as `Converter.terms` gives them."""
+
+BUFFER_SIZE = CURVES + MOST_TERMS

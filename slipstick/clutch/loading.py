@@ -1,9 +1,9 @@
-"""One engagement into one lane: parameters in the form the equations use them, and the state at t = 0."""
+"""Loading of an engagement into a lane: parameters in the form used by the equations, and the initial state vector."""
 
 import numpy as np
 
 from slipstick.clutch import parameters
-from slipstick.clutch.conditions import turns
+from slipstick.clutch.conditions import reversals
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
     BRAKE,
@@ -11,12 +11,14 @@ from slipstick.clutch.lanes import (
     CONTACT_FACTOR,
     CONTACT_POSITION,
     CURRENT_BIAS,
+    CURVES,
     DIRECTION,
     FILM_COEFFICIENT,
     FRICTION_COEFFICIENT,
     GEAR,
     INPUT_COULOMB,
     INPUT_INERTIA,
+    INPUT_TORQUE,
     INPUT_VISCOUS,
     INVERSE_GEAR,
     INVERSE_INPUT_INERTIA,
@@ -25,13 +27,6 @@ from slipstick.clutch.lanes import (
     INVERSE_RAMP_WIDTH,
     INVERSE_TOTAL_INERTIA,
     LANES,
-    LINE_CURRENT,
-    LINE_DIRECTION,
-    LINE_END,
-    LINE_SLOPE,
-    LINE_SWING,
-    LINE_TIME,
-    LINE_TURN,
     MEMORIES,
     MOTOR_SPEED,
     MOVING,
@@ -45,11 +40,17 @@ from slipstick.clutch.lanes import (
     PRESSURE_STIFFNESS,
     RESPONSE_TIME,
     RUN,
-    SEGMENTS,
+    SEGMENT_CURRENT,
+    SEGMENT_DIRECTION,
+    SEGMENT_END,
+    SEGMENT_REVERSAL,
+    SEGMENT_SLOPE,
+    SEGMENT_SWING,
+    SEGMENT_TIME,
     SLIPPING,
     SLOPE_GAIN,
     START,
-    STATES,
+    STATE_SIZE,
     TEMPERATURE_GAIN,
     TIME,
 )
@@ -60,24 +61,24 @@ from slipstick.clutch.lanes import (
 
 @kernel
 def torque(curves, ratio, motor_speed):
-    """Converter output torque in N m at one speed ratio, from the curves as `Converter.segments` gives them."""
-    x = min(curves[2], max(curves[1], ratio))
-    torque_ratio, capacity = curves[3] + curves[5] * (x - curves[1]), curves[4] + curves[6] * (x - curves[1])
+    """Converter output torque in N m at one speed ratio, from the curves as `Converter.terms` gives them."""
+    beyond = min(curves[2], max(curves[1], ratio)) - curves[1]
+    torque_ratio, capacity = curves[3] + curves[4] * beyond, curves[5] + curves[6] * beyond
     for k in range(7, 7 + 12 * int(curves[0]), 3):
-        beyond = max(0.0, x - curves[k])
-        torque_ratio += curves[k + 1] * beyond
-        capacity += curves[k + 2] * beyond
+        hinge = max(0.0, beyond + curves[1] - curves[k])
+        torque_ratio += curves[k + 1] * hinge
+        capacity += curves[k + 2] * hinge
     return torque_ratio * (motor_speed / capacity) ** 2
 
 
 @kernel
 def initial_speeds(vectors, motor_speeds, curves, out):
-    """Input speed at which the converter drives just the input losses: out[point, speed] in rad/s, by bisection."""
+    """Input speed at which converter torque and input losses balance: out[point, speed] in rad/s, by bisection."""
     for point in range(len(vectors)):
         coulomb, viscous = vectors[point, _TIC], vectors[point, _BIV]
-        same = point > 0 and vectors[point - 1, _TIC] == coulomb and vectors[point - 1, _BIV] == viscous
+        is_repeated = point > 0 and vectors[point - 1, _TIC] == coulomb and vectors[point - 1, _BIV] == viscous
         for k in range(len(motor_speeds)):
-            if same:
+            if is_repeated:
                 out[point, k] = out[point - 1, k]
                 continue
             low, high = 0.0, 2.0 * motor_speeds[k]
@@ -91,8 +92,8 @@ def initial_speeds(vectors, motor_speeds, curves, out):
 
 
 @kernel
-def load(b, i, vectors, coefficients, acts, point, conditions, condition, initial_speed):
-    """Put the engagement of a point (parameter vector) under a condition into lane i, at rest at t = 0."""
+def load(b, i, vectors, coefficients, active_effects, point, conditions, condition, initial_speed):
+    """Load the engagement of a point (parameter vector) under a condition into lane i, at rest at t = 0."""
     tau, gear = vectors[point, _DELAY], vectors[point, _GEAR]
     motor_speed, inertia = conditions[condition, 0], conditions[condition, 1]
     b[PRESSURE_STIFFNESS + i] = 6.0 / (tau * tau)
@@ -101,7 +102,7 @@ def load(b, i, vectors, coefficients, acts, point, conditions, condition, initia
     b[SLOPE_GAIN + i] = 2.0 * vectors[point, _GAIN] / tau
     b[CURRENT_BIAS + i] = vectors[point, _BIAS]
     piston = 3.0 * vectors[point, _C2] / abs(vectors[point, _D2])
-    b[RESPONSE_TIME + i] = min(tau, piston, acts.shortest[point])
+    b[RESPONSE_TIME + i] = min(tau, piston, active_effects.shortest_time_constant[point])
     b[PISTON_PRESSURE + i] = vectors[point, _B2] / vectors[point, _C2]
     b[PISTON_PRESSURE_RATE + i] = vectors[point, _A2] / vectors[point, _C2]
     b[PISTON_RETURN + i] = vectors[point, _D2] / vectors[point, _C2]
@@ -125,7 +126,8 @@ def load(b, i, vectors, coefficients, acts, point, conditions, condition, initia
     b[MOTOR_SPEED + i] = motor_speed
     b[INVERSE_MOTOR_SPEED + i] = 1.0 / motor_speed
     b[RUN + i] = 0.01 * conditions[condition, 3]
-    for c in acts.used:
+    b[INPUT_TORQUE + i] = conditions[condition, 4]
+    for c in active_effects.coefficient_indices:
         b[COEFFICIENTS + c * LANES + i] = coefficients[point, c]
     b[TIME + i] = 0.0
     b[START + i] = 0.0
@@ -133,7 +135,7 @@ def load(b, i, vectors, coefficients, acts, point, conditions, condition, initia
     b[START + 2 * LANES + i] = vectors[point, _X30]
     b[START + 3 * LANES + i] = initial_speed
     b[START + 4 * LANES + i] = 0.0
-    for s in range(STATES, STATES + len(MEMORIES)):
+    for s in range(STATE_SIZE, STATE_SIZE + len(MEMORIES)):
         b[START + s * LANES + i] = 0.0
     b[SLIPPING + i] = 1.0
     b[MOVING + i] = 0.0
@@ -142,8 +144,8 @@ def load(b, i, vectors, coefficients, acts, point, conditions, condition, initia
 
 @kernel
 def park(b, i):
-    """Leave lane i where nothing moves and nothing happens."""
-    for row in range(0, SEGMENTS, LANES):
+    """Set lane i to an idle state without motion or events."""
+    for row in range(0, CURVES, LANES):
         b[row + i] = 0.0
     b[CONTACT_POSITION + i] = 1.0
     b[START + 3 * LANES + i] = 1.0
@@ -151,27 +153,27 @@ def park(b, i):
     b[MOVING + i] = 1.0
     b[DIRECTION + i] = 1.0
     b[INVERSE_GEAR + i] = 1.0
-    b[LINE_END + i] = np.inf
+    b[SEGMENT_END + i] = np.inf
 
 
-def lines(time: np.ndarray, current: np.ndarray) -> np.ndarray:
-    """The straight lines of current profiles (p, k): (p, k, 7) start, current, slope, end (s, A, A/s, s), `turns`.
+def segments(time: np.ndarray, current: np.ndarray) -> np.ndarray:
+    """Segments of current profiles (p, k): (p, k, 7) with start, current, slope, end (s, A, A/s, s) and `reversals`.
 
-    The last line of each holds the current for ever.
+    The last segment of each profile keeps the current constant without end.
     """
     slope = np.zeros_like(time)
     slope[:, :-1] = np.diff(current, axis=1) / np.diff(time, axis=1)
     end = np.concatenate([time[:, 1:], np.full((len(time), 1), np.inf)], axis=1)
-    return np.concatenate([np.stack([time, current, slope, end], axis=2), [turns(row) for row in current]], axis=2)
+    return np.concatenate([np.stack([time, current, slope, end], axis=2), [reversals(row) for row in current]], axis=2)
 
 
 @kernel
-def set_line(b, i, table, profile, line):
-    """Put a straight line of the current into lane i."""
-    b[LINE_TIME + i] = table[profile, line, 0]
-    b[LINE_CURRENT + i] = table[profile, line, 1]
-    b[LINE_SLOPE + i] = table[profile, line, 2]
-    b[LINE_END + i] = table[profile, line, 3]
-    b[LINE_DIRECTION + i] = table[profile, line, 4]
-    b[LINE_TURN + i] = table[profile, line, 5]
-    b[LINE_SWING + i] = table[profile, line, 6]
+def set_segment(b, i, table, profile, segment):
+    """Set the active segment of the current profile in lane i."""
+    b[SEGMENT_TIME + i] = table[profile, segment, 0]
+    b[SEGMENT_CURRENT + i] = table[profile, segment, 1]
+    b[SEGMENT_SLOPE + i] = table[profile, segment, 2]
+    b[SEGMENT_END + i] = table[profile, segment, 3]
+    b[SEGMENT_DIRECTION + i] = table[profile, segment, 4]
+    b[SEGMENT_REVERSAL + i] = table[profile, segment, 5]
+    b[SEGMENT_SWING + i] = table[profile, segment, 6]

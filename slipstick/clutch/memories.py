@@ -1,39 +1,51 @@
-"""What the integrator does with the five states, for those that effects keep; called only if one of these is active.
+"""Integration of the memories of effects; called only if an effect with a memory is active.
 
-Apart from the five, since loops over a number of rows that the compiler does not know stay scalar.
+They are separate from the five model states because loops over a variable number of rows compile to scalar code.
 """
 
 from slipstick.clutch.fastmath import kernel
-from slipstick.clutch.lanes import ALL_STATES, END, EVENT, FIRST, LANES, MIDDLE, RATE, START, STATE, STATES, STEP
+from slipstick.clutch.lanes import (
+    END,
+    EVENT,
+    FIRST,
+    FULL_STATE_SIZE,
+    LANES,
+    MIDDLE,
+    RATE,
+    STAGE,
+    START,
+    STATE_SIZE,
+    STEP,
+)
 
 
 @kernel
-def begin(b):
-    """States at the first stage."""
-    for i in range(STATES * LANES, ALL_STATES * LANES):
-        b[STATE + i] = b[START + i]
+def begin_step(b):
+    """Set the memories at the first stage."""
+    for i in range(STATE_SIZE * LANES, FULL_STATE_SIZE * LANES):
+        b[STAGE + i] = b[START + i]
 
 
 @kernel
-def keep_first(b):
-    """Keep the rates of the first stage, and at t = 0 the value that relaxed memories have been given there."""
-    for i in range(STATES * LANES, ALL_STATES * LANES):
+def store_first_rate(b):
+    """Store the rates of the first stage, and the initial values of relaxed memories set there at t = 0."""
+    for i in range(STATE_SIZE * LANES, FULL_STATE_SIZE * LANES):
         b[FIRST + i] = b[RATE + i]
-        b[START + i] = b[STATE + i]
+        b[START + i] = b[STAGE + i]
 
 
 @kernel
-def advance(b, share):
-    """States at a later stage, `share` of the step on."""
-    for s in range(STATES, ALL_STATES):
+def advance_stage(b, fraction):
+    """Set the memories at a later stage, at `fraction` of the step."""
+    for s in range(STATE_SIZE, FULL_STATE_SIZE):
         for i in range(LANES):
-            b[STATE + s * LANES + i] = b[START + s * LANES + i] + share * b[STEP + i] * b[RATE + s * LANES + i]
+            b[STAGE + s * LANES + i] = b[START + s * LANES + i] + fraction * b[STEP + i] * b[RATE + s * LANES + i]
 
 
 @kernel
-def keep(b, stage):
-    """Keep the sum of the rates of the two middle stages."""
-    for i in range(STATES * LANES, ALL_STATES * LANES):
+def sum_middle_rates(b, stage):
+    """Store the sum of the rates of the two middle stages."""
+    for i in range(STATE_SIZE * LANES, FULL_STATE_SIZE * LANES):
         if stage == 0:
             b[MIDDLE + i] = b[RATE + i]
         elif stage == 1:
@@ -41,18 +53,18 @@ def keep(b, stage):
 
 
 @kernel
-def finish(b):
-    """States at the end of the step."""
-    for s in range(STATES, ALL_STATES):
+def finish_step(b):
+    """Compute the memories at the end of the step."""
+    for s in range(STATE_SIZE, FULL_STATE_SIZE):
         for i in range(LANES):
             k = s * LANES + i
             b[END + k] = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
 
 
 @kernel
-def accept(b):
-    """On to the end of the step, but for lanes in which a mode ends."""
-    for s in range(STATES, ALL_STATES):
+def accept_step(b):
+    """Move the memories to the end of the step, except in lanes with an event."""
+    for s in range(STATE_SIZE, FULL_STATE_SIZE):
         for i in range(LANES):
             k = s * LANES + i
             start, end = b[START + k], b[END + k]

@@ -1,4 +1,4 @@
-"""A model is a value: 20 parameters and the coefficients of the effects added to the paper's equations."""
+"""An immutable model: 20 parameters, and the coefficients of the effects added to the paper's equations."""
 
 import hashlib
 import json
@@ -15,37 +15,37 @@ from slipstick.errors import InvalidValue
 
 @dataclass(frozen=True)
 class Model:
-    """`parameters` in the order and units of `PARAMETERS`; `effects`: effect -> coefficient -> value.
+    """`parameters` in the order and units of `PARAMETERS`; `effects` maps effect -> coefficient -> value.
 
-    An effect that is not named is absent, and its coefficients are neutral. Raises `InvalidValue` on values that
-    are not finite and `UnknownName` on an effect or coefficient the catalogue lacks.
+    The coefficients of all other effects are neutral. Raises `InvalidValue` for values that are not finite, and
+    `UnknownName` for an effect or coefficient that is not in the catalogue.
     """
 
     parameters: tuple[float, ...] = tuple(parameters.nominal().tolist())
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check once, here, what every caller relies on."""
+        """Validate the number, names and finiteness of the values."""
         if len(self.parameters) != len(parameters.NAMES):
             raise InvalidValue(f"A model has {len(parameters.NAMES)} parameters, not {len(self.parameters)}",
                                "Start from Model() and change values with `with_parameters`")
         values = (*self.parameters, *self.coefficients())
         if not np.all(np.isfinite(values)):
-            raise InvalidValue("A parameter or coefficient is not finite", "Give every one a finite number")
+            raise InvalidValue("A parameter or coefficient is not finite", "Give finite numbers")
 
     def with_parameters(self, values: Mapping[str, float]) -> "Model":
-        """Return this model with the named parameters replaced (in their units)."""
+        """A copy of this model with the named parameters replaced (in their units)."""
         vector = list(self.parameters)
         for name, value in values.items():
             vector[parameters.index(name)] = float(value)
         return replace(self, parameters=tuple(vector))
 
     def with_effect(self, name: str, coefficients: Mapping[str, float]) -> "Model":
-        """Return this model with the effect `name` set to `coefficients` (the others of that effect neutral)."""
+        """A copy of this model with the effect `name` at `coefficients`; its other coefficients are neutral."""
         return replace(self, effects={**self.effects, name: dict(coefficients)})
 
     def coefficients(self) -> np.ndarray:
-        """All coefficients of the catalogue in its order, neutral where the model says nothing: shape (c,)."""
+        """All coefficients in catalogue order, neutral unless set in the model: shape (c,)."""
         vector = effects.neutral()
         for name, values in self.effects.items():
             effects.find(name)
@@ -54,17 +54,17 @@ class Model:
         return vector
 
     def coefficients_of(self, effect: Effect) -> tuple[float, ...]:
-        """The coefficients of one effect, in its order."""
+        """The coefficients of one effect, in their order."""
         return tuple(self.coefficients()[effects.span(effect)].tolist())
 
     @property
     def uses_run_order(self) -> bool:
-        """Does an effect that is not neutral look at the place of an engagement in the run order?"""
+        """Whether an effect that is not neutral depends on the run order."""
         return any(effect.uses_run_order and self.coefficients_of(effect) != effect.neutral
                    for effect in effects.CATALOGUE)
 
     def spec(self) -> dict[str, Any]:
-        """The model as JSON: parameters with units, effects, and the converter curves it was computed with."""
+        """The model as JSON: parameters with units, effects, and the converter curves."""
         units = {parameter.name: parameter.unit for parameter in parameters.PARAMETERS}
         return {
             "parameters": dict(zip(parameters.NAMES, self.parameters, strict=True)),
@@ -75,7 +75,7 @@ class Model:
 
     @classmethod
     def from_spec(cls, spec: Mapping[str, Any]) -> "Model":
-        """Rebuild a model from `spec()`; raises `InvalidValue` where it was made with other converter curves."""
+        """The model of a `spec()`; raises `InvalidValue` if its converter curves are not those of this version."""
         if spec.get("torque_converter") != converter.spec():
             raise InvalidValue("The model was computed with other torque converter curves",
                                "Rebuild it with the curves of this version")
@@ -83,5 +83,5 @@ class Model:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the spec: the same digest means the same physics."""
+        """SHA-256 of the spec. Models with equal digests are equal."""
         return hashlib.sha256(json.dumps(self.spec(), sort_keys=True).encode()).hexdigest()

@@ -1,7 +1,7 @@
 """The 20 parameters of the model, eqs. 1-4 of Tod et al.
 
-The paper publishes no values. These are plausible for a heavy-vehicle test bench and are this project's nominal
-bench, as are the regularization share `ramp_share` and its smoothstep form.
+The paper publishes no values. The nominal values here are plausible for a heavy-vehicle test bench. The ramp of the
+regularization, its width `ramp_share` and its smoothstep form, is also a choice of this project.
 """
 
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from slipstick.errors import UnknownName
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter: `value` in `unit`, the paper's `symbol`, and whether the paper calls it uncertain (II.C).
+    """A parameter: nominal `value` in `unit`, the paper's `symbol`, and whether it is uncertain in the paper (II.C).
 
-    `lower` and `upper` bound a calibration, in multiples of the nominal value.
+    `lower` and `upper` are the bounds of a calibration, in multiples of the nominal value.
     """
 
     name: str
@@ -48,7 +48,7 @@ PARAMETERS = (
     Parameter("input_coulomb", "T_ic", 4.0, "N m", "Coulomb friction of the input shaft"),
     Parameter("input_viscous", "b_iv", 0.02, "N m s", "viscous friction of the input shaft"),
     Parameter("output_viscous", "b_ov", 0.6, "N m s", "viscous friction of the output shaft"),
-    Parameter("ramp_share", "eps", 0.08, "1", "share of the stroke over which f_reg goes from 0 to 1"),
+    Parameter("ramp_share", "eps", 0.08, "1", "fraction of the stroke over which f_reg rises from 0 to 1"),
 )
 
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
@@ -56,7 +56,7 @@ UNCERTAIN = tuple(parameter.name for parameter in PARAMETERS if parameter.uncert
 
 
 def index(name: str) -> int:
-    """Position of the parameter `name` in every parameter vector; raises `UnknownName`."""
+    """Index of the parameter `name` in the parameter vector; raises `UnknownName`."""
     if name not in NAMES:
         raise UnknownName.of("parameter", name, NAMES)
     return NAMES.index(name)

@@ -1,7 +1,8 @@
-"""What effects on the valve current and the line pressure change in eq. 1: the plain model never comes here.
+"""Eq. 1 with effects on the valve current or the line pressure; unused without such effects.
 
-Eq. 1 holds the slope of the line pressure k (u - a), and that of a changed one may jump. It is never taken: where the
-line pressure is k (u - a) + c, the second state is w = x2 + 2/tau c, and w' is what x2' was but for 6/tau^2 c.
+Eq. 1 contains the time derivative of the line pressure k (u - a). With effects the line pressure is k (u - a) + c,
+where c may jump. The second state is therefore w = x2 + 2/tau c: w' equals x2' of eq. 1 plus 6/tau^2 c, and contains
+no derivative of c.
 """
 
 from slipstick.clutch.fastmath import kernel
@@ -10,38 +11,39 @@ from slipstick.clutch.lanes import (
     CURRENT,
     CURRENT_BIAS,
     LANES,
-    LINE_CURRENT,
     LINE_PRESSURE,
-    LINE_SLOPE,
-    LINE_TIME,
     PRESSURE_CHANGE,
     PRESSURE_DAMPING,
     PRESSURE_GAIN,
     PRESSURE_RATE,
     PRESSURE_STIFFNESS,
+    SEGMENT_CURRENT,
+    SEGMENT_SLOPE,
+    SEGMENT_TIME,
     STAGE_TIME,
     START,
 )
 
-_on_current, _on_line_pressure = hook("valve current"), hook("line pressure")
+_current_effects, _line_pressure_effects = hook("valve current"), hook("line pressure")
 
 
 @kernel
 def valve(b, active):
-    """Fill the row of c in bar, and turn w into x2, which is zero at t = 0."""
+    """Compute c in bar, and x2 from w. At t = 0, where x2 is zero, initialize w."""
     for i in range(LANES):
-        b[CURRENT + i] = b[LINE_CURRENT + i] + b[LINE_SLOPE + i] * (b[STAGE_TIME + i] - b[LINE_TIME + i])
+        b[CURRENT + i] = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
         gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]
         b[PRESSURE_CHANGE + i] = gain * (b[CURRENT + i] - b[CURRENT_BIAS + i])
-    _on_current(b, active)
+    _current_effects(b, active)
     for i in range(LANES):
         gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]
         b[LINE_PRESSURE + i] = gain * (b[CURRENT + i] - b[CURRENT_BIAS + i])
-    _on_line_pressure(b, active)
+    _line_pressure_effects(b, active)
     for i in range(LANES):
         change = b[LINE_PRESSURE + i] - b[PRESSURE_CHANGE + i]
-        ahead, start, begins = 0.5 * b[PRESSURE_DAMPING + i] * change, b[START + LANES + i], b[STAGE_TIME + i] <= 0.0
+        offset, start = 0.5 * b[PRESSURE_DAMPING + i] * change, b[START + LANES + i]
+        is_initial = b[STAGE_TIME + i] <= 0.0
         b[PRESSURE_CHANGE + i] = change
-        b[START + LANES + i] = ahead if begins else start
-        rate = b[PRESSURE_RATE + i] - ahead
-        b[PRESSURE_RATE + i] = 0.0 if begins else rate
+        b[START + LANES + i] = offset if is_initial else start
+        rate = b[PRESSURE_RATE + i] - offset
+        b[PRESSURE_RATE + i] = 0.0 if is_initial else rate

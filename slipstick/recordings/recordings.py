@@ -1,4 +1,4 @@
-"""Recordings: what a test bench measured of n engagements, held against the model by calibration and fits."""
+"""Recordings: test-bench measurements of n engagements, the data of calibration, fits and studies."""
 
 import hashlib
 from dataclasses import dataclass, fields
@@ -20,10 +20,11 @@ _HDF5_READER = "slipstick.recordings.hdf5_form:read"
 
 @dataclass(frozen=True, eq=False)
 class Recordings:
-    """`measured_time` (n,) s, the shifting time of each of the n `conditions`, and signals if there are any.
+    """The measured shifting time of each of the n `conditions`, and optionally the sensor signals.
 
-    `run_order` (n,) is the place of each engagement in the sequence they were run in, from 0; what is read from a
-    file has it in its conditions too. Raises `BadRecording`, which counts the conditions from 0.
+    `measured_time` (n,) is in s. `run_order` (n,) is the position of each engagement in the test sequence, from 0;
+    recordings read from a file have it in `conditions` as well. Raises `BadRecording`, whose messages number the
+    conditions from 0.
     """
 
     conditions: Conditions
@@ -33,23 +34,24 @@ class Recordings:
     description: str = ""
 
     def __post_init__(self) -> None:
-        """Check what the likelihood and the calibration rely on."""
+        """Check the properties on which likelihood and calibration rely."""
         n, time = len(self.conditions), self.measured_time
         if n == 0 or time.shape != (n,):
             raise BadRecording(f"There are {time.size} shifting times for {n} conditions",
-                               "Give one of each in a row, for one engagement or more")
+                               "Give one shifting time per condition, for at least one condition")
         end = self.conditions.profile_time[self.conditions.current_profile, -1]
-        bad = np.flatnonzero(~((time > 0) & (time <= end)))
-        if len(bad):
-            raise BadRecording(f"The shifting time of condition {bad[0]} is {time[bad[0]]:g} s, "
-                               f"not between 0 and the {end[bad[0]]:g} s of its current profile",
-                               "Give seconds from the shift command, and leave out what did not lock")
+        invalid = np.flatnonzero(~((time > 0) & (time <= end)))
+        if len(invalid):
+            row = invalid[0]
+            raise BadRecording(f"The shifting time of condition {row} is {time[row]:g} s, which is not between 0 and "
+                               f"the {end[row]:g} s of its current profile",
+                               "Give seconds from the shift command, and leave out engagements that never locked")
         if self.run_order is not None and not np.array_equal(np.sort(self.run_order), np.arange(n)):
-            raise BadRecording("The run order does not number the engagements from 0, each once",
-                               "Give the place of each engagement in the sequence, or leave run_order out")
+            raise BadRecording(f"The run order does not contain each number from 0 to {n - 1} once",
+                               "Give the position of each engagement in the test sequence, or leave out run_order")
         if self.signals is not None and len(self.signals.pressure) != n:
-            raise BadRecording(f"There are signals of {len(self.signals.pressure)} conditions, not of {n}",
-                               "Give signals for every condition, or for none")
+            raise BadRecording(f"The signals have {len(self.signals.pressure)} rows for {n} conditions",
+                               "Give signals for all conditions or for none")
 
     def __len__(self) -> int:
         """Number of conditions."""
@@ -57,21 +59,22 @@ class Recordings:
 
     @classmethod
     def open(cls, path: Path | str, signals: Path | str | None = None) -> "Recordings":
-        """Read the `.h5` or `.csv` file at `path`; `signals` is the CSV of the signals that go with a CSV.
+        """Read the `.h5` or `.csv` file at `path`; `signals` is the path of the signals file of a CSV.
 
-        Raises `BadRecording`, and `UnknownName` where there is no such file.
+        Raises `BadRecording`, and `UnknownName` if a file does not exist.
         """
         path = Path(path)
         if path.suffix not in (".h5", ".csv"):
-            raise BadRecording(f"'{path.name}' is neither .h5 nor .csv", "Name the file after its format")
+            raise BadRecording(f"'{path.name}' is neither an .h5 nor a .csv file",
+                               "Give the file the extension of its format")
         form: Form = "h5" if path.suffix == ".h5" else "csv"
         return cls._read(_bytes(path), form, None if signals is None else _bytes(Path(signals)))
 
     @classmethod
     def read(cls, content: bytes, form: Form, signals: bytes | None = None) -> "Recordings":
-        """Read the bytes of a file that nobody vouches for; raises `BadRecording`.
+        """Read the bytes of an untrusted file; raises `BadRecording`.
 
-        An HDF5 file is first read in a limited child process, which takes half a second more (storage/isolated.py).
+        An HDF5 file is first read in a limited child process (storage/isolated.py), which adds half a second.
         """
         if form == "h5" and signals is None:
             require_readable(content, _HDF5_READER, BadRecording)
@@ -82,12 +85,13 @@ class Recordings:
         if form == "csv":
             return cls(*csv_form.read(content, signals))
         if signals is not None:
-            raise BadRecording("A second file of signals came with an HDF5 file", "Put them into the first")
+            raise BadRecording("A separate signals file was given with an HDF5 file",
+                               "Store the signals in the HDF5 file")
         return cls(*hdf5_form.read(content))
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all numbers, whatever file they came from: equal for equal measurements."""
+        """SHA-256 of all numbers: equal measurements have the same digest, whatever the file format."""
         hashed = hashlib.sha256(self.conditions.digest.encode())
         signals = self.signals
         columns = [] if signals is None else [getattr(signals, column.name) for column in fields(signals)]
@@ -95,14 +99,14 @@ class Recordings:
             if array is None:
                 hashed.update(b"absent\n")
                 continue
-            plain = np.ascontiguousarray(array, dtype="<f8")
-            hashed.update(f"{plain.shape}\n".encode())
-            hashed.update(plain.data)
+            little_endian = np.ascontiguousarray(array, dtype="<f8")
+            hashed.update(f"{little_endian.shape}\n".encode())
+            hashed.update(little_endian.data)
         return hashed.hexdigest()
 
 
 def open_conditions(path: Path | str) -> Conditions:
-    """Read only the conditions of the recordings at `path`: a CSV may then lack the shifting times."""
+    """Read only the conditions of the recordings at `path`; a CSV need not have shifting times."""
     path = Path(path)
     if path.suffix == ".csv":
         return csv_form.read_conditions(_bytes(path))
@@ -111,5 +115,5 @@ def open_conditions(path: Path | str) -> Conditions:
 
 def _bytes(path: Path) -> bytes:
     if not path.is_file():
-        raise UnknownName.of("recording", path.name, [found.name for found in path.parent.glob("*.h5")])
+        raise UnknownName.of("recordings file", path.name, [other.name for other in path.parent.glob("*.h5")])
     return path.read_bytes()

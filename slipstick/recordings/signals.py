@@ -1,4 +1,4 @@
-"""What the sensors of the bench saw during each engagement, on one common clock."""
+"""Sensor signals of the test bench, sampled at the same times in every engagement."""
 
 from dataclasses import dataclass
 
@@ -7,17 +7,17 @@ import numpy as np
 from slipstick.errors import BadRecording
 
 SIGNAL_UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
-"""The signals in the order of the fields of `Signals`, and their units."""
+"""Units of the signals, in the order of the fields of `Signals`."""
 
 LARGEST = 20_000_000
-"""Most numbers of all signals of one file together: 160 MB in memory."""
+"""Maximum number of samples of all signals in one file together: 160 MB in memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """`time` (k,) s rising from the shift command at t = 0; the others (n, k) in bar, rad/s, rad/s and N m.
+    """Signals of n engagements, (n, k) each, in bar, rad/s, rad/s and N m, at the increasing times `time` (k,) in s.
 
-    Raises `BadRecording`, which counts conditions and samples from 0.
+    The shift command is at t = 0. Raises `BadRecording`, whose messages number conditions and samples from 0.
     """
 
     time: np.ndarray
@@ -27,23 +27,24 @@ class Signals:
     output_torque: np.ndarray
 
     def __post_init__(self) -> None:
-        """Check order, shapes and finiteness once."""
+        """Check order, shapes and finiteness."""
         time = self.time
         if time.ndim != 1 or len(time) < 2:
-            raise BadRecording(f"The signals have {time.size} sample time(s)", "Give two or more in a row")
-        late = np.flatnonzero(~(np.diff(time) > 0))
-        if len(late) or not np.all(np.isfinite(time)):
-            row = int(late[0]) + 1 if len(late) else 0
-            raise BadRecording(f"The time of the signals does not rise at sample {row} ({time[row]:g} s)",
-                               "Sort the samples by time, each time once")
+            raise BadRecording(f"The times of the signals have shape {time.shape}",
+                               "Give a one-dimensional array of at least two times")
+        not_increasing = np.flatnonzero(~(np.diff(time) > 0))
+        if len(not_increasing) or not np.all(np.isfinite(time)):
+            sample = int(not_increasing[0]) + 1 if len(not_increasing) else 0
+            raise BadRecording(f"The time of the signals does not increase at sample {sample} ({time[sample]:g} s)",
+                               "Sort the samples by time and remove duplicates")
         shape = (len(self.pressure), len(time))
         for name in SIGNAL_UNITS:
             values = getattr(self, name)
             if values.shape != shape:
                 raise BadRecording(f"The signal {name} has shape {values.shape}, not {shape}",
                                    "Give every signal of every engagement at the same sample times")
-            bad = np.argwhere(~np.isfinite(values))
-            if len(bad):
-                row, sample = bad[0]
+            invalid = np.argwhere(~np.isfinite(values))
+            if len(invalid):
+                row, sample = invalid[0]
                 raise BadRecording(f"The signal {name} of condition {row} is not finite at sample {sample} "
-                                   f"({time[sample]:g} s)", "Fill the gap, or leave the signals out")
+                                   f"({time[sample]:g} s)", "Fill the gap, or leave out all signals")

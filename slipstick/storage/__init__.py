@@ -1,7 +1,7 @@
-"""Files: HDF5 that is not trusted, whole-file replacement, limited child processes, and the folder of a service.
+"""Storage: untrusted HDF5, atomic replacement of files, limited child processes, and the library of a service.
 
-`hdf5`, `files` and `isolated` know nothing of what is stored. `condition_layout` is the part of the layout that tables
-and recordings share, and `library` opens both by name.
+`hdf5`, `files` and `isolated` do not depend on the content of the files. `condition_layout` is the part of the HDF5
+layout that tables and recordings share, and `library` opens both by name.
 """
 
 __all__ = ["condition_layout", "files", "hdf5", "isolated", "library"]

@@ -1,4 +1,4 @@
-"""How conditions lie in an HDF5 file: the same groups, names and units in tables and in recordings."""
+"""HDF5 layout of conditions: groups, names and units are the same in tables and in recordings."""
 
 import h5py
 import numpy as np
@@ -13,29 +13,29 @@ CONDITION_UNITS = {
     "load_inertia": "kg m^2",
     "brake_torque": "N m",
 }
-"""The columns of the group `conditions` and the unit of each."""
+"""The datasets of the group `conditions` and their units."""
 
 RUN_ORDER = "conditions/run_order"
-"""Dataset, of the unit 1, that may be absent."""
+"""Path of the optional dataset of the run order, unit 1."""
 
 _PROFILE_UNITS = {"time": "s", "current": "A"}
 
 
 def read_conditions(source: Source) -> Conditions:
-    """Read the groups `conditions`, with the run order if it is there, and `current_profiles`; raises its error."""
+    """Read the groups `conditions`, with the run order if present, and `current_profiles`; raises `source.error`."""
     columns: list[np.ndarray] = []
     length: int | None = None
     for name, unit in CONDITION_UNITS.items():
         column = source.array(f"conditions/{name}", "iu" if unit == "1" else "fiu", (length,), unit)
-        bad = np.flatnonzero(~np.isfinite(column) | (column < 0))
-        if len(bad):
-            raise source.error(f"'conditions/{name}' of condition {bad[0]} is {column[bad[0]]:g}",
-                               "Give a finite number that is not negative; conditions count from 0")
+        invalid = np.flatnonzero(~np.isfinite(column) | (column < 0))
+        if len(invalid):
+            raise source.error(f"'conditions/{name}' of condition {invalid[0]} is {column[invalid[0]]:g}",
+                               "Give a finite, non-negative number; conditions are numbered from 0")
         columns.append(column.astype(np.int64 if unit == "1" else np.float64))
         length = len(column)
     order = source.array(RUN_ORDER, "iu", (length,), "1").astype(np.int64) if source.has(RUN_ORDER) else None
     time, current = [source.array(f"current_profiles/{name}", "fiu", (None, None), unit).astype(np.float64)
-                for name, unit in _PROFILE_UNITS.items()]
+                     for name, unit in _PROFILE_UNITS.items()]
     try:
         profile, speed, inertia, brake = columns
         return Conditions(profile, speed, inertia, brake, time, current, order)
@@ -44,7 +44,7 @@ def read_conditions(source: Source) -> Conditions:
 
 
 def write_conditions(file: h5py.File, conditions: Conditions) -> None:
-    """Write the groups `conditions`, with the run order if there is one, and `current_profiles`."""
+    """Write the groups `conditions`, with the run order if it is known, and `current_profiles`."""
     for name, unit in CONDITION_UNITS.items():
         _write(file, f"conditions/{name}", getattr(conditions, name), unit)
     if conditions.run_order is not None:

@@ -1,4 +1,4 @@
-"""Files that are whole or absent: written under a temporary name, synced, and only then put in place."""
+"""Atomic file replacement: a file is written under a temporary name, synced, and then renamed."""
 
 import os
 import secrets
@@ -9,10 +9,10 @@ from pathlib import Path
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path in the folder of `path`; after the block it is synced and replaces `path`.
+    """Yield a temporary path in the folder of `path`; after the block the file is synced and replaces `path`.
 
-    Where the block raises, the temporary file goes and `path` stays as it was. A process killed on the way
-    leaves at most a hidden `.NAME.*.tmp`, which nothing reads.
+    If the block raises, the temporary file is deleted and `path` is unchanged. A process killed inside the block
+    leaves at most a hidden file `.NAME.*.tmp`, which is never read.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.tmp")
     try:
@@ -26,7 +26,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def move(source: Path, target: Path) -> None:
-    """Put the synced file `source` in the place of `target`, on one file system, and sync both folders."""
+    """Replace `target` by the synced file `source` on the same file system, and sync both folders."""
     os.replace(source, target)
     _sync(target.parent)
     _sync(source.parent)

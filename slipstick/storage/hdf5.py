@@ -1,4 +1,4 @@
-"""HDF5 read without trust: hard links only, no data of other files, no claimed size taken on faith."""
+"""Reading untrusted HDF5: hard links only, no data in other files, and sizes are checked before values are read."""
 
 import io
 import math
@@ -16,18 +16,18 @@ from slipstick.errors import SlipstickError
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """The first eight bytes of every HDF5 file."""
 
-_LARGEST_TEXT = 1 << 20
+_LARGEST_TEXT = 1 << 20  # bytes
 _FILTERS = {h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_FLETCHER32}
-_KINDS = {"f": "floating point", "i": "integer", "u": "unsigned"}
-_REMEDY = "Write the file again from its source"
-_STUMBLES = (OSError, RuntimeError, ValueError, TypeError, KeyError, OverflowError, MemoryError, zlib.error)
+_KINDS = {"f": "floating point", "i": "integer", "u": "unsigned integer"}
+_REMEDY = "Write the file again from the original data"
+_READ_ERRORS = (OSError, RuntimeError, ValueError, TypeError, KeyError, OverflowError, MemoryError, zlib.error)
 
 
 @dataclass(frozen=True)
 class Source:
-    """An open file that is not trusted; `error` is what every refusal raises.
+    """An open, untrusted file; every failed check raises `error`.
 
-    `length` is the size of the file in bytes, `largest` the most bytes one dataset may fill once read.
+    `length` is the size of the file in bytes, `largest` the maximum size in bytes of one dataset in memory.
     """
 
     file: h5py.File
@@ -36,7 +36,7 @@ class Source:
     largest: int
 
     def has(self, path: str) -> bool:
-        """Say whether `path` leads anywhere, by a link of whatever kind."""
+        """Return whether there is a link at `path`, of any kind."""
         folder, _, name = path.rpartition("/")
         return (not folder or self.has(folder)) and self.group(folder).get(name, getlink=True) is not None
 
@@ -67,31 +67,33 @@ class Source:
         return float(attributes[name])
 
     def array(self, path: str, kind: str, shape: tuple[int | None, ...], unit: str) -> np.ndarray:
-        """Return the dataset at `path` in native byte order, its size and kind checked before it is read.
+        """Return the dataset at `path` in native byte order; its type and size are checked before it is read.
 
-        `kind` holds the numpy kinds allowed ("f", "iu"), `shape` None where any length will do, and the
-        attribute `units` of the dataset must be `unit`.
+        `kind` lists the allowed numpy kinds ("f", "iu"). An entry None of `shape` allows any length. The attribute
+        `units` of the dataset must be `unit`.
         """
         dataset = self._dataset(path)
         if dataset.dtype.kind not in kind or dataset.dtype.itemsize > 8:
-            wanted = " or ".join(_KINDS[letter] for letter in kind)
-            raise self.error(f"'{path}' is of type {dataset.dtype}, not {wanted}", _REMEDY)
-        fits = len(shape) == dataset.ndim and all(
-            want in (None, have) for want, have in zip(shape, dataset.shape, strict=True))
-        if not fits:
-            wanted = "(" + ", ".join("any" if want is None else str(want) for want in shape) + ")"
-            raise self.error(f"'{path}' has shape {dataset.shape}, not {wanted}", _REMEDY)
-        found = self.attribute(path, "units")
-        if found != unit:
-            raise self.error(f"'{path}' is in '{found}', not in '{unit}'", "Convert the values")
-        self._require_honest_size(dataset, path)
+            allowed = " or ".join(_KINDS[letter] for letter in kind)
+            raise self.error(f"'{path}' is of type {dataset.dtype}, not {allowed}", _REMEDY)
+        matches = len(shape) == dataset.ndim and all(
+            expected in (None, length) for expected, length in zip(shape, dataset.shape, strict=True))
+        if not matches:
+            expected_shape = "(" + ", ".join("any" if length is None else str(length) for length in shape) + ")"
+            raise self.error(f"'{path}' has shape {dataset.shape}, not {expected_shape}", _REMEDY)
+        stored_unit = self.attribute(path, "units")
+        if stored_unit != unit:
+            raise self.error(f"'{path}' is in '{stored_unit}', not in '{unit}'",
+                             f"Convert the values and set the attribute 'units' to '{unit}'")
+        self._require_bounded_size(dataset, path)
         values: np.ndarray = dataset[()]
         return values.astype(values.dtype.newbyteorder("="), copy=False)
 
     def _dataset(self, path: str) -> h5py.Dataset:
         dataset = self._member(path, h5py.Dataset)
         if dataset.is_virtual or dataset.external is not None:
-            raise self.error(f"The values of '{path}' lie in another file", "Copy them into the file itself")
+            raise self.error(f"The values of '{path}' are stored in another file or dataset",
+                             "Copy them into the dataset itself")
         return dataset
 
     def _member(self, path: str, kind: type | tuple[type, ...]) -> h5py.Group | h5py.Dataset:
@@ -101,10 +103,10 @@ class Source:
         if link is None:
             raise self.error(f"'{path}' is missing", _REMEDY)
         if not isinstance(link, h5py.HardLink):
-            raise self.error(f"'{path}' is a link to somewhere else", "Copy its target into the file itself")
+            raise self.error(f"'{path}' is a link to another path or file", "Replace the link by a copy of its target")
         member = group[name]
         if not isinstance(member, kind):
-            raise self.error(f"'{path}' is a {type(member).__name__.lower()}, which is out of place", _REMEDY)
+            raise self.error(f"'{path}' is a {type(member).__name__.lower()}, which is not allowed here", _REMEDY)
         return member
 
     def _attributes(self, path: str, name: str) -> h5py.AttributeManager:
@@ -113,52 +115,52 @@ class Source:
             raise self.error(f"The attribute '{name}' of '{path or '/'}' is missing", _REMEDY)
         return owner.attrs
 
-    def _require_text(self, dtype: np.dtype, shape: tuple[int, ...], where: str) -> None:
+    def _require_text(self, dtype: np.dtype, shape: tuple[int, ...], item: str) -> None:
         if h5py.check_string_dtype(dtype) is None or shape != () or dtype.itemsize > _LARGEST_TEXT:
-            raise self.error(f"{where[0].upper()}{where[1:]} is not a text", _REMEDY)
+            raise self.error(f"{item[0].upper()}{item[1:]} is not a single text of at most 1 MiB", _REMEDY)
 
-    def _require_honest_size(self, dataset: h5py.Dataset, path: str) -> None:
-        """Refuse a dataset that would fill more memory than it may, or holds less than it claims."""
-        chunk = math.prod(dataset.chunks or ()) * dataset.dtype.itemsize
-        claimed = max(dataset.nbytes, chunk)
-        if claimed > self.largest:
-            raise self.error(f"'{path}' claims {claimed:,} bytes, more than {self.largest:,}",
-                             "Split the file, or thin out its signals")
+    def _require_bounded_size(self, dataset: h5py.Dataset, path: str) -> None:
+        """Raise `error` if a dataset would take more than `largest` bytes, or if values are missing."""
+        chunk_size = math.prod(dataset.chunks or ()) * dataset.dtype.itemsize
+        required = max(dataset.nbytes, chunk_size)
+        if required > self.largest:
+            raise self.error(f"'{path}' requires {required:,} bytes, more than the limit of {self.largest:,}",
+                             "Split the file, or reduce the sampling rate of the signals")
         properties = dataset.id.get_create_plist()
         filters = [properties.get_filter(position)[0] for position in range(properties.get_nfilters())]
         if not _FILTERS.issuperset(filters) or len(set(filters)) < len(filters):
-            raise self.error(f"'{path}' is stored through filters other than shuffle, gzip and fletcher32",
-                             "Write it with at most these, each once")
+            raise self.error(f"'{path}' uses filters other than shuffle, gzip and fletcher32, or one of them twice",
+                             "Write the dataset with these filters only, each at most once")
         if h5py.h5z.FILTER_DEFLATE in filters:
-            self._require_honest_chunks(dataset, path, chunk, filters)
+            self._require_bounded_chunks(dataset, path, chunk_size, filters)
         elif dataset.id.get_storage_size() < dataset.nbytes or dataset.nbytes > self.length:
-            raise self.error(f"'{path}' holds less than its shape {dataset.shape} claims", _REMEDY)
+            raise self.error(f"'{path}' contains fewer values than its shape {dataset.shape} requires", _REMEDY)
 
-    def _require_honest_chunks(
-        self, dataset: h5py.Dataset, path: str, chunk: int, filters: list[int]
+    def _require_bounded_chunks(
+        self, dataset: h5py.Dataset, path: str, chunk_size: int, filters: list[int]
     ) -> None:
-        # HDF5 itself inflates a chunk without end: 2 MB on disk can fill 2 GB of memory.
+        # The HDF5 library decompresses a chunk without a size limit: 2 MB on disk can fill 2 GB of memory.
         stored: list[h5py.h5d.StoreInfo] = []
         dataset.id.chunk_iter(stored.append)
         expected = math.prod(-(-n // part) for n, part in zip(dataset.shape, dataset.chunks, strict=True))
         if len(stored) < expected:
-            raise self.error(f"'{path}' holds less than its shape {dataset.shape} claims", _REMEDY)
-        checksum = 4 if filters.index(h5py.h5z.FILTER_DEFLATE) < len(filters) - 1 else 0
-        inside = 4 if h5py.h5z.FILTER_FLETCHER32 in filters and not checksum else 0
+            raise self.error(f"'{path}' contains fewer values than its shape {dataset.shape} requires", _REMEDY)
+        outer_checksum = 4 if filters.index(h5py.h5z.FILTER_DEFLATE) < len(filters) - 1 else 0
+        inner_checksum = 4 if h5py.h5z.FILTER_FLETCHER32 in filters and not outer_checksum else 0
+        largest = chunk_size + inner_checksum
         for info in stored:
             if info.filter_mask or info.size > self.length:
-                raise self.error(f"'{path}' has a chunk that claims more than the file holds", _REMEDY)
-            packed = dataset.id.read_direct_chunk(info.chunk_offset)[1]
-            unpacker = zlib.decompressobj()
-            inflated = unpacker.decompress(packed[: len(packed) - checksum], chunk + inside + 1)
-            if len(inflated) > chunk + inside:
-                raise self.error(f"'{path}' has a chunk that inflates to more than its shape claims", _REMEDY)
+                raise self.error(f"'{path}' has a chunk that skips a filter or is larger than the file", _REMEDY)
+            compressed = dataset.id.read_direct_chunk(info.chunk_offset)[1]
+            compressed = compressed[: len(compressed) - outer_checksum]
+            if len(zlib.decompressobj().decompress(compressed, largest + 1)) > largest:
+                raise self.error(f"'{path}' has a chunk that decompresses to more than {chunk_size:,} bytes", _REMEDY)
 
 
 def text(value: str) -> np.ndarray:
-    """`value` as HDF5 text of fixed length.
+    """Return `value` as HDF5 text of fixed length.
 
-    Text of variable length lies in a heap without checksums, where one flipped bit can hang the HDF5 library.
+    HDF5 stores variable-length text in a heap without checksums, where one flipped bit can make the library hang.
     """
     encoded = value.encode()
     return np.array(encoded, dtype=h5py.string_dtype("utf-8", len(encoded) or 1))
@@ -166,11 +168,11 @@ def text(value: str) -> np.ndarray:
 
 @contextmanager
 def reading(content: Path | bytes, error: type[SlipstickError], largest: int) -> Iterator[Source]:
-    """Open a file, or the bytes of one, for reading; whatever HDF5 stumbles over comes out as `error`."""
+    """Open a file, or the bytes of one, for reading; errors of the HDF5 library are raised as `error`."""
     length = len(content) if isinstance(content, bytes) else content.stat().st_size
     try:
         with h5py.File(io.BytesIO(content) if isinstance(content, bytes) else content, "r") as file:
             yield Source(file, error, length, largest)
-    except _STUMBLES as reason:
-        said = " ".join(str(reason).split())
-        raise error(f"The file is damaged ({said})", "Restore it from a copy or make it again") from reason
+    except _READ_ERRORS as reason:
+        message = " ".join(str(reason).split())
+        raise error(f"The file is damaged ({message})", "Restore it from a backup or create it again") from reason

@@ -1,4 +1,4 @@
-"""The folder of tables and recordings, where each file is known by its name without the ending."""
+"""The folder of tables and recordings, in which a file is identified by its name without the extension."""
 
 import os
 import re
@@ -16,12 +16,12 @@ from slipstick.table import Table
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _Version = tuple[Path, int, int]
-"""A file, when it was changed (ns) and its size in bytes: a rebuilt file is another version."""
+"""Path, modification time in ns and size in bytes: a rebuilt file is a new version."""
 
 
 @dataclass(frozen=True)
 class Library:
-    """The tables (.h5) and recordings (.h5, .csv) in `folder`; a file is opened anew only where it has changed."""
+    """The tables (.h5) and recordings (.h5, .csv) in `folder`; a file is opened again only if it has changed."""
 
     folder: Path
 
@@ -46,13 +46,13 @@ class Library:
         return _open_recordings(_version(next(path for path in self._files() if path.stem == name)))
 
     def add_recordings(self, name: str, content: bytes, form: Form) -> Recordings:
-        """Check the bytes of a recordings file and keep them as `name`, whole or not at all.
+        """Check the bytes of a recordings file and store them atomically as `name`.
 
-        Raises `BadRecording`, `InvalidValue` for a name that is none, and `FileExistsError` where a file has it.
+        Raises `BadRecording`, `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
         """
         if not _NAME.fullmatch(name):
-            raise InvalidValue(f"'{name[:100]}' cannot name a file",
-                               "Use up to 64 letters, digits, - and _, the first a letter or digit")
+            raise InvalidValue(f"'{name[:100]}' is not a valid file name",
+                               "Use up to 64 letters, digits, - and _, starting with a letter or digit")
         checked = Recordings.read(content, form)
         if any(path.stem == name for path in self._files()):
             raise FileExistsError(name)
@@ -61,16 +61,16 @@ class Library:
             with replacing(staged) as temporary:
                 temporary.write_bytes(content)
             if _is_table(_version(staged)):
-                raise BadRecording("The file has a `layout`, so it would be taken for a table", "Leave that out")
-            # A link, unlike a rename, never replaces what another upload has put there in the meantime.
+                raise BadRecording("The file has an attribute 'layout', which marks a table", "Remove this attribute")
+            # A hard link, unlike a rename, cannot replace a file that another upload has created in the meantime.
             os.link(staged, self.folder / f"{name}.{form}")
         finally:
             staged.unlink(missing_ok=True)
         return checked
 
     def _files(self) -> list[Path]:
-        found = (path for path in self.folder.glob("*") if path.suffix in (".h5", ".csv"))
-        return [path for path in found if _NAME.fullmatch(path.stem)]
+        candidates = (path for path in self.folder.glob("*") if path.suffix in (".h5", ".csv"))
+        return [path for path in candidates if _NAME.fullmatch(path.stem)]
 
 
 def _version(path: Path) -> _Version:
@@ -85,9 +85,9 @@ def _is_table(version: _Version) -> bool:
         return False
     try:
         with h5py.File(path, "r") as file:
-            return "layout" in file.attrs  # recordings have none
+            return "layout" in file.attrs  # recordings do not have it
     except OSError:
-        return True  # damaged beyond telling: opening it as a table says what HDF5 stumbles over
+        return True  # unreadable: opening it as a table reports the error of the HDF5 library
 
 
 @lru_cache(maxsize=16)

@@ -1,4 +1,4 @@
-"""Tables of shifting times, on a grid or as a surrogate: layout on file, verification and interpolation."""
+"""Tables of shifting times, on a grid or as a surrogate: file layout, verification and interpolation."""
 
 from slipstick.table.axis import Axis
 from slipstick.table.grid import Grid

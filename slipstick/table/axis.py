@@ -1,4 +1,4 @@
-"""One axis of a table: multipliers of the nominal value of one parameter."""
+"""An axis of a table: multipliers of the nominal value of one parameter."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from slipstick.errors import InvalidValue
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """`values` (g,) rising multipliers of `nominal`, the value of the parameter `name` in `unit`.
+    """Increasing multipliers `values` (g,) of `nominal`, the value of the parameter `name` in `unit`.
 
-    Raises `InvalidValue` where there are fewer than two values, or they do not rise or are not finite.
+    Raises `InvalidValue` if there are fewer than two values, or if they do not increase or are not finite.
     """
 
     name: str
@@ -21,13 +21,13 @@ class Axis:
     unit: str
 
     def __post_init__(self) -> None:
-        """Check once what the interpolation relies on."""
+        """Check the properties on which the interpolation relies."""
         values = self.values
         if values.ndim != 1 or len(values) < 2:
-            raise InvalidValue(f"The axis '{self.name}' has {values.size} value(s)", "Give it two or more")
+            raise InvalidValue(f"The axis '{self.name}' has {values.size} value(s)", "Give at least two")
         if not (np.all(np.isfinite(values)) and np.all(np.diff(values) > 0) and np.isfinite(self.nominal)):
-            raise InvalidValue(f"The values of the axis '{self.name}' do not rise or are not finite",
-                               "Give finite multipliers in rising order, each once")
+            raise InvalidValue(f"The values of the axis '{self.name}' do not increase or are not finite",
+                               "Give finite multipliers in increasing order, each once")
 
     @property
     def lower(self) -> float:
@@ -41,5 +41,5 @@ class Axis:
 
 
 def box(axes: Sequence[Axis]) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest and largest multipliers of the axes, each of shape (d,)."""
+    """Smallest and largest multiplier of each axis, two arrays of shape (d,)."""
     return np.array([axis.lower for axis in axes]), np.array([axis.upper for axis in axes])

@@ -1,4 +1,4 @@
-"""The table on a grid: simulated at every grid point, interpolated linearly between them."""
+"""A table on a grid: shifting times are simulated at every grid point and interpolated linearly in between."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Self
@@ -16,15 +16,15 @@ from slipstick.table.points import Outside
 from slipstick.table.table import Table
 
 STATUS_MEANINGS = "locked never_locked failed"
-"""What the statuses 0, 1, 2 say, after the CF convention `flag_meanings`."""
+"""Meanings of the statuses 0, 1 and 2, as the attribute `flag_meanings` of the CF conventions."""
 
 
 @dataclass(frozen=True, eq=False)
 class Grid(Table):
-    """`times` (g1, ..., gd, n) s and `status` (same shape, uint8) on d axes for n conditions of one model.
+    """Shifting times and statuses on a grid of d axes, for n conditions and one model.
 
-    A time is NaN exactly where its status is not 0, locked (1: never locked, 2: failed). Raises `InvalidValue`
-    where these do not fit together.
+    `times` (g1, ..., gd, n) are in s. `status` (same shape, uint8) is 0 (locked), 1 (never locked) or 2 (failed); a
+    time is NaN exactly where the status is not 0. Raises `InvalidValue` if the fields are inconsistent.
     """
 
     kind: ClassVar[Literal["grid"]] = "grid"
@@ -38,24 +38,24 @@ class Grid(Table):
     origin: str = ""
 
     def __post_init__(self) -> None:
-        """Check shapes, types and statuses once, so that nothing downstream has to."""
+        """Check shapes, types and statuses."""
         self._check()
         shape = (*(len(axis.values) for axis in self.axes), len(self.conditions))
         for name, array, kind in (("times", self.times, "float64"), ("status", self.status, "uint8")):
             if array.shape != shape or array.dtype != kind:
-                raise InvalidValue(f"The {name} are {array.dtype} {array.shape}, not {kind} {shape}",
-                                   "Give one value a grid point and condition")
+                raise InvalidValue(f"The array '{name}' is {array.dtype} {array.shape}, not {kind} {shape}",
+                                   "Give one value per grid point and condition")
         if np.any(self.status > 2) or np.any(np.isfinite(self.times) != (self.status == 0)):
-            raise InvalidValue("Times and statuses of the table contradict each other",
-                               "Give a finite time where the status is 0 (locked), NaN elsewhere")
+            raise InvalidValue("The times and statuses of the table contradict each other",
+                               "Give a finite time where the status is 0 (locked), and NaN elsewhere")
 
     @property
     def knots(self) -> tuple[np.ndarray, ...]:
-        """The multipliers of each axis, between which times are linear in it."""
+        """Multipliers of each axis: times are linear in an axis between them."""
         return tuple(axis.values for axis in self.axes)
 
     def interpolate(self, points: np.ndarray, outside: Outside = "clip") -> np.ndarray:
-        """As `Table.interpolate`; NaN where a corner of the cell that counts did not lock."""
+        """As `Table.interpolate`; NaN if an engagement did not lock at a corner of nonzero weight."""
         return interpolation.interpolate(self.axes, self.times, points, outside)
 
     @property
@@ -85,5 +85,5 @@ class Grid(Table):
         times = source.array("times", "f", shape, "s")
         status = source.array("status", "u", shape, "1")
         if source.attribute("status", "flag_meanings") != STATUS_MEANINGS:
-            raise WrongLayout("The statuses of the table have other meanings", store.REBUILD)
+            raise WrongLayout(f"The attribute 'flag_meanings' of 'status' is not '{STATUS_MEANINGS}'", store.REBUILD)
         return cls(axes, times, status, conditions, model, origin)

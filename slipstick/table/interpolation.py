@@ -1,9 +1,9 @@
 """Multilinear interpolation in any number of dimensions, as one sparse matrix of corner weights.
 
-A row of the matrix holds the weights of the 2^d corners of the cell that a point lies in; the product with
-the table gives all outputs of all points at once. It is about as fast as a compiled loop and needs no
-compilation. Weights of zero are left out, so that grid points come back bit for bit and a corner without a
-value spoils only what depends on it.
+A row of the matrix contains the weights of the 2^d corners of the cell in which a point lies; the product with the
+table gives all outputs at all points at once. This is about as fast as a compiled loop and needs no compilation. Zero
+weights are removed, so that values at grid points are reproduced bit for bit and a NaN corner affects only the points
+at which its weight is not zero.
 """
 
 from collections.abc import Sequence
@@ -12,16 +12,16 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from slipstick.table.axis import Axis
-from slipstick.table.points import Outside, placed
+from slipstick.table.points import Outside, clip_points
 
 
 def interpolate(axes: Sequence[Axis], values: np.ndarray, points: np.ndarray, outside: Outside) -> np.ndarray:
     """Interpolate `values` (g1, ..., gd, n) at `points` (m, d), multipliers in the order of the axes: (m, n).
 
-    NaN where a corner that counts is NaN. Raises `InvalidValue` where the points are not finite or not
-    (m, d), and `OutsideTable`.
+    The result is NaN where a corner of nonzero weight is NaN. Raises `InvalidValue` if the points are not finite or
+    not of shape (m, d), and `OutsideTable`.
     """
-    clipped, inside = placed(axes, points, outside)
+    clipped, inside = clip_points(axes, points, outside)
     result: np.ndarray = _weights(axes, clipped) @ values.reshape(-1, values.shape[-1])
     if outside == "nan":
         result[~inside] = np.nan
@@ -35,12 +35,12 @@ def _weights(axes: Sequence[Axis], points: np.ndarray) -> csr_array:
     for column, axis in enumerate(axes):
         grid, x = axis.values, points[:, column]
         cell = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
-        share = (x - grid[cell]) / (grid[cell + 1] - grid[cell])
+        fraction = (x - grid[cell]) / (grid[cell + 1] - grid[cell])
         corner = _outer(corner * len(grid), np.add, np.stack([cell, cell + 1], axis=1))
-        weight = _outer(weight, np.multiply, np.stack([1 - share, share], axis=1))
-    counts = np.arange(m + 1) * weight.shape[1]
-    cells = int(np.prod([len(axis.values) for axis in axes]))
-    matrix = csr_array((weight.ravel(), corner.ravel(), counts), shape=(m, cells))
+        weight = _outer(weight, np.multiply, np.stack([1 - fraction, fraction], axis=1))
+    row_starts = np.arange(m + 1) * weight.shape[1]
+    grid_points = int(np.prod([len(axis.values) for axis in axes]))
+    matrix = csr_array((weight.ravel(), corner.ravel(), row_starts), shape=(m, grid_points))
     matrix.eliminate_zeros()
     return matrix
 

@@ -1,4 +1,4 @@
-"""Points against the axes of a table: what they must be, and what becomes of those beyond the edges."""
+"""Validation and clipping of points at which a table is evaluated."""
 
 from collections.abc import Sequence
 from typing import Literal
@@ -9,17 +9,18 @@ from slipstick.errors import InvalidValue, OutsideTable
 from slipstick.table.axis import Axis, box
 
 Outside = Literal["error", "clip", "nan"]
-"""What a point beyond the axes gives: `OutsideTable`, the value at the nearest edge, or NaN."""
+"""Policy for points outside the table: raise `OutsideTable`, take the value at the nearest edge, or return NaN."""
 
 
-def placed(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> tuple[np.ndarray, np.ndarray]:
-    """Points (m, d) moved to the nearest edge, and which of them (m,) lay inside.
+def clip_points(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> tuple[np.ndarray, np.ndarray]:
+    """Points (m, d) clipped to the range of the axes, and a mask (m,) of those inside it.
 
-    Raises `InvalidValue` where the points are not finite or not (m, d), and `OutsideTable` for the policy `error`.
+    Raises `InvalidValue` if the points are not finite or not of shape (m, d), and `OutsideTable` under the policy
+    `error`.
     """
     if points.ndim != 2 or points.shape[1] != len(axes):
-        raise InvalidValue(f"Points have shape {points.shape}, not (m, {len(axes)})",
-                           f"Give one multiplier each of {', '.join(axis.name for axis in axes)}")
+        raise InvalidValue(f"The points have shape {points.shape}, not (m, {len(axes)})",
+                           f"Give one multiplier per axis: {', '.join(axis.name for axis in axes)}")
     lower, upper = box(axes)
     inside = (points >= lower) & (points <= upper)
     if not np.isfinite(points).all():
@@ -28,7 +29,7 @@ def placed(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> tuple[
     if outside == "error" and not inside.all():
         row, column = np.argwhere(~inside)[0]
         axis = axes[column]
-        raise OutsideTable(f"Point {row} has {axis.name} = {points[row, column]:.6g}, outside the table's "
+        raise OutsideTable(f"Point {row} has {axis.name} = {points[row, column]:.6g}, outside the range of the table, "
                            f"{axis.lower:.6g} to {axis.upper:.6g}",
-                           "Choose clip or nan for such points, or build a wider table")
+                           "Choose the policy clip or nan, or build a wider table")
     return np.clip(points, lower, upper), np.asarray(inside.all(axis=1))

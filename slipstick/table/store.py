@@ -1,4 +1,4 @@
-"""What all tables have in common in HDF5 (in words: tables/README.md), read without trust."""
+"""The part of the HDF5 layout that all tables share (described in tables/README.md); files are not trusted."""
 
 import hashlib
 import json
@@ -20,11 +20,11 @@ from slipstick.table.axis import Axis
 
 LAYOUT_VERSION = 1
 REBUILD = "Build the table again"
-_LARGEST = 1 << 40  # a table is stored unpacked, so its file bounds it
+_LARGEST = 1 << 40  # bytes; tables are stored uncompressed, so the size of the file limits that of its datasets
 
 
 class Header(TypedDict):
-    """What every table has beside its numbers."""
+    """The fields that every table has besides its arrays."""
 
     axes: tuple[Axis, ...]
     conditions: Conditions
@@ -34,23 +34,23 @@ class Header(TypedDict):
 
 def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarray], conditions: Conditions,
                    model: Model) -> str:
-    """SHA-256 over all that matters and nothing else: not the file's bytes, its name or who wrote it.
+    """SHA-256 of the content of a table, independent of the bytes, name and origin of its file.
 
-    The run order matters where an effect of the model looks at it.
+    The run order is included if an effect of the model depends on it.
     """
     hashed = hashlib.sha256(f"{layout} {LAYOUT_VERSION} {model.digest} {conditions.digest}\n".encode())
     for axis in axes:
         hashed.update(f"{axis.name} {float(axis.nominal)!r} {axis.unit}\n".encode())
     for array in (*(axis.values for axis in axes), *arrays, *conditions.columns(model.uses_run_order)):
-        plain = np.ascontiguousarray(array, dtype=np.dtype(array.dtype).newbyteorder("<"))
-        hashed.update(f"{plain.dtype.str} {plain.shape}\n".encode())
-        hashed.update(plain.data)
+        little_endian = np.ascontiguousarray(array, dtype=np.dtype(array.dtype).newbyteorder("<"))
+        hashed.update(f"{little_endian.dtype.str} {little_endian.shape}\n".encode())
+        hashed.update(little_endian.data)
     return hashed.hexdigest()
 
 
 def write_header(file: h5py.File, layout: str, digest: str, origin: str, axes: Sequence[Axis],
                  conditions: Conditions, model: Model) -> None:
-    """Write what the table is, its model, conditions and axes."""
+    """Write layout, digest and origin as attributes of the file, and the model, conditions and axes."""
     file.attrs["layout_version"] = LAYOUT_VERSION
     describe(file, layout=layout, content_digest=digest, origin=origin)
     spec = json.dumps(model.spec(), sort_keys=True)
@@ -67,20 +67,21 @@ def write_header(file: h5py.File, layout: str, digest: str, origin: str, axes: S
 
 @contextmanager
 def opened(path: Path) -> Iterator[Source]:
-    """Open the file at `path`; raises `UnknownName` where there is none, `WrongLayout` where it is not HDF5."""
+    """Open the file at `path`; raises `UnknownName` if it does not exist, `WrongLayout` if it is not HDF5."""
     if not path.is_file():
-        raise UnknownName.of("table", path.name, [found.name for found in path.parent.glob("*.h5")])
+        raise UnknownName.of("table", path.name, [other.name for other in path.parent.glob("*.h5")])
     with path.open("rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
-            raise WrongLayout(f"'{path.name}' is not an HDF5 file", "Give a table that `worker build` wrote")
+            raise WrongLayout(f"'{path.name}' is not an HDF5 file",
+                              "Give a table written by `worker build` or `worker surrogate`")
     with reading(path, CorruptTable, _LARGEST) as source:
         yield source
 
 
 def read_header(source: Source) -> Header:
-    """Read what `write_header` wrote but the digest, which is the caller's to hold against the content.
+    """Read the header except the content digest, which the caller compares with the content.
 
-    Raises `WrongLayout`, `CorruptTable`, and `WrongDigest` for model and conditions.
+    Raises `WrongLayout`, `CorruptTable`, and `WrongDigest` if the model or the conditions do not match their digests.
     """
     version = source.number("", "layout_version")
     if version != LAYOUT_VERSION:
@@ -88,27 +89,28 @@ def read_header(source: Source) -> Header:
     model = _model(source)
     conditions = read_conditions(source)
     if conditions.digest != source.attribute("conditions", "digest"):
-        raise WrongDigest("The conditions of the table are not those it was built for", REBUILD)
+        raise WrongDigest("The conditions of the table do not match their digest", REBUILD)
     axes = tuple(_axis(source, name) for name in json.loads(source.attribute("axes", "order")))
     return {"axes": axes, "conditions": conditions, "model": model, "origin": source.attribute("", "origin")}
 
 
 def describe(item: h5py.Group | h5py.Dataset, **attributes: str) -> None:
-    """Give `item` these attributes, as text."""
+    """Set text attributes of `item`."""
     for name, value in attributes.items():
         item.attrs[name] = text(value)
 
 
 def _model(source: Source) -> Model:
-    spec, stated = source.text("model"), source.attribute("model", "digest")
-    if hashlib.sha256(spec.encode()).hexdigest() != stated:
-        raise WrongDigest("The model of the table is not the one it was built with", REBUILD)
+    spec, stored_digest = source.text("model"), source.attribute("model", "digest")
+    if hashlib.sha256(spec.encode()).hexdigest() != stored_digest:
+        raise WrongDigest("The model of the table does not match its digest", REBUILD)
     try:
         model = Model.from_spec(json.loads(spec))
     except SlipstickError as error:
-        raise WrongLayout(f"The table's model is unknown here: {error.cause}", REBUILD) from error
-    if model.digest != stated:
-        raise WrongDigest("This version of the program gives the table's model another digest", REBUILD)
+        raise WrongLayout(f"This version of Slipstick cannot read the model of the table: {error.cause}",
+                          REBUILD) from error
+    if model.digest != stored_digest:
+        raise WrongDigest("This version of Slipstick computes another digest of the model of the table", REBUILD)
     return model
 
 

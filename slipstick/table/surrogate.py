@@ -1,4 +1,4 @@
-"""The surrogate: a network trained on simulations at random points of a box, for more axes than a grid can have."""
+"""A surrogate: a network trained on simulations at random points of a box, for more axes than a grid can have."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Self
@@ -13,17 +13,18 @@ from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
 from slipstick.table.network import Network
-from slipstick.table.points import Outside, placed
+from slipstick.table.points import Outside, clip_points
 from slipstick.table.table import Table
 
-_LARGEST_COUNT = 1 << 53  # beyond it a float skips whole numbers
+_LARGEST_COUNT = 1 << 53  # up to which a float64 represents every integer
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Error of n conditions against direct simulation at `points` random points that the training never saw.
+    """Error relative to direct simulation at `points` random points that were not used for training.
 
-    `rms` and `worst`, shape (n,), are in s. Raises `InvalidValue` where they are no errors.
+    `rms` and `worst` (n,) are the RMS and the largest error of each condition in s. Raises `InvalidValue` unless
+    0 <= rms <= worst.
     """
 
     points: int
@@ -31,30 +32,31 @@ class HeldOut:
     worst: np.ndarray
 
     def __post_init__(self) -> None:
-        """Check once."""
+        """Check that the errors are finite and consistent."""
         if self.points < 1 or not np.all((self.rms >= 0) & (self.rms <= self.worst) & np.isfinite(self.worst)):
-            raise InvalidValue("The held-out errors are none", "Give 0 <= rms <= worst at one point or more")
+            raise InvalidValue("The held-out errors are invalid",
+                               "Give finite values 0 <= rms <= worst from at least one point")
 
     @property
     def overall_rms(self) -> float:
-        """Root of the mean squared error over points and conditions, s."""
+        """RMS error over all points and conditions in s."""
         return float(np.sqrt(np.mean(self.rms**2)))
 
     @classmethod
     def of(cls, difference: np.ndarray) -> "HeldOut":
-        """The error of differences (m, n) in s at m points."""
-        # The RMS of equal numbers may exceed them by a rounding.
+        """Return the held-out error of the differences (m, n) in s at m points."""
+        # Rounding can make the RMS of equal numbers larger than the numbers.
         worst = np.abs(difference).max(axis=0)
         return cls(len(difference), np.minimum(np.sqrt(np.mean(difference**2, axis=0)), worst), worst)
 
 
 @dataclass(frozen=True, eq=False)
 class Surrogate(Table):
-    """`network` from germs, the axes scaled to mean 0 and variance 1 over the box, to n shifting times in s.
+    """A `network` that maps germs, standardised multipliers of the axes, to n shifting times in s.
 
-    It was trained on `runs` simulated points in `steps` steps from `seed`. Each axis has two values, the ends of the
-    box. Every engagement in it locks, as far as the runs and the held-out points of `error` tell: none was left out.
-    Raises `InvalidValue` where these do not fit together.
+    It was trained on simulations at `runs` points, in `steps` steps, with the random seed `seed`. Each axis has two
+    values, the bounds of the box. All engagements locked at the training points and at the held-out points of `error`.
+    Raises `InvalidValue` if the fields are inconsistent.
     """
 
     kind: ClassVar[Literal["surrogate"]] = "surrogate"
@@ -71,25 +73,27 @@ class Surrogate(Table):
     origin: str = ""
 
     def __post_init__(self) -> None:
-        """Check what the network and its error belong to."""
+        """Check that the network and its error match the axes and conditions."""
         self._check()
         shape = len(self.axes), len(self.conditions)
         if (self.network.weights[0].shape[0], self.network.weights[-1].shape[1]) != shape:
-            raise InvalidValue(f"The network does not take {shape[0]} axes to {shape[1]} conditions",
-                               "Give one input an axis and one output a condition")
+            raise InvalidValue(f"The network does not map {shape[0]} axes to {shape[1]} conditions",
+                               "Give one input per axis and one output per condition")
         if not self.error.rms.shape == self.error.worst.shape == shape[1:]:
-            raise InvalidValue("The held-out errors are not one a condition", f"Give {shape[1]} of each")
+            raise InvalidValue("The number of held-out errors is not the number of conditions",
+                               f"Give {shape[1]} values of each error")
         if any(len(axis.values) != 2 for axis in self.axes):
-            raise InvalidValue("An axis of the surrogate has more than its two ends", "Give the ends of the box")
+            raise InvalidValue("An axis of the surrogate has more than two values",
+                               "Give only the lower and the upper bound of the box")
 
     @property
     def knots(self) -> None:
-        """None: times are smooth throughout."""
+        """None, because the times are smooth."""
         return None
 
     def interpolate(self, points: np.ndarray, outside: Outside = "clip") -> np.ndarray:
-        """As `Table.interpolate`, by the network."""
-        clipped, inside = placed(self.axes, points, outside)
+        """As `Table.interpolate`; the times are those of the network."""
+        clipped, inside = clip_points(self.axes, points, outside)
         times = self.network(germs(self.axes, clipped))
         if outside == "nan":
             times[~inside] = np.nan
@@ -97,8 +101,8 @@ class Surrogate(Table):
 
     @property
     def _arrays(self) -> tuple[np.ndarray, ...]:
-        made = np.array([self.runs, self.steps, self.seed, self.error.points], dtype=np.int64)
-        return *self.network.weights, *self.network.biases, self.error.rms, self.error.worst, made
+        counts = np.array([self.runs, self.steps, self.seed, self.error.points], dtype=np.int64)
+        return *self.network.weights, *self.network.biases, self.error.rms, self.error.worst, counts
 
     def _take(self, rows: np.ndarray) -> Self:
         error = HeldOut(self.error.points, self.error.rms[rows], self.error.worst[rows])
@@ -106,16 +110,16 @@ class Surrogate(Table):
                           self.conditions.take(rows), self.model, self.origin)
 
     def _write(self, file: h5py.File) -> None:
-        def lay(path: str, values: np.ndarray, units: str) -> None:
+        def write(path: str, values: np.ndarray, units: str) -> None:
             dataset = file.create_dataset(path, data=values, dtype="<f8", chunks=values.shape, fletcher32=True)
             store.describe(dataset, units=units)
 
         last = len(self.network.weights) - 1
         for number, (weight, bias) in enumerate(zip(self.network.weights, self.network.biases, strict=True)):
-            lay(f"network/{number}/weight", weight, "s" if number == last else "1")
-            lay(f"network/{number}/bias", bias, "s" if number == last else "1")
-        lay("error/rms", self.error.rms, "s")
-        lay("error/worst", self.error.worst, "s")
+            write(f"network/{number}/weight", weight, "s" if number == last else "1")
+            write(f"network/{number}/bias", bias, "s" if number == last else "1")
+        write("error/rms", self.error.rms, "s")
+        write("error/worst", self.error.worst, "s")
         file["error"].attrs["points"] = self.error.points
         file["network"].attrs.update(layers=last + 1, runs=self.runs, steps=self.steps, seed=self.seed)
 
@@ -135,12 +139,12 @@ class Surrogate(Table):
 def _count(source: Source, path: str, name: str) -> int:
     number = source.number(path, name)
     if not (number.is_integer() and 0 <= number <= _LARGEST_COUNT):
-        raise CorruptTable(f"The attribute '{name}' of '{path}' is {number:g}, no count", store.REBUILD)
+        raise CorruptTable(f"The attribute '{name}' of '{path}' is {number:g}, which is not a count", store.REBUILD)
     return int(number)
 
 
 def germs(axes: tuple[Axis, ...], points: np.ndarray) -> np.ndarray:
-    """The points (m, d) scaled so that, uniform over the box, they have mean 0 and variance 1."""
+    """Points (m, d) standardised: uniform points of the box have mean 0 and variance 1 along every axis."""
     lower, upper = box(axes)
     scaled: np.ndarray = np.sqrt(12) * (points - (lower + upper) / 2) / (upper - lower)
     return scaled

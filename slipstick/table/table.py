@@ -1,7 +1,7 @@
-"""The table: shifting times over parameter multipliers, the contract between worker and service.
+"""A table of shifting times over parameter multipliers: the interface between worker and service.
 
-There are two kinds: `Grid` (grid.py) holds the times at the points of a grid, for a few axes; `Surrogate`
-(surrogate.py) holds a network trained on simulations, for as many axes as one likes. Who uses a table need not know.
+There are two kinds. `Grid` (grid.py) stores the times at the points of a grid, for a few axes; `Surrogate`
+(surrogate.py) stores a network trained on simulations, for any number of axes. Both are used in the same way.
 """
 
 from abc import ABC, abstractmethod
@@ -24,11 +24,11 @@ from slipstick.table.points import Outside
 
 
 class Table(ABC):
-    """Shifting times over d `axes` for n `conditions` of one `model`; `origin` says who computed it and how."""
+    """Shifting times over d `axes` for n `conditions` and one `model`; `origin` describes how they were computed."""
 
     kind: ClassVar[Literal["grid", "surrogate"]]
     layout: ClassVar[str]
-    """What the file says it is; its version is `store.LAYOUT_VERSION`."""
+    """Value of the attribute `layout` of the file; the version of the layout is `store.LAYOUT_VERSION`."""
 
     axes: tuple[Axis, ...]
     conditions: Conditions
@@ -37,38 +37,38 @@ class Table(ABC):
 
     @classmethod
     def open(cls, path: Path | str) -> Self:
-        """Read and verify the table at `path`, of any kind, or of this one where called on a kind.
+        """Read and verify the table at `path`: of any kind for `Table.open`, of one kind for `Grid.open`.
 
-        Raises `UnknownName` where there is none, `WrongLayout`, `CorruptTable` or `WrongDigest`.
+        Raises `UnknownName` if the file does not exist, `WrongLayout`, `CorruptTable` or `WrongDigest`.
         """
         kinds = {kind.layout: kind for kind in (cls, *cls.__subclasses__()) if hasattr(kind, "layout")}
         with store.opened(Path(path)) as source:
             layout = source.attribute("", "layout") if "layout" in source.file.attrs else "none"
             if layout not in kinds:
                 raise WrongLayout(f"The file is not a table of the kind {' or '.join(k.kind for k in kinds.values())}",
-                                  "Give a table that `worker build` or `worker surrogate` wrote")
+                                  "Give a table written by `worker build` or `worker surrogate`")
             try:
                 table = kinds[layout]._read(source, **store.read_header(source))
             except InvalidValue as error:
                 raise CorruptTable(error.cause, store.REBUILD) from error
-            stated = source.attribute("", "content_digest")
-        if table.digest != stated:
-            raise WrongDigest("The content of the table does not have the digest that the file states",
-                              "Restore it from a copy or build it again")
+            stored_digest = source.attribute("", "content_digest")
+        if table.digest != stored_digest:
+            raise WrongDigest("The content of the table does not match the digest stored in the file",
+                              "Restore the file from a backup or build the table again")
         return table
 
     def write(self, path: Path | str) -> None:
-        """Put the table at `path`: written under a temporary name, verified, synced and renamed."""
+        """Write the table to `path`: it is written under a temporary name, verified, synced and renamed."""
         with replacing(Path(path)) as temporary:
-            # from 1.10 on HDF5 checksums its metadata
+            # HDF5 has checksums of its metadata since version 1.10.
             with h5py.File(temporary, "w", libver=("v110", "v110")) as file:
                 store.write_header(file, self.layout, self.digest, self.origin, self.axes, self.conditions, self.model)
                 self._write(file)
             if type(self).open(temporary).digest != self.digest:
-                raise CorruptTable(f"'{path}' did not come back as it was written", "Check the disk")
+                raise CorruptTable(f"'{path}' was not read back as it was written", "Check the disk")
 
     def __getstate__(self) -> dict[str, Any]:
-        """Travel to another process without what is remembered here."""
+        """Omit cached values when the table is pickled for another process."""
         return {name: value for name, value in vars(self).items() if name not in ("digest", "_restricted")}
 
     @cached_property
@@ -89,30 +89,30 @@ class Table(ABC):
     @property
     @abstractmethod
     def knots(self) -> tuple[np.ndarray, ...] | None:
-        """Multipliers of each axis between which times are linear in it; None where they are smooth throughout."""
+        """Multipliers of each axis between which the times are linear in it; None if the times are smooth."""
 
     @abstractmethod
     def interpolate(self, points: np.ndarray, outside: Outside = "clip") -> np.ndarray:
-        """Shifting times in s of all n conditions at `points` (m, d), multipliers in axis order: (m, n).
+        """Shifting times in s of all n conditions at `points` (m, d), multipliers in the order of the axes: (m, n).
 
-        NaN where there is no time. Raises `InvalidValue` and `OutsideTable`.
+        A time is NaN where it is undefined. Raises `InvalidValue` and `OutsideTable`.
         """
 
     def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
-        """Shifting times in s of `conditions` (n,) at `points` (m, d): (m, n), clipped at the table's edge.
+        """Shifting times in s of n `conditions` at `points` (m, d), which are clipped to the table: (m, n).
 
-        The conditions may be any of the table's, in any order; raises `InvalidValue` on others.
+        The conditions may be any of those of the table, in any order; raises `InvalidValue` for others.
         """
         return self.restricted(conditions).interpolate(points)
 
     def restricted(self, conditions: Conditions) -> Self:
-        """Return the table of only `conditions`, found by what they are; raises `InvalidValue` on others."""
+        """Return the table of only `conditions`, matched by value; raises `InvalidValue` for others."""
         if conditions is self.conditions:
             return self
         if conditions not in self._restricted:
             rows = self._rows(conditions)
-            whole = len(rows) == len(self.conditions) and bool(np.all(rows == np.arange(len(rows))))
-            self._restricted[conditions] = self if whole else self._take(rows)
+            unchanged = len(rows) == len(self.conditions) and bool(np.all(rows == np.arange(len(rows))))
+            self._restricted[conditions] = self if unchanged else self._take(rows)
         return self._restricted[conditions]
 
     @cached_property
@@ -122,49 +122,49 @@ class Table(ABC):
     @property
     @abstractmethod
     def _arrays(self) -> tuple[np.ndarray, ...]:
-        """All numbers of the content beside axes and conditions, for the digest."""
+        """All arrays of the content except axes and conditions, for the digest."""
 
     @abstractmethod
     def _take(self, rows: np.ndarray) -> Self:
-        """The table of only the conditions with these numbers."""
+        """The table of only the conditions at these indices."""
 
     @abstractmethod
     def _write(self, file: h5py.File) -> None:
-        """Write what the header lacks."""
+        """Write everything except the header."""
 
     @classmethod
     @abstractmethod
     def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
-        """Read what `_write` wrote; raises the errors of `source`, and `InvalidValue` on contradictions."""
+        """Read what `_write` wrote; raises the errors of `source`, and `InvalidValue` for inconsistent fields."""
 
     def _check(self) -> None:
         names = [axis.name for axis in self.axes]
         if not names or len(set(names)) < len(names) or not len(self.conditions):
             raise InvalidValue(f"A table of {len(self.conditions)} conditions has the axes {names}",
-                               "Give one condition and one axis or more, each parameter once")
+                               "Give at least one condition and one axis, and each parameter once")
 
     def _rows(self, conditions: Conditions) -> np.ndarray:
         known = {key: row for row, key in enumerate(_keys(self.conditions, self.model.uses_run_order))}
         rows = [known.get(key, -1) for key in _keys(conditions, self.model.uses_run_order)]
         if -1 in rows:
-            lost = rows.index(-1)
-            raise InvalidValue(f"Condition {lost} (counted from 0: {conditions.motor_speed[lost]:g} rad/s, "
-                               f"{conditions.load_inertia[lost]:g} kg m^2, {conditions.brake_torque[lost]:g} N m) "
-                               "is not in the table" + " at its place in the run order" * self.model.uses_run_order,
-                               "Build a table for them with `--conditions FILE`, or leave it out")
+            row = rows.index(-1)
+            raise InvalidValue(f"Condition {row} (counted from 0: {conditions.motor_speed[row]:g} rad/s, "
+                               f"{conditions.load_inertia[row]:g} kg m^2, {conditions.brake_torque[row]:g} N m) "
+                               "is not in the table" + " at its position in the run order" * self.model.uses_run_order,
+                               "Build a table for your conditions with `--conditions FILE`, or leave out this one")
         return np.array(rows, dtype=np.int64)
 
 
-def _keys(conditions: Conditions, in_order: bool) -> list[str]:
-    """What a condition is, to five digits: as many as a recordings file written by hand may keep.
+def _keys(conditions: Conditions, with_run_order: bool) -> list[str]:
+    """Keys that identify conditions by their values to five digits, the precision of a file written by hand.
 
-    `in_order`: its place in the run order is part of it.
+    If `with_run_order`, the position in the run order is part of the key.
     """
     profiles = [" ".join(f"{value:.5g}" for value in (*time, *current))
                 for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
-    order = conditions.run_order if in_order else None
-    places = [""] * len(conditions) if order is None else [f"{place:.0f}" for place in order]
+    order = conditions.run_order if with_run_order else None
+    positions = [""] * len(conditions) if order is None else [f"{position:.0f}" for position in order]
     rows = zip(conditions.current_profile, conditions.motor_speed, conditions.load_inertia,
-               conditions.brake_torque, places, strict=True)
-    return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]} {place}"
-            for profile, speed, inertia, brake, place in rows]
+               conditions.brake_torque, positions, strict=True)
+    return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]} {position}"
+            for profile, speed, inertia, brake, position in rows]

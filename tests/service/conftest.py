@@ -19,14 +19,14 @@ from slipstick.storage.library import Library
 from slipstick.table import Table
 
 Serving = Callable[[Settings], AbstractContextManager[str]]
-Kept = dict[str, tuple[dict[str, Any], dict[str, Any] | None]]
-"""Id of a job -> its order, and what it left, None while it runs."""
-Keeping = Callable[[Path, Kept], AbstractContextManager[httpx.Client]]
+StoredJobs = dict[str, tuple[dict[str, Any], dict[str, Any] | None]]
+"""Input and output of each job by its id; the output of a running job is None."""
+ServingJobs = Callable[[Path, StoredJobs], AbstractContextManager[httpx.Client]]
 
 
 @contextmanager
 def _serving(settings: Settings) -> Iterator[str]:
-    """Serve for real on a free port of the loopback; yield the address."""
+    """Serve on a free port of the loopback interface; yield the address."""
     server = uvicorn.Server(uvicorn.Config(create_app(settings), port=0, log_level="warning"))
     thread = threading.Thread(target=server.run)
     thread.start()
@@ -39,18 +39,18 @@ def _serving(settings: Settings) -> Iterator[str]:
 
 
 @contextmanager
-def _keeping(tables: Path, kept: Kept) -> Iterator[httpx.Client]:
-    """Serve the folder with a store that holds jobs as if a worker had run them; yield a client."""
-    jobs = {name: SimpleNamespace(
-        workflow_id=name, status="SUCCESS" if output else "PENDING", input={"args": [order]}, output=output,
+def _serving_jobs(tables: Path, stored_jobs: StoredJobs) -> Iterator[httpx.Client]:
+    """Serve the folder `tables` with a job store that contains the given jobs; yield a client."""
+    jobs = {id: SimpleNamespace(
+        workflow_id=id, status="SUCCESS" if output else "PENDING", input={"args": [job_input]}, output=output,
         error=None, created_at=1_790_000_000_000, completed_at=None, executor_id="worker-1")
-        for name, (order, output) in kept.items()}
+        for id, (job_input, output) in stored_jobs.items()}
 
-    def listed(_: DBOSClient, *, workflow_ids: list[str], name: str) -> list[SimpleNamespace]:
-        return [jobs[one] for one in workflow_ids if one in jobs]
+    def list_workflows(_: DBOSClient, *, workflow_ids: list[str], name: str) -> list[SimpleNamespace]:
+        return [jobs[id] for id in workflow_ids if id in jobs]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(DBOSClient, "list_workflows", listed)
+        patch.setattr(DBOSClient, "list_workflows", list_workflows)
         with _serving(Settings(tables=tables, jobs=f"sqlite:///{tables}/jobs.sqlite")) as address, \
                 httpx.Client(base_url=address, timeout=30) as client:
             yield client
@@ -62,8 +62,8 @@ def serving() -> Serving:
 
 
 @pytest.fixture(scope="session")
-def keeping() -> Keeping:
-    return _keeping
+def serving_jobs() -> ServingJobs:
+    return _serving_jobs
 
 
 @pytest.fixture(scope="session")
@@ -98,15 +98,15 @@ def table(library: Library) -> Table:
 
 @pytest.fixture(scope="session")
 def worker(settings: Settings, address: str, launch: Callable[..., object]) -> None:
-    """A worker for the fits of the service under test."""
+    """Run a worker for the jobs of the service under test."""
     launch("worker", "serve-jobs", "--tables", str(settings.tables), "--jobs", settings.jobs)
 
 
 @pytest.fixture(scope="module")
-def brief(shelf: Path, few_recordings: Path, serving: Serving, launch: Callable[..., subprocess.Popen[bytes]],
+def quick_service(shelf: Path, few_recordings: Path, serving: Serving, launch: Callable[..., subprocess.Popen[bytes]],
           tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, httpx.Client]]:
-    """Tables, service and worker of their own, with so few recordings that a study of them takes seconds."""
-    folder = tmp_path_factory.mktemp("brief")
+    """Folder of tables and client of a separate service and worker, with so few recordings that a study is fast."""
+    folder = tmp_path_factory.mktemp("quick")
     tables, jobs = folder / "tables", f"sqlite:///{folder}/jobs.sqlite"
     shutil.copytree(shelf, tables)
     shutil.copy(few_recordings / "few.h5", tables / "measured.h5")

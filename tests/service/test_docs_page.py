@@ -1,4 +1,4 @@
-"""The page /docs in a real browser that cannot reach the internet: it renders, and "Try it out" works."""
+"""The page /docs in a browser without internet access: it renders, and "Try it out" works."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,8 +10,8 @@ from selenium.webdriver.remote.webelement import WebElement
 from selenium.webdriver.support.wait import WebDriverWait
 
 
-def test_the_page_works_without_the_internet(browser: webdriver.Chrome, requested: Callable[[], list[str]],
-                                             address: str, tmp_path: Path) -> None:
+def test_the_page_works_without_internet_access(browser: webdriver.Chrome, requested: Callable[[], list[str]],
+                                                address: str, tmp_path: Path) -> None:
     browser.get(f"{address}/docs")
     wait = WebDriverWait(browser, 20)
     blocks = wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, ".opblock"))
@@ -26,7 +26,7 @@ def test_the_page_works_without_the_internet(browser: webdriver.Chrome, requeste
 
 
 def _try(browser: webdriver.Chrome, block: WebElement) -> str:
-    """Press what a reader would press, and return the status that the page then shows."""
+    """Execute an operation with "Try it out", and return the status that the page displays."""
     wait = WebDriverWait(block, 20)
     block.find_element(By.CSS_SELECTOR, ".opblock-summary-control").click()
     for button in (".try-out__btn", ".execute"):

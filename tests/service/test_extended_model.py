@@ -1,4 +1,4 @@
-"""What a study adds at work: its two models built into tables by the worker, and fitted alike over REST."""
+"""The extended model of a study: tables of both models are built by the worker, and the same fit is run on both."""
 
 import json
 import time
@@ -12,11 +12,12 @@ from worker.__main__ import main
 QUICK = {"population": 8, "generations": 2, "refine": False, "intervals": False}
 
 
-def test_what_a_study_adds_is_built_fitted_and_reported(brief: tuple[Path, httpx.Client], tmp_path: Path) -> None:
-    tables, client = brief
-    asked = client.get("/openapi.json").json()["paths"]["/v1/studies"]["post"]["requestBody"]["content"]
-    study = client.post("/v1/studies", json=asked["application/json"]["schema"]["examples"][0]).json()["links"]
-    done(client, study["self"])
+def test_the_extended_model_is_built_fitted_and_reported(
+        quick_service: tuple[Path, httpx.Client], tmp_path: Path) -> None:
+    tables, client = quick_service
+    content = client.get("/openapi.json").json()["paths"]["/v1/studies"]["post"]["requestBody"]["content"]
+    study = client.post("/v1/studies", json=content["application/json"]["schema"]["examples"][0]).json()["links"]
+    await_result(client, study["self"])
     fits, results = {}, {}
     for which in ("before", "after"):
         (tmp_path / "model.json").write_text(client.get(study["model"], params={"which": which}).text)
@@ -24,7 +25,7 @@ def test_what_a_study_adds_is_built_fitted_and_reported(brief: tuple[Path, httpx
         build = ["build", "--model", str(tmp_path / "model.json"), "--out", str(out)]
         assert main([*build, "--axis", "pressure_bias=0.7:1.3:5", "--axis", "initial_position=0.7:1.3:5"]) == 0
         fit = client.post("/v1/fits", json={"table": out.stem, "settings": QUICK}).json()
-        fits[which], results[which] = fit["id"], done(client, fit["links"]["self"])["result"]
+        fits[which], results[which] = fit["id"], await_result(client, fit["links"]["self"])["result"]
     report = client.get(study["report"], params=fits)
     assert report.status_code == 200, report.text
     assert results["after"]["log10_likelihood"] > results["before"]["log10_likelihood"] + 1
@@ -33,14 +34,14 @@ def test_what_a_study_adds_is_built_fitted_and_reported(brief: tuple[Path, httpx
         assert f"fit {id}, table study-{which}" in report.text
         assert f"{results[which]['log10_likelihood']:.2f}".replace("-", "−") in report.text
     listed = client.get(study["pictures"], params=fits).json()["pictures"]
-    drawn = client.get(listed[-1]["href"]).json()
-    assert (listed[-1]["name"], drawn["title"]["text"]) == ("surfaces", listed[-1]["title"])
+    spec = client.get(listed[-1]["href"]).json()
+    assert (listed[-1]["name"], spec["title"]["text"]) == ("surfaces", listed[-1]["title"])
     assert "surfaces" not in json.dumps(client.get(study["pictures"]).json())
 
 
-def done(client: httpx.Client, address: str) -> dict[str, Any]:
+def await_result(client: httpx.Client, address: str) -> dict[str, Any]:
     while (job := client.get(address).json())["status"] in ("queued", "running"):
         time.sleep(0.1)
     assert job["status"] == "done", job
-    found: dict[str, Any] = client.get(job["links"]["result"]).json()
-    return found
+    result: dict[str, Any] = client.get(job["links"]["result"]).json()
+    return result

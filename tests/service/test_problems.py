@@ -1,4 +1,4 @@
-"""Whatever is wrong with a request, the answer is a problem that says what to do, and never a 500."""
+"""Invalid requests are answered by problem details with a remedy, never by an unhandled error."""
 
 import json
 import socket
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from service import npy
-from service.problem_details import MEDIA_TYPE, Problem
+from service.problem_details import MEDIA_TYPE, ProblemDetails
 
 JSON = {"Content-Type": "application/json"}
 INPUTS: dict[str, Any] = {"mean": [1.0, 1.0], "std": [0.05, 0.05]}
@@ -22,41 +22,42 @@ POSTS = {
 }
 
 
-def problem(answer: httpx.Response, status: int) -> dict[str, Any]:
-    assert answer.status_code == status, answer.text
-    assert answer.headers["Content-Type"] == MEDIA_TYPE
-    found: dict[str, Any] = json.loads(answer.content, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
-    Problem.model_validate(found)
-    assert found["status"] == status
-    assert all(found[name] for name in ("type", "title", "detail", "remedy"))
-    return found
+def problem(response: httpx.Response, status: int) -> dict[str, Any]:
+    """Check that a response is a problem with the expected status, and return it."""
+    assert response.status_code == status, response.text
+    assert response.headers["Content-Type"] == MEDIA_TYPE
+    content: dict[str, Any] = json.loads(response.content, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
+    ProblemDetails.model_validate(content)
+    assert content["status"] == status
+    assert all(content[name] for name in ("type", "title", "detail", "remedy"))
+    return content
 
 
 @pytest.mark.parametrize("path", POSTS)
 @pytest.mark.parametrize("body", [b"", b"{", b'{"a": NaN}', b'{"a": 1e999}', b'{"table": "\\ud800"}', b"\xff\xfe{}",
                                   b"[" * 100_000])
 def test_a_body_that_is_not_json(client: httpx.Client, path: str, body: bytes) -> None:
-    answer = client.post(path, content=body, headers=JSON)
-    problem(answer, 422 if body == b"" and path != "/v1/evaluate" else 400)
+    response = client.post(path, content=body, headers=JSON)
+    problem(response, 422 if body == b"" and path != "/v1/evaluate" else 400)
 
 
 @pytest.mark.parametrize("path", POSTS)
-@pytest.mark.parametrize("media", ["application/x-www-form-urlencoded", "text/plain", None])
-def test_a_body_of_the_wrong_type(client: httpx.Client, path: str, media: str | None) -> None:
+@pytest.mark.parametrize("media_type", ["application/x-www-form-urlencoded", "text/plain", None])
+def test_a_body_of_the_wrong_media_type(client: httpx.Client, path: str, media_type: str | None) -> None:
     request = client.build_request("POST", path, content=json.dumps(POSTS[path]))
-    if media:
-        request.headers["Content-Type"] = media
+    if media_type:
+        request.headers["Content-Type"] = media_type
     assert "--json" in problem(client.send(request), 415)["remedy"]
 
 
 @pytest.mark.parametrize("path", POSTS)
 @pytest.mark.parametrize("body", ["null", "[]", "3", '"x"', '{"tabel": "nominal"}', '{"table": 3}', '{"outside": "x"}'])
-def test_json_that_is_not_the_request(client: httpx.Client, path: str, body: str) -> None:
+def test_json_that_does_not_match_the_schema(client: httpx.Client, path: str, body: str) -> None:
     assert problem(client.post(path, content=body, headers=JSON), 422)["errors"]
 
 
 @pytest.mark.parametrize("path", POSTS)
-def test_an_unknown_table_names_the_nearest(client: httpx.Client, path: str) -> None:
+def test_the_error_for_an_unknown_table_suggests_the_nearest_name(client: httpx.Client, path: str) -> None:
     assert "'nominal'" in problem(client.post(path, json={**POSTS[path], "table": "nominl"}), 404)["remedy"]
 
 
@@ -77,38 +78,38 @@ def test_an_unknown_table_names_the_nearest(client: httpx.Client, path: str) -> 
     ("/v1/fits", {"settings": {"mean_bounds": [[2.0, 3.0]]}}), ("/v1/fits", {"settings": {"samples": 1000}}),
     ("/v1/fits", {"settings": {"order": 12, "nodes": 5}}),
     ("/v1/fits", {"settings": {"mean_bounds": [[0.8, 1.2]] * 3}})])
-def test_values_that_make_no_sense(client: httpx.Client, path: str, change: dict[str, Any]) -> None:
+def test_invalid_values(client: httpx.Client, path: str, change: dict[str, Any]) -> None:
     problem(client.post(path, json={**POSTS[path], **change}), 422)
 
 
 @pytest.mark.parametrize("path", ["/v1/recordings/none", "/v1/tables/measured", "/v1/fits/none", "/v1/fits/none/result",
                                   "/v1/nothing", "/", "/v1/tables/%ff", "/v1/tables/..%2fnominal"])
-def test_nothing_is_there(client: httpx.Client, path: str) -> None:
+def test_unknown_resources(client: httpx.Client, path: str) -> None:
     problem(client.get(path), 404)
 
 
 @pytest.mark.parametrize("path", ["/v1/fits?limit=0", "/v1/fits?offset=x", "/v1/fits/bad%20id"])
-def test_a_bad_address(client: httpx.Client, path: str) -> None:
+def test_invalid_parameters_of_the_address(client: httpx.Client, path: str) -> None:
     problem(client.get(path), 422)
 
 
-def test_a_method_that_is_not_there_names_those_that_are(client: httpx.Client) -> None:
-    answer = client.delete("/v1/fits")
-    assert "GET, POST" in problem(answer, 405)["remedy"]
-    assert answer.headers["Allow"] == "GET, POST"
+def test_the_error_for_an_unsupported_method_names_the_supported_ones(client: httpx.Client) -> None:
+    response = client.delete("/v1/fits")
+    assert "GET, POST" in problem(response, 405)["remedy"]
+    assert response.headers["Allow"] == "GET, POST"
 
 
-def test_a_hundred_thousand_mistakes_are_not_all_listed(client: httpx.Client) -> None:
-    found = problem(client.post("/v1/evaluate", json={"points": [["x", "y"]] * 50_000}), 422)
-    assert len(found["errors"]) == 20
-    assert found["errors_left_out"] == 100_000 - 20
+def test_the_number_of_listed_validation_errors_is_limited(client: httpx.Client) -> None:
+    content = problem(client.post("/v1/evaluate", json={"points": [["x", "y"]] * 50_000}), 422)
+    assert len(content["errors"]) == 20
+    assert content["errors_left_out"] == 100_000 - 20
 
 
-def test_a_choice_beside_a_json_body_is_not_ignored(client: httpx.Client) -> None:
+def test_query_parameters_with_a_json_body_are_rejected(client: httpx.Client) -> None:
     problem(client.post("/v1/evaluate?table=nominal", json=POSTS["/v1/evaluate"]), 422)
 
 
-def test_an_answer_or_work_beyond_the_limits_is_refused(client: httpx.Client) -> None:
+def test_responses_and_computations_beyond_the_limits_are_rejected(client: httpx.Client) -> None:
     problem(client.post("/v1/evaluate", json={"points": [[1.0, 1.0]] * 500}), 413)
     problem(client.post("/v1/propagate", json={"inputs": INPUTS, "density_points": 2000}), 413)
     many = [{**INPUTS, "output_std": 0.01}] * 100
@@ -116,7 +117,7 @@ def test_an_answer_or_work_beyond_the_limits_is_refused(client: httpx.Client) ->
 
 
 @pytest.mark.parametrize("chunked", [False, True])
-def test_a_body_beyond_the_limit_is_refused(client: httpx.Client, chunked: bool) -> None:
+def test_a_body_beyond_the_limit_is_rejected(client: httpx.Client, chunked: bool) -> None:
     def parts() -> Iterator[bytes]:
         yield from [b" " * (1 << 20)] * 9
 
@@ -124,7 +125,7 @@ def test_a_body_beyond_the_limit_is_refused(client: httpx.Client, chunked: bool)
     problem(client.post("/v1/evaluate", content=body, headers=JSON), 413)
 
 
-def test_a_body_that_never_comes_is_not_waited_for(address: str) -> None:
+def test_an_incomplete_body_times_out(address: str) -> None:
     host, port = address.removeprefix("http://").split(":")
     with socket.create_connection((host, int(port)), timeout=20) as connection:
         connection.sendall(b"POST /v1/evaluate HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
@@ -138,5 +139,5 @@ def test_a_body_that_never_comes_is_not_waited_for(address: str) -> None:
     npy.dump(np.ones((1, 2))).replace(b"(1, 2)", b"(9**9,2)"), npy.dump(np.ones((1, 3))),
     npy.dump(np.ones((1, 2))).replace(b"(1, 2), }         ", b"(9999999999999,2)}"),
     npy.dump(np.array([[np.nan, 1.0]])), npy.dump(np.array([[np.inf, 1.0]]))])
-def test_npy_that_lies(client: httpx.Client, body: bytes) -> None:
+def test_invalid_npy_files(client: httpx.Client, body: bytes) -> None:
     problem(client.post("/v1/evaluate", content=body, headers={"Content-Type": npy.MEDIA_TYPE}), 422)

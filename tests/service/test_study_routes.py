@@ -1,4 +1,4 @@
-"""What the service does with studies by itself: here no worker is running, tests/worker has one."""
+"""Studies in the service without a running worker; tests/worker covers the worker."""
 
 import json
 import shutil
@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from service.settings import Settings
-from service.study_schemas import ModelSpec, Studied, StudyProgress, StudySettingsBody
+from service.study_schemas import ModelSpec, StudyProgress, StudySettingsBody, StudySummary
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.study import study
@@ -29,7 +29,7 @@ BODY = {"recordings": "few", "settings": SETTINGS}
 
 
 @pytest.fixture
-def alone(few_recordings: Path, shelf: Path, tmp_path: Path, serving) -> Iterator[httpx.Client]:
+def client(few_recordings: Path, shelf: Path, tmp_path: Path, serving) -> Iterator[httpx.Client]:
     shutil.copytree(shelf, tmp_path / "tables")
     shutil.copy(few_recordings / "few.h5", tmp_path / "tables")
     settings = Settings(tables=tmp_path / "tables", jobs=f"sqlite:///{tmp_path}/jobs.sqlite")
@@ -39,8 +39,8 @@ def alone(few_recordings: Path, shelf: Path, tmp_path: Path, serving) -> Iterato
 
 @pytest.fixture(scope="module")
 def steps(few_recordings: Path) -> list[study.State | None]:
-    """The states of a study, None before the first."""
-    settings, compared = task(few_recordings)
+    """The states of a study after each step; None before the first."""
+    settings, compared = settings_and_comparison(few_recordings)
     states: list[study.State | None] = [None, study.start(settings, compared)]
     while not study.finished(states[-1]):
         states.append(study.advance(settings, compared, states[-1]))
@@ -49,64 +49,64 @@ def steps(few_recordings: Path) -> list[study.State | None]:
 
 @pytest.fixture(scope="module")
 def output(few_recordings: Path, steps: list[study.State | None]) -> dict[str, Any]:
-    """What the job of that study leaves, as JSON."""
-    settings, compared = task(few_recordings)
-    left = {"result": conclude(settings, compared, steps[-1]), "figure_data": evidence(settings, compared, steps[-1]),
-            "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
-    found: dict[str, Any] = json.loads(json.dumps(left, allow_nan=False))
-    return found
+    """The output of the job of that study, as JSON."""
+    settings, compared = settings_and_comparison(few_recordings)
+    output = {"result": conclude(settings, compared, steps[-1]), "figure_data": evidence(settings, compared, steps[-1]),
+              "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
+    stored: dict[str, Any] = json.loads(json.dumps(output, allow_nan=False))
+    return stored
 
 
 @pytest.fixture(scope="module")
-def done(output: dict[str, Any], keeping, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    """A service whose store holds the study `done`."""
-    order = {"recordings": "few", "recordings_digest": "c3d4",
-             "settings": json.loads(json.dumps(asdict(StudySettings.from_dict(SETTINGS))))}
-    with keeping(tmp_path_factory.mktemp("reports"), {"done": (order, output)}) as client:
+def done(output: dict[str, Any], serving_jobs, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    """Client of a service whose job store contains the finished study `done`."""
+    job_input = {"recordings": "few", "recordings_digest": "c3d4",
+                 "settings": json.loads(json.dumps(asdict(StudySettings.from_dict(SETTINGS))))}
+    with serving_jobs(tmp_path_factory.mktemp("reports"), {"done": (job_input, output)}) as client:
         yield client
 
 
-def task(few_recordings: Path) -> tuple[StudySettings, Any]:
+def settings_and_comparison(few_recordings: Path) -> tuple[StudySettings, Any]:
     settings = StudySettings.from_dict(SETTINGS)
     return settings, compare(Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
 
 
-def test_a_study_waits_for_the_worker_and_says_so(alone: httpx.Client) -> None:
-    answer = alone.post("/v1/studies", json={"recordings": "few", "settings": {"shortlist": 3}})
-    assert answer.status_code == 202
-    waiting = alone.get(answer.headers["Location"]).json()
-    assert (waiting["status"], waiting["progress"]) == ("queued", None)
-    assert "serve-jobs" in waiting["note"]
-    assert waiting["settings"]["shortlist"] == 3
-    assert waiting["settings"]["catalogue"] == list(StudySettings().catalogue)
-    health = alone.get("/v1/health").json()
+def test_a_study_is_queued_with_a_note_about_the_worker(client: httpx.Client) -> None:
+    response = client.post("/v1/studies", json={"recordings": "few", "settings": {"shortlist": 3}})
+    assert response.status_code == 202
+    queued = client.get(response.headers["Location"]).json()
+    assert (queued["status"], queued["progress"]) == ("queued", None)
+    assert "serve-jobs" in queued["note"]
+    assert queued["settings"]["shortlist"] == 3
+    assert queued["settings"]["catalogue"] == list(StudySettings().catalogue)
+    health = client.get("/v1/health").json()
     assert (health["studies_waiting"], health["fits_waiting"]) == (1, 0)
-    assert [one["id"] for one in alone.get("/v1/studies").json()["studies"]] == [waiting["id"]]
+    assert [entry["id"] for entry in client.get("/v1/studies").json()["studies"]] == [queued["id"]]
     for part in ("result", "report", "pictures", "pictures/gap", "model"):
-        assert alone.get(f"{waiting['links']['self']}/{part}").status_code == 409
+        assert client.get(f"{queued['links']['self']}/{part}").status_code == 409
 
 
-def test_one_key_is_one_study_and_no_fit(alone: httpx.Client) -> None:
-    answers = [alone.post("/v1/studies", json=BODY, headers=KEY) for _ in range(3)]
-    assert {(answer.status_code, answer.json()["id"]) for answer in answers} == {(202, "mine")}
-    assert len(alone.get("/v1/studies").json()["studies"]) == 1
-    other = alone.post("/v1/studies", json={"recordings": "few"}, headers=KEY)
+def test_repeated_requests_with_one_key_create_one_study_and_no_fit(client: httpx.Client) -> None:
+    responses = [client.post("/v1/studies", json=BODY, headers=KEY) for _ in range(3)]
+    assert {(response.status_code, response.json()["id"]) for response in responses} == {(202, "mine")}
+    assert len(client.get("/v1/studies").json()["studies"]) == 1
+    other = client.post("/v1/studies", json={"recordings": "few"}, headers=KEY)
     assert (other.status_code, other.json()["title"]) == (409, "Conflict")
-    assert alone.post("/v1/fits", json={}, headers=KEY).status_code == 409
-    assert alone.get("/v1/fits/mine").status_code == 404
-    alone.post("/v1/fits", json={}, headers={"Idempotency-Key": "fitted"})
-    refused = alone.post("/v1/studies", json=BODY, headers={"Idempotency-Key": "fitted"})
-    assert (refused.status_code, refused.json()["remedy"]) == (409, "Take another Idempotency-Key")
+    assert client.post("/v1/fits", json={}, headers=KEY).status_code == 409
+    assert client.get("/v1/fits/mine").status_code == 404
+    client.post("/v1/fits", json={}, headers={"Idempotency-Key": "fitted"})
+    response = client.post("/v1/studies", json=BODY, headers={"Idempotency-Key": "fitted"})
+    assert (response.status_code, response.json()["remedy"]) == (409, "Use a different Idempotency-Key")
 
 
-def test_a_waiting_study_can_be_cancelled_and_stays_so(alone: httpx.Client) -> None:
-    alone.post("/v1/studies", json=BODY, headers=KEY)
+def test_a_queued_study_can_be_cancelled_and_stays_cancelled(client: httpx.Client) -> None:
+    client.post("/v1/studies", json=BODY, headers=KEY)
     for _ in range(2):
-        assert alone.post("/v1/studies/mine/cancel").json()["status"] == "cancelled"
-    assert alone.post("/v1/studies", json=BODY, headers=KEY).json()["status"] == "cancelled"
+        assert client.post("/v1/studies/mine/cancel").json()["status"] == "cancelled"
+    assert client.post("/v1/studies", json=BODY, headers=KEY).json()["status"] == "cancelled"
 
 
-@pytest.mark.parametrize(("body", "status", "said"), [
+@pytest.mark.parametrize(("body", "status", "message"), [
     ({"recordings": "fev"}, 404, "Did you mean 'few'?"),
     ({"settings": {"catalogue": ["stribek_friction"]}}, 404, "Did you mean 'stribeck_friction'?"),
     ({"settings": {"scatter": ["current_gain"], "parameters": ["pressure_bias"]}}, 404, "Known: pressure_bias"),
@@ -116,43 +116,45 @@ def test_a_waiting_study_can_be_cancelled_and_stays_so(alone: httpx.Client) -> N
     ({"settings": {"short_list": 3}}, 422, "short_list"),
     ({"settings": {"seed": 1.5}}, 422, "seed"),
     ({"table": "nominal"}, 422, "table")])
-def test_nonsense_is_refused_with_a_remedy(alone: httpx.Client, body: dict[str, Any], status: int, said: str) -> None:
-    answer = alone.post("/v1/studies", json={"recordings": "few", **body})
-    assert answer.status_code == status
-    assert said in answer.json()["remedy"] + json.dumps(answer.json().get("errors"))
-    assert not alone.get("/v1/studies").json()["studies"]
+def test_invalid_studies_are_rejected_with_a_remedy(
+        client: httpx.Client, body: dict[str, Any], status: int, message: str) -> None:
+    response = client.post("/v1/studies", json={"recordings": "few", **body})
+    assert response.status_code == status
+    assert message in response.json()["remedy"] + json.dumps(response.json().get("errors"))
+    assert not client.get("/v1/studies").json()["studies"]
 
 
-def test_a_signal_that_says_nothing_is_refused(alone: httpx.Client, tmp_path: Path) -> None:
+def test_a_constant_signal_is_rejected(client: httpx.Client, tmp_path: Path) -> None:
     with h5py.File(tmp_path / "tables" / "few.h5", "r+") as file:
         file["signals/pressure"][...] = 1.0
-    answer = alone.post("/v1/studies", json=BODY)
-    assert (answer.status_code, answer.json()["detail"][:33]) == (422, "The signal pressure shows no nois")
+    response = client.post("/v1/studies", json=BODY)
+    assert (response.status_code, response.json()["detail"][:33]) == (422, "The signal pressure shows no nois")
 
 
-def test_the_schemas_leave_out_nothing_that_a_study_knows(
+def test_the_schemas_cover_all_fields_of_a_study(
         output: dict[str, Any], steps: list[study.State | None]) -> None:
     assert set(StudySettingsBody.model_fields) == {field.name for field in fields(StudySettings)}
-    said = [progress(StudySettings.from_dict(SETTINGS), state) for state in steps]
-    assert tuple(dict.fromkeys(one["stage"] for one in said)) == STAGES
-    assert [one["candidate"] for one in said[2:4]] == ["stribeck_friction", "centrifugal_pressure"]
-    assert [one["fitted"] for one in said if one["stage"] == "candidates"] == list(range(said[2]["candidates"]))
-    assert said[-1]["added"] == ["stribeck_friction"]
+    reports = [progress(StudySettings.from_dict(SETTINGS), state) for state in steps]
+    assert tuple(dict.fromkeys(report["stage"] for report in reports)) == STAGES
+    assert [report["candidate"] for report in reports[2:4]] == ["stribeck_friction", "centrifugal_pressure"]
+    assert [report["fitted"] for report in reports if report["stage"] == "candidates"] == list(
+        range(reports[2]["candidates"]))
+    assert reports[-1]["added"] == ["stribeck_friction"]
     assert set(STAGES) == set(get_args(StudyProgress.model_fields["stage"].annotation))
-    for one in said:
-        assert json.loads(StudyProgress.model_validate(one).model_dump_json()) == one
+    for report in reports:
+        assert json.loads(StudyProgress.model_validate(report).model_dump_json()) == report
     result = output["result"]
-    assert json.loads(Studied.model_validate(result).model_dump_json()) == result
+    assert json.loads(StudySummary.model_validate(result).model_dump_json()) == result
     assert ModelSpec(**result["models"]["after"]).model_dump() == result["models"]["after"]
 
 
 def test_a_finished_study_is_served(done: httpx.Client, output: dict[str, Any]) -> None:
-    found = done.get("/v1/studies/done").json()
-    assert (found["status"], found["recordings"]) == ("done", "few")
-    result = done.get(found["links"]["result"]).json()
+    job = done.get("/v1/studies/done").json()
+    assert (job["status"], job["recordings"]) == ("done", "few")
+    result = done.get(job["links"]["result"]).json()
     assert result["result"] == output["result"]
     assert result["seconds"] == {"fit": 2.0}
-    model = Model.from_spec(done.get(found["links"]["model"]).json())
+    model = Model.from_spec(done.get(job["links"]["model"]).json())
     assert list(model.effects) == ["stribeck_friction"]
 
 

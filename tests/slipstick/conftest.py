@@ -30,7 +30,7 @@ CONDITIONS = paper_conditions().take([3, 40, 77, 100, 150, 180, 199, 215])
 
 @pytest.fixture(scope="session")
 def small_table() -> Grid:
-    """8 conditions at 5 x 5 points."""
+    """A table of 8 conditions on a grid of 5 x 5 points."""
     model, values = Model(), np.linspace(0.7, 1.3, 5)
     axes = (Axis("pressure_bias", values, 1.6, "bar"), Axis("initial_position", values, 5e-4, "m"))
     points = np.array(list(product(values, values)))
@@ -40,7 +40,7 @@ def small_table() -> Grid:
 
 @pytest.fixture(scope="session")
 def small_recordings() -> Recordings:
-    """The same 8 conditions, simulated a little off nominal, each off that by some milliseconds."""
+    """The same 8 conditions, simulated at `TRUTH` with 8 ms of noise on the shifting times."""
     names, multiples = zip(*TRUTH, strict=True)
     time = np.arange(0.0, 1.5, 0.01)
     response = signals(Model(), CONDITIONS, time, names, np.array([multiples]))
@@ -49,7 +49,7 @@ def small_recordings() -> Recordings:
 
 
 def bench(recordings: Recordings, model: Model) -> Recordings:
-    """The conditions of the recordings, measured on a bench that is a model, with scatter and noise."""
+    """Recordings of `model` under the same conditions, with run-to-run variation and sensor noise."""
     rng, n, conditions = np.random.default_rng(7), len(recordings), recordings.conditions
     vectors = np.tile(model.parameters, (n, 1))
     for name, std in (("pressure_bias", 0.05), ("initial_position", 0.08)):
@@ -63,7 +63,7 @@ def bench(recordings: Recordings, model: Model) -> Recordings:
 
 @pytest.fixture
 def both_fits(made: Callable[..., dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Fits on the tables of a study's two models, made up: 120 decades apart, with 12 ms and 3 ms of output noise."""
+    """Invented fits on the tables of a study's two models: 120 decades apart, with output std of 12 ms and 3 ms."""
     fits = {which: {"id": f"fit-{which}", "table": f"table-{which}", "table_digest": digest, **made()}
             for which, digest in (("before", "a1b2"), ("after", "c3d4"))}
     fits["before"]["result"] |= {"log10_likelihood": -389.0, "output_std": 0.012}
@@ -73,27 +73,27 @@ def both_fits(made: Callable[..., dict[str, Any]]) -> dict[str, dict[str, Any]]:
 
 @pytest.fixture(scope="session")
 def studied(few_recordings: Path) -> Callable[[str], tuple[Comparison, study.State, dict[str, Any]]]:
-    """Real studies of 24 experiments, each done once: what was compared, the last state, and what its job leaves.
+    """Real studies of 24 experiments, each run once: the comparison, the final state, and the output of its job.
 
-    `friction`: shipped recordings, whose bench lacks no friction that depends on slip; `times`: their shifting times
-    alone; `drag` and `nothing`: from a bench with a quadratic load drag, and from the plain model.
+    `friction`: shipped recordings, which contain friction that depends on slip; `times`: only their shifting times;
+    `drag` and `nothing`: simulated by a model with a quadratic load drag and by the model without effects.
     """
     few = Recordings.open(few_recordings / "few.h5")
-    made: dict[str, Callable[[], Recordings]] = {
+    recordings: dict[str, Callable[[], Recordings]] = {
         "friction": lambda: few,
         "times": lambda: replace(few, signals=None),
         "drag": lambda: bench(few, Model().with_effect("quadratic_load_drag", {"drag": 0.03})),
         "nothing": lambda: bench(few, Model())}
 
     @cache
-    def done(name: str) -> tuple[Comparison, study.State, dict[str, Any]]:
-        compared = compare(made[name](), STUDY.shifting_time_noise)
+    def finished(name: str) -> tuple[Comparison, study.State, dict[str, Any]]:
+        compared = compare(recordings[name](), STUDY.shifting_time_noise)
         state = study.start(STUDY, compared)
         while not study.finished(state):
             state = study.advance(STUDY, compared, state)
-        left = {"result": conclude(STUDY, compared, state), "figure_data": evidence(STUDY, compared, state),
-                "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
-        return compared, state, json.loads(json.dumps(left, allow_nan=False))
+        output = {"result": conclude(STUDY, compared, state), "figure_data": evidence(STUDY, compared, state),
+                  "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
+        return compared, state, json.loads(json.dumps(output, allow_nan=False))
 
-    # Whoever changes an output changes its own.
-    return lambda name: (*done(name)[:2], json.loads(json.dumps(done(name)[2])))
+    # Every caller gets its own copy of the output, which it may modify.
+    return lambda name: (*finished(name)[:2], json.loads(json.dumps(finished(name)[2])))

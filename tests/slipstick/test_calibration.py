@@ -1,4 +1,4 @@
-"""Calibration on recordings whose parameters are known, and on the shipped ones."""
+"""Calibration on simulated recordings with known parameters, and on the shipped recordings."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +19,9 @@ TRUE_MULTIPLIERS = {"current_delay": 1.04, "current_bias": 0.94, "current_gain":
 NOISE = {"pressure": 0.05, "input_speed": 0.25, "output_speed": 0.08, "output_torque": 6.0}
 
 
-def bench(model: Model, every: int = 5, seed: int = 7) -> Recordings:
-    """Recordings of `model` on every fifth condition, with sensor noise and nothing else."""
-    conditions = paper_conditions().take(range(0, 216, every))
+def simulated_recordings(model: Model, step: int = 5, seed: int = 7) -> Recordings:
+    """Recordings of `model` under every `step`-th condition of the paper, with sensor noise only."""
+    conditions = paper_conditions().take(range(0, 216, step))
     time, rng = np.arange(0.0, 2.0, 0.002), np.random.default_rng(seed)
     response = ensemble.signals(model, conditions, time, accuracy=ensemble.TIGHT)
     shape = (len(conditions), len(time))
@@ -36,39 +36,38 @@ def true_model() -> Model:
 
 
 @pytest.fixture(scope="module")
-def found() -> calibration.Calibration:
-    return calibration.calibrate(bench(true_model()))
+def calibrated() -> calibration.Calibration:
+    return calibration.calibrate(simulated_recordings(true_model()))
 
 
-def test_finds_the_parameters_within_their_standard_errors(found: calibration.Calibration) -> None:
-    truth = np.array(true_model().parameters)[[parameters.index(name) for name in found.free]]
-    values = np.array(found.model.parameters)[[parameters.index(name) for name in found.free]]
-    assert np.max(np.abs(values - truth) / found.standard_error) < 4
-    assert np.max(found.standard_error / truth) < 0.02
-    assert found.at_bound == ()
+def test_estimates_are_within_their_standard_errors_of_the_truth(calibrated: calibration.Calibration) -> None:
+    truth = np.array(true_model().parameters)[[parameters.index(name) for name in calibrated.free]]
+    values = np.array(calibrated.model.parameters)[[parameters.index(name) for name in calibrated.free]]
+    assert np.max(np.abs(values - truth) / calibrated.standard_error) < 4
+    assert np.max(calibrated.standard_error / truth) < 0.02
+    assert calibrated.at_bound == ()
 
 
-def test_chi_square_is_one_where_only_noise_is_left_and_not_where_physics_is_missing(
-    found: calibration.Calibration,
-) -> None:
-    assert all(0.9 < value < 1.1 for name, value in found.chi_square.items() if name != "shifting_time")
-    assert 0.5 < found.chi_square["shifting_time"] < 1.7  # 44 values only
+def test_chi_square_is_one_for_pure_noise_and_larger_for_missing_physics(calibrated: calibration.Calibration) -> None:
+    assert all(0.9 < value < 1.1 for name, value in calibrated.chi_square.items() if name != "shifting_time")
+    assert 0.5 < calibrated.chi_square["shifting_time"] < 1.7  # only 44 values
     hidden = true_model().with_effect("stribeck_friction", {"strength": 0.22, "decay_speed": 25.0})
-    assert calibration.calibrate(bench(hidden)).chi_square["output_torque"] > 1.3
+    assert calibration.calibrate(simulated_recordings(hidden)).chi_square["output_torque"] > 1.3
 
 
 def test_effects_of_the_start_model_are_simulated() -> None:
     effect = {"strength": 0.22, "decay_speed": 25.0}
     hidden = true_model().with_effect("stribeck_friction", effect)
-    found = calibration.calibrate(bench(hidden), Model().with_effect("stribeck_friction", effect))
-    assert found.chi_square["output_torque"] < 1.1
-    assert found.model.effects == hidden.effects
+    start = Model().with_effect("stribeck_friction", effect)
+    calibrated = calibration.calibrate(simulated_recordings(hidden), start)
+    assert calibrated.chi_square["output_torque"] < 1.1
+    assert calibrated.model.effects == hidden.effects
 
 
-def test_too_few_engagements_and_signals_without_noise_are_refused() -> None:
-    with pytest.raises(InvalidValue, match="too few to calibrate on"):
-        calibration.calibrate(bench(Model(), every=24))
-    recordings = bench(Model(), every=12)
+def test_too_few_engagements_and_signals_without_noise_are_rejected() -> None:
+    with pytest.raises(InvalidValue, match="too few for a calibration"):
+        calibration.calibrate(simulated_recordings(Model(), step=24))
+    recordings = simulated_recordings(Model(), step=12)
     assert recordings.signals is not None
     coarse = replace(recordings.signals, input_speed=np.round(recordings.signals.input_speed / 5) * 5)
     with pytest.raises(InvalidValue, match="input_speed shows no noise"):
@@ -76,7 +75,7 @@ def test_too_few_engagements_and_signals_without_noise_are_refused() -> None:
 
 
 def test_noise_is_estimated_from_the_signals_alone() -> None:
-    signals = bench(Model()).signals
+    signals = simulated_recordings(Model()).signals
     assert signals is not None
     estimated = sensor_noise(signals)
     for name, std in NOISE.items():
@@ -84,19 +83,19 @@ def test_noise_is_estimated_from_the_signals_alone() -> None:
 
 
 def test_a_parameter_at_its_bound_is_named() -> None:
-    beyond = Model().with_parameters({"friction_coefficient": 3.2e-4 * 1.7})
-    found = calibration.calibrate(bench(beyond, every=12))
-    assert "friction_coefficient" in found.at_bound
+    out_of_bounds = Model().with_parameters({"friction_coefficient": 3.2e-4 * 1.7})
+    calibrated = calibration.calibrate(simulated_recordings(out_of_bounds, step=12))
+    assert "friction_coefficient" in calibrated.at_bound
 
 
-def test_shipped_recordings_bring_the_shifting_time_residual_down() -> None:
-    # An independent reviewer measured 48.7 ms before and 27.1 ms after on these recordings.
-    found = calibration.calibrate(Recordings.open(Path(__file__).parents[2] / "tables" / "measured.h5"))
-    assert found.rms_before == pytest.approx(48.7e-3, rel=0.01)
-    assert found.rms_after == pytest.approx(27.1e-3, rel=0.05)
-    assert found.at_bound == ()
+def test_calibration_on_the_shipped_recordings_reduces_the_shifting_time_residual() -> None:
+    # An independent calibration gave 48.7 ms before and 27.1 ms after on these recordings.
+    calibrated = calibration.calibrate(Recordings.open(Path(__file__).parents[2] / "tables" / "measured.h5"))
+    assert calibrated.rms_before == pytest.approx(48.7e-3, rel=0.01)
+    assert calibrated.rms_after == pytest.approx(27.1e-3, rel=0.05)
+    assert calibrated.at_bound == ()
 
 
-def test_recordings_without_signals_are_refused() -> None:
+def test_recordings_without_signals_are_rejected() -> None:
     with pytest.raises(InvalidValue, match="Record pressure, speeds and torque"):
-        calibration.calibrate(replace(bench(Model(), every=24), signals=None))
+        calibration.calibrate(replace(simulated_recordings(Model(), step=24), signals=None))

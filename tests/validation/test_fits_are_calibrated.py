@@ -1,4 +1,4 @@
-"""The short form of `python -m benchmarks.coverage`: fits to data drawn from the table know what they do not know."""
+"""Coverage of intervals and predictions on data drawn from the table, a short `python -m benchmarks.coverage`."""
 
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -12,12 +12,12 @@ from scipy.stats import binom, chi2
 from benchmarks import coverage
 from slipstick.uncertainty.fit.intervals import drop_at_level
 
-EVERY = 4  # condition of the table
-HELD, DRAWN = range(1, 6), range(201, 209)
-PARTS, RARE = 3, 1e-3
+EVERY = 4  # step between the conditions used, of those of the table
+INTERVAL_SEEDS, PREDICTION_SEEDS = range(1, 6), range(201, 209)
+PARTS, LOWEST_P = 3, 1e-3
 
 
-def dropped(seed: int) -> list[float]:
+def drops(seed: int) -> list[float]:
     problem = coverage.drawn(coverage.TRUTH, seed, every=EVERY)
     return coverage.drops(problem, coverage.fitted(problem))
 
@@ -29,18 +29,18 @@ def pool(shelf: Path) -> Iterator[ProcessPoolExecutor]:
         yield pool
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say(pool: ProcessPoolExecutor) -> None:
-    """Each unknown and each identified combination by its count, and all sets together by Wilks' chi-square."""
-    drops = np.array(list(pool.map(dropped, HELD)))
-    assert drops.shape[1] > 5
-    assert np.all(drops > -0.01)  # the fit is no worse than the truth, whatever is held
-    held = np.count_nonzero(drops < drop_at_level(coverage.LEVEL), axis=0)
-    assert np.all(held >= binom.ppf(RARE, len(HELD), coverage.LEVEL))
-    sums = 2 * np.log(10) * drops[:, 5:].sum(axis=0)  # of the combinations
-    low, high = chi2.ppf([RARE, 1 - RARE], len(HELD))
+def test_intervals_cover_the_truth_at_their_nominal_rate(pool: ProcessPoolExecutor) -> None:
+    """Each unknown and identified combination by its count, and all data sets together by Wilks' chi-square."""
+    decades = np.array(list(pool.map(drops, INTERVAL_SEEDS)))
+    assert decades.shape[1] > 5
+    assert np.all(decades > -0.01)  # the optimum is no less likely than the truth
+    covered = np.count_nonzero(decades < drop_at_level(coverage.LEVEL), axis=0)
+    assert np.all(covered >= binom.ppf(LOWEST_P, len(INTERVAL_SEEDS), coverage.LEVEL))
+    sums = 2 * np.log(10) * decades[:, 5:].sum(axis=0)  # of the combinations
+    low, high = chi2.ppf([LOWEST_P, 1 - LOWEST_P], len(INTERVAL_SEEDS))
     assert np.all((low < sums) & (sums < high))
 
 
-def test_predictions_come_true_and_those_of_a_wrong_family_do_not(pool: ProcessPoolExecutor) -> None:
-    assert coverage.predictions(np.array(list(pool.map(coverage.right, DRAWN))), PARTS)[0] > RARE
-    assert coverage.predictions(np.array(list(pool.map(coverage.wrong, DRAWN))), PARTS)[0] < 0.01
+def test_predictions_are_calibrated_and_those_of_a_wrong_family_are_not(pool: ProcessPoolExecutor) -> None:
+    assert coverage.predictions(np.array(list(pool.map(coverage.right, PREDICTION_SEEDS))), PARTS)[0] > LOWEST_P
+    assert coverage.predictions(np.array(list(pool.map(coverage.wrong, PREDICTION_SEEDS))), PARTS)[0] < 0.01

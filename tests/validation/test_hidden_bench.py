@@ -1,4 +1,4 @@
-"""The hidden bench is independent, right, and hides what it says (tests/validation/hidden/README.md)."""
+"""The simulated test bench is independent and accurate, and its effects are visible (tests/validation/hidden)."""
 
 import ast
 import sys
@@ -20,12 +20,12 @@ from slipstick.recordings import Recordings
 
 HERE = Path(__file__).parent
 SHIPPED = HERE.parents[1] / "tables" / "measured.h5"
-PLAIN = Case(shift="none", scatter=0)
-FEW = replace(PLAIN, count=4)
+NOMINAL = Case(shift="none", scatter=0)
+FEW = replace(NOMINAL, count=4)
 
 
 @pytest.mark.parametrize("path", sorted((HERE / "hidden").glob("*.py")), ids=lambda path: path.name)
-def test_it_imports_nothing_of_the_product(path: Path) -> None:
+def test_it_imports_nothing_of_the_project(path: Path) -> None:
     for node in ast.walk(ast.parse(path.read_text())):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom):
@@ -37,65 +37,67 @@ def test_it_imports_nothing_of_the_product(path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def every_condition() -> Run:
-    return simulate(PLAIN)
+def nominal_run() -> Run:
+    return simulate(NOMINAL)
 
 
-def test_plain_shifting_times_are_the_reference_ones(every_condition: Run) -> None:
+def test_nominal_shifting_times_agree_with_the_reference(nominal_run: Run) -> None:
     nominal, *corners = np.loadtxt(HERE / "data" / "shifting_times.csv", delimiter=",", skiprows=1)[:, 1:].T
-    assert np.max(np.abs(every_condition.lock_time - nominal)) < 1e-5
-    bench, some = every_condition.bench, np.arange(0, 216, 7)
+    assert np.max(np.abs(nominal_run.lock_time - nominal)) < 1e-5
+    bench, subset = nominal_run.bench, np.arange(0, 216, 7)
     for (bias, position), times in zip(product((0.5, 1.5), repeat=2), corners, strict=True):
         values = {**bench.values, "aa": 1.6 * bias + 0 * times, "x30": 5e-4 * position + 0 * times}
-        run = observe(replace(bench, values=values).take(some), some, some)
-        assert np.max(np.abs(run.lock_time - times[some])) < 1e-5
+        run = observe(replace(bench, values=values).take(subset), subset, subset)
+        assert np.max(np.abs(run.lock_time - times[subset])) < 1e-5
 
 
-def test_plain_signals_are_the_reference_ones(every_condition: Run) -> None:
+def test_nominal_signals_agree_with_the_reference(nominal_run: Run) -> None:
     rows = np.loadtxt(HERE / "data" / "trajectories.csv", delimiter=",", skiprows=1)
     for condition in (0, 100, 215):
         reference = rows[rows[:, 0] == condition]
-        at = np.searchsorted(TIME, reference[:, 1] - 1e-6)
+        samples = np.searchsorted(TIME, reference[:, 1] - 1e-6)
         for column, name in enumerate((*SIGNALS, "piston_position"), start=2):
-            error = every_condition.quantities[name][condition, at] - reference[:, column]
+            error = nominal_run.quantities[name][condition, samples] - reference[:, column]
             assert np.max(np.abs(error)) < 1e-4 * np.ptp(reference[:, column]), name
 
 
 @pytest.fixture(scope="module")
-def plain() -> dict[str, np.ndarray]:
+def nominal_readings() -> dict[str, np.ndarray]:
     return readings({})
 
 
 @pytest.fixture(scope="module")
-def numerical_error(plain: dict[str, np.ndarray]) -> float:
-    return max(differences(plain, simulate(FEW).readings).values())
+def numerical_error(nominal_readings: dict[str, np.ndarray]) -> float:
+    return max(differences(nominal_readings, simulate(FEW).readings).values())
 
 
 def readings(effects: dict[str, float]) -> dict[str, np.ndarray]:
     return simulate(replace(FEW, effects=effects), relative=1e-5).readings
 
 
-def differences(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> dict[str, float]:
-    """Return the RMS difference of each signal over its range."""
-    return {name: float(np.sqrt(np.mean((one[name] - other[name]) ** 2)) / np.ptp(other[name])) for name in other}
+def differences(signals: dict[str, np.ndarray], reference: dict[str, np.ndarray]) -> dict[str, float]:
+    """Return the RMS difference of each signal, relative to the range of the reference."""
+    return {name: float(np.sqrt(np.mean((signals[name] - reference[name]) ** 2)) / np.ptp(reference[name]))
+            for name in reference}
 
 
 @pytest.mark.parametrize("effect", [*PHYSICAL, *UNLISTED], ids=lambda effect: effect.name)
-def test_an_effect_is_seen(effect: Effect, plain: dict[str, np.ndarray], numerical_error: float) -> None:
-    changed = differences(readings({effect.name: effect.typical}), plain)
-    assert max(1e-3, 10 * numerical_error) < max(changed.values()) < 0.1
+def test_an_effect_is_visible(effect: Effect, nominal_readings: dict[str, np.ndarray], numerical_error: float) -> None:
+    changes = differences(readings({effect.name: effect.typical}), nominal_readings)
+    assert max(1e-3, 10 * numerical_error) < max(changes.values()) < 0.1
 
 
 @pytest.mark.parametrize("kind", ["lag", "offset", "gain"])
-def test_a_sensor_changes_its_own_signal(kind: str, plain: dict[str, np.ndarray], numerical_error: float) -> None:
+def test_a_sensor_effect_changes_only_its_own_signal(
+        kind: str, nominal_readings: dict[str, np.ndarray], numerical_error: float) -> None:
     effects = {effect.name: effect.typical for effect in SENSORS if effect.name.endswith(kind)}
     assert len(effects) == len(SIGNALS)
-    one = next(iter(effects))
-    alone = differences(readings({one: effects[one]}), plain)
-    assert [name for name in alone if alone[name]] == [one.split("_sensor")[0]]
-    changed = differences(readings(effects), plain)
-    assert max(1e-3, 10 * numerical_error) < min(changed.values())
-    assert max(changed.values()) < 0.1
+    first = next(iter(effects))
+    single = differences(readings({first: effects[first]}), nominal_readings)
+    assert [name for name in single if single[name]] == [first.split("_sensor")[0]]
+    changes = differences(readings(effects), nominal_readings)
+    assert max(1e-3, 10 * numerical_error) < min(changes.values())
+    assert max(changes.values()) < 0.1
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
@@ -103,13 +105,13 @@ def test_a_law_is_neutral_at_strength_zero(effect: Effect) -> None:
     np.testing.assert_array_equal(effect.law(0.0, np.linspace(0.01, 100, 50)), 1 if effect.kind == "ratio" else 0)
 
 
-def test_at_strength_zero_the_recordings_are_those_of_the_plain_bench(plain: dict[str, np.ndarray]) -> None:
-    off = readings(dict.fromkeys(EFFECTS, 0.0))
-    for name, signal in plain.items():
-        np.testing.assert_array_equal(off[name], signal)
+def test_effects_of_strength_zero_change_nothing(nominal_readings: dict[str, np.ndarray]) -> None:
+    neutral = readings(dict.fromkeys(EFFECTS, 0.0))
+    for name, signal in nominal_readings.items():
+        np.testing.assert_array_equal(neutral[name], signal)
 
 
-def test_there_are_the_effects_of_the_issue() -> None:
+def test_number_and_blocks_of_the_effects() -> None:
     assert (len(PHYSICAL), len(SENSORS), len(UNLISTED)) == (20, 12, 10)
     assert len(EFFECTS) == 42
     assert {effect.block for effect in UNLISTED} == {"pressure", "torque", "output speed", "input speed"}
@@ -117,20 +119,20 @@ def test_there_are_the_effects_of_the_issue() -> None:
 
 def test_a_compliant_shaft_rings_after_lock_up() -> None:
     run = simulate(replace(FEW, effects={"shaft_compliance": 2e-4}))
-    apart = run.quantities["input_speed"] / 3.2 - run.quantities["output_speed"]
+    slip = run.quantities["input_speed"] / 3.2 - run.quantities["output_speed"]
     rigid = 1 / 2.56 + 1 / run.bench.load_inertia
     for lane, locked in enumerate(run.lock_time):
-        first, second = argrelmin(apart[lane, locked < TIME])[0][:2]
+        first, second = argrelmin(slip[lane, locked < TIME])[0][:2]
         assert TIME[second - first] == pytest.approx(2 * np.pi / np.sqrt(rigid[lane] / 2e-4), rel=0.06)
 
 
-def test_play_holds_where_the_current_turns_and_lags_by_its_width() -> None:
+def test_play_holds_the_current_at_reversals_and_lags_by_its_width() -> None:
     time, current = play(np.array([[0.0, 1, 2, 3]]), np.array([[0.0, 1, 0, 1]]), 0.2, 0.1)
-    at = np.array([0.1, 0.5, 1, 1.2, 1.6, 2, 2.2, 3])
-    np.testing.assert_allclose(np.interp(at, time[0], current[0]), [0, 0.3, 0.8, 0.8, 0.5, 0.1, 0.1, 0.8])
+    samples = np.array([0.1, 0.5, 1, 1.2, 1.6, 2, 2.2, 3])
+    np.testing.assert_allclose(np.interp(samples, time[0], current[0]), [0, 0.3, 0.8, 0.8, 0.5, 0.1, 0.1, 0.8])
 
 
-def test_noise_has_the_share_and_the_memory_it_says() -> None:
+def test_noise_has_the_specified_std_and_autocorrelation() -> None:
     run, times, signals = generate(Case(noise=0.01, seed=3, count=54))
     assert np.std(times - run.lock_time) == pytest.approx(3e-3, rel=0.3)
     for name, reading in run.readings.items():
@@ -140,7 +142,7 @@ def test_noise_has_the_share_and_the_memory_it_says() -> None:
         assert len(np.unique(signals[name])) < 4500
 
 
-def test_parameters_scatter_and_drift_as_asked() -> None:
+def test_parameters_scatter_and_drift_as_specified() -> None:
     values = simulate(Case(shift="ten percent", seed=5), relative=1e-4).bench.values
     assert abs(abs(np.mean(values["alpha"]) / 3.2e-4 - 1) - 0.1) < 0.002
     assert np.std(values["aa"]) / np.mean(values["aa"]) == pytest.approx(0.05, rel=0.2)
@@ -150,14 +152,14 @@ def test_parameters_scatter_and_drift_as_asked() -> None:
     assert np.corrcoef(in_sequence[1:], in_sequence[:-1])[0, 1] > 0.7
 
 
-def test_a_part_of_the_conditions_has_every_level_about_equally_often() -> None:
-    run = simulate(replace(PLAIN, count=54))
+def test_a_subset_of_the_conditions_has_every_level_about_equally_often() -> None:
+    run = simulate(replace(NOMINAL, count=54))
     for factor in (run.bench.motor_speed, run.bench.load_inertia, run.bench.brake_torque, run.conditions // 36):
         counts = np.unique(factor, return_counts=True)[1]
         assert np.ptp(counts) <= 1
 
 
-def test_files_look_like_the_shipped_one_and_open_in_the_product(tmp_path: Path) -> None:
+def test_files_have_the_layout_of_the_shipped_recordings_and_can_be_opened(tmp_path: Path) -> None:
     case = Case({"friction_falls_with_slip": 0.2}, seed=11, count=20)
     for name in ("one.h5", "two.h5"):
         write(tmp_path / name, case)
@@ -174,15 +176,14 @@ def test_files_look_like_the_shipped_one_and_open_in_the_product(tmp_path: Path)
 
 
 def layout(path: Path) -> dict[str, tuple[str, dict[str, str]]]:
-    found = {}
+    items = {}
     with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: (str(getattr(item, "dtype", "")), dict(item.attrs))}))
-    return found
+        file.visititems(lambda name, item: items.update({name: (str(getattr(item, "dtype", "")), dict(item.attrs))}))
+    return items
 
 
 def test_the_truth_tabulates_the_changed_quantity() -> None:
-    told = truth(Case({"friction_falls_with_slip": 0.2}, count=20))
-    (changed,) = told["changed"]
+    (changed,) = truth(Case({"friction_falls_with_slip": 0.2}, count=20))["changed"]
     grid, ratio = np.array(changed["grid"]), np.array(changed["change"])
     assert (changed["quantity"], changed["abscissa"], changed["kind"]) == ("friction_coefficient", "slip", "ratio")
     np.testing.assert_allclose(ratio, 1 + 0.2 * np.exp(-((grid / 14) ** 1.3)))
@@ -190,7 +191,7 @@ def test_the_truth_tabulates_the_changed_quantity() -> None:
     assert changed["base"] == pytest.approx(3.2e-4, rel=0.1)
 
 
-def test_a_refit_hides_part_of_a_signature_but_not_all() -> None:
+def test_a_refit_removes_part_of_a_signature_but_not_all() -> None:
     effects = {"friction_falls_with_slip": 0.2}
     unfitted, fitted = (remaining(effects, count=4, rounds=rounds)["all"] for rounds in (0, 1))
     assert 0.2 < fitted < 0.95 * unfitted

@@ -1,4 +1,4 @@
-"""The simulator against converged numbers of an independent implementation (tests/validation/README.md)."""
+"""Comparison of the simulator with converged results of an independent implementation (tests/validation/README.md)."""
 
 from pathlib import Path
 
@@ -19,14 +19,14 @@ def reference_times() -> np.ndarray:
     return np.loadtxt(DATA / "shifting_times.csv", delimiter=",", skiprows=1)[:, 1:].T
 
 
-def test_conditions_are_the_reference_ones() -> None:
-    theirs = np.genfromtxt(DATA / "conditions.csv", delimiter=",", names=True)
+def test_conditions_agree_with_the_reference() -> None:
+    reference = np.genfromtxt(DATA / "conditions.csv", delimiter=",", names=True)
     initial, column = ensemble.initial_input_speed(np.array([Model().parameters]), CONDITIONS)
-    np.testing.assert_array_equal(theirs["profile"], CONDITIONS.current_profile)
-    np.testing.assert_allclose(theirs["motor_speed_rad_s"], CONDITIONS.motor_speed, rtol=1e-10)
-    np.testing.assert_array_equal(theirs["load_inertia_kg_m2"], CONDITIONS.load_inertia)
-    np.testing.assert_array_equal(theirs["brake_torque_N_m"], CONDITIONS.brake_torque)
-    np.testing.assert_allclose(theirs["initial_input_speed_rad_s"], initial[0, column], rtol=1e-9)
+    np.testing.assert_array_equal(reference["profile"], CONDITIONS.current_profile)
+    np.testing.assert_allclose(reference["motor_speed_rad_s"], CONDITIONS.motor_speed, rtol=1e-10)
+    np.testing.assert_array_equal(reference["load_inertia_kg_m2"], CONDITIONS.load_inertia)
+    np.testing.assert_array_equal(reference["brake_torque_N_m"], CONDITIONS.brake_torque)
+    np.testing.assert_allclose(reference["initial_input_speed_rad_s"], initial[0, column], rtol=1e-9)
 
 
 def test_tight_shifting_times_agree_on_all_conditions_and_points() -> None:
@@ -45,11 +45,11 @@ def test_a_slightly_wrong_model_does_not_agree() -> None:
 def test_tight_signals_agree_to_1e_4_of_their_range(condition: int) -> None:
     rows = np.loadtxt(DATA / "trajectories.csv", delimiter=",", skiprows=1)
     rows = rows[rows[:, 0] == condition]
-    got = ensemble.signals(Model(), CONDITIONS.take([condition]), rows[:, 1], accuracy=ensemble.TIGHT)
+    response = ensemble.signals(Model(), CONDITIONS.take([condition]), rows[:, 1], accuracy=ensemble.TIGHT)
     for column, name in enumerate(
         ("pressure", "input_speed", "output_speed", "output_torque", "piston_position"), start=2
     ):
-        error = np.abs(getattr(got, name)[0, 0] - rows[:, column])
+        error = np.abs(getattr(response, name)[0, 0] - rows[:, column])
         assert np.max(error) < 1e-4 * np.ptp(rows[:, column]), name
 
 

@@ -1,6 +1,6 @@
-"""The study on sealed recordings of a bench that shares no integrator and no formula with it: a small honest part.
+"""Studies of recordings from an independent bench with hidden effects, a small part of the blind benchmark.
 
-`python -m benchmarks.study_blind` is the whole.
+`python -m benchmarks.study_blind` runs all of it.
 """
 
 from functools import cache
@@ -21,9 +21,9 @@ COUNT = 30
 
 @pytest.fixture(scope="module")
 def studied(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """The result of a study, with default settings, of recordings that a case has written."""
+    """The result of a study with default settings, of recordings with the given hidden effects."""
     @cache
-    def answer(seed: int, *hidden: str) -> dict[str, Any]:
+    def result(seed: int, *hidden: str) -> dict[str, Any]:
         path = Path(tmp_path_factory.mktemp("sealed")) / "recordings.h5"
         write(path, Case({effect: EFFECTS[effect].typical for effect in hidden}, seed=seed, count=COUNT))
         settings = StudySettings()
@@ -33,15 +33,15 @@ def studied(tmp_path_factory: pytest.TempPathFactory) -> Any:
             state = study.advance(settings, compared, state)
         return conclude(settings, compared, state)
 
-    return answer
+    return result
 
 
-def test_finds_friction_that_falls_with_slip_and_closes_the_gap(studied: Any) -> None:
+def test_friction_that_falls_with_slip_is_found_and_closes_the_gap(studied: Any) -> None:
     result = studied(41, "friction_falls_with_slip")
     assert result["answer"]["effects"] == ["stribeck_friction"]
     assert result["gap"]["closures"]["shifting_time"]["closure"] > 0.8
-    strength = next(one for one in result["answer"]["coefficients"] if one["coefficient"] == "strength")
-    assert strength["lower"] > 0, "the interval holds zero"
+    coefficients = {entry["coefficient"]: entry for entry in result["answer"]["coefficients"]}
+    assert coefficients["strength"]["lower"] > 0, "the interval contains zero"
 
 
 def test_a_wrong_effect_does_not_close_the_gap(studied: Any) -> None:
@@ -52,22 +52,22 @@ def test_a_wrong_effect_does_not_close_the_gap(studied: Any) -> None:
 
 
 @pytest.mark.parametrize("seed", [11, 12])
-def test_nothing_is_missing_where_nothing_is(studied: Any, seed: int) -> None:
+def test_no_effect_is_found_in_recordings_without_one(studied: Any, seed: int) -> None:
     assert studied(seed)["answer"]["kind"] == "none"
 
 
-def test_what_no_name_explains_gets_no_name(studied: Any) -> None:
+def test_an_effect_outside_the_catalogue_is_reported_as_unlisted(studied: Any) -> None:
     answer = studied(43, "pump_loads_input")["answer"]
     assert answer["kind"] == "unlisted"
     assert answer["effects"] == ["open_converter_torque"]
-    # Power 1 of the pressure is what is hidden; the recordings allow no other.
+    # The hidden effect is linear in the pressure; the recordings exclude other powers.
     assert answer["forms"][0]["form"] == "(pressure / 5 bar)"
     assert answer["forms"][0]["share"] > 0.8
 
 
-def test_of_two_effects_both_are_named_and_no_third_that_looks_like_them(studied: Any) -> None:
+def test_two_effects_are_both_found_without_a_similar_third(studied: Any) -> None:
     result = studied(44, "thermal_fade", "centrifugal_head")
     assert sorted(result["answer"]["effects"]) == ["centrifugal_pressure", "thermal_fade"]
-    # While one is missing, others predict as well as the first that is named; beside both they do not.
-    assert sum(one["tied"] for one in result["rounds"][0]["ranking"]) > 1
+    # In the first round, other effects predict as well as the best one; once both are in the model, none does.
+    assert sum(entry["tied"] for entry in result["rounds"][0]["ranking"]) > 1
     assert all(len(group) == 1 for group in result["answer"]["tied"])

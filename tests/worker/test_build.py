@@ -150,8 +150,8 @@ def test_the_command_takes_a_model_and_conditions(tmp_path, capsys):
 @pytest.mark.parametrize(("arguments", "says"), [
     (["--axis", "presure_bias=0.5:1.5:5"], "Did you mean 'pressure_bias'"),
     (["--axis", "pressure_bias=0.5:1.5"], "Write NAME=LOW:HIGH:COUNT"),
-    (["--axis", "pressure_bias=1.5:0.5:5"], "do not rise"), (["--axis", "pressure_bias=0.5:1.5:1"], "has 1 value"),
-    (["--axis", "pressure_bias=0.5:nan:3"], "do not rise or are not finite"),
+    (["--axis", "pressure_bias=1.5:0.5:5"], "do not increase"), (["--axis", "pressure_bias=0.5:1.5:1"], "has 1 value"),
+    (["--axis", "pressure_bias=0.5:nan:3"], "do not increase or are not finite"),
     (["--axis", "pressure_bias=0.5:1.5:-3"], "is no axis"), (["--threads", "0"], "0 threads"),
     (["--model", "missing.json"], "holds no model"), (["--conditions", "missing.csv"], "no recording 'missing.csv'"),
 ])

@@ -77,7 +77,7 @@ def test_verify_measures_it_like_any_table(path, capsys):
     (("pressure_bias=0.8:1.2:5",), (), r"'pressure_bias=0\.8:1\.2:5' is no axis of a surrogate\. Write NAME=LOW:HIGH"),
     (("pressure_bias",), (), "Write NAME=LOW:HIGH"),
     (("pressure_bais=0.8:1.2",), (), "Did you mean 'pressure_bias'"),
-    (("pressure_bias=1.2:0.8",), (), "do not rise"),
+    (("pressure_bias=1.2:0.8",), (), "do not increase"),
     (("pressure_bias=0.8:1.2",) * 2, (), "Give each parameter one --axis"),
     (SPANS, ("--runs", "99"), "Give 100 runs or more"), (SPANS, ("--steps", "0"), "a step or more"),
     (SPANS, ("--seed", "-1"), "a seed from 0"), (SPANS, ("--threads", "0"), "Give --threads 1 or more"),

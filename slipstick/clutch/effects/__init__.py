@@ -1,6 +1,6 @@
-"""The catalogue: one physical effect that the paper's model lacks per file of this folder.
+"""The catalogue of effects: each file of this folder defines a physical effect that the paper's model lacks.
 
-To add one, copy a file, change it, and run the tests: nothing else has to be edited (docs/add_an_effect.md).
+To add an effect, copy a file, change it, and run the tests; no other file changes (docs/add_an_effect.md).
 """
 
 import importlib
@@ -17,33 +17,33 @@ _FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if modu
 _MODULES = [importlib.import_module(f"{__name__}.{name}") for name in _FILES]
 
 
-def _collected() -> tuple[Effect, ...]:
-    """The effects of all files; raises `InvalidValue` naming the file that has none, or one of another's name."""
-    found: dict[str, Effect] = {}
+def _collect() -> tuple[Effect, ...]:
+    """The effects of all files; raises `InvalidValue` for a file without an effect and for a duplicate name."""
+    collected: dict[str, Effect] = {}
     for module in _MODULES:
-        one = getattr(module, "EFFECT", None)
         file = f"{module.__name__.rsplit('.', 1)[1]}.py"
-        for effect in getattr(module, "EFFECTS", (one,)):
+        for effect in getattr(module, "EFFECTS", (getattr(module, "EFFECT", None),)):
             if effect is None:
-                raise InvalidValue(f"The file {file} of the catalogue has no EFFECT", "Define one, or move it out")
-            if effect.name in found:
-                raise InvalidValue(f"The file {file} has an effect '{effect.name}', and another file has one already",
-                                   "Give it another name: files are often copied")
-            found[effect.name] = effect
-    return tuple(found.values())
+                raise InvalidValue(f"The file {file} of the catalogue defines no EFFECT",
+                                   "Define one, or move the file out of the folder")
+            if effect.name in collected:
+                raise InvalidValue(f"The file {file} defines '{effect.name}', which another file defines too",
+                                   "Change the name of one of them")
+            collected[effect.name] = effect
+    return tuple(collected.values())
 
 
-CATALOGUE: tuple[Effect, ...] = _collected()
+CATALOGUE: tuple[Effect, ...] = _collect()
 """The effects in the order of their files."""
 
 
 def neutral() -> np.ndarray:
-    """Neutral value of every coefficient, in the order of the catalogue: shape (c,)."""
+    """Neutral value of every coefficient, in catalogue order: shape (c,)."""
     return np.array([value for effect in CATALOGUE for value in effect.neutral])
 
 
 def find(name: str) -> Effect:
-    """The effect of that name; raises `UnknownName`."""
+    """The effect named `name`; raises `UnknownName`."""
     for effect in CATALOGUE:
         if effect.name == name:
             return effect
@@ -51,14 +51,14 @@ def find(name: str) -> Effect:
 
 
 def index(effect: str, coefficient: str) -> int:
-    """Position of a coefficient in every coefficient vector; raises `UnknownName`."""
-    names = [known.name for known in find(effect).coefficients]
+    """Index of a coefficient in the coefficient vector; raises `UnknownName`."""
+    names = [entry.name for entry in find(effect).coefficients]
     if coefficient not in names:
         raise UnknownName.of(f"coefficient of {effect}", coefficient, names)
     return int(span(find(effect)).start) + names.index(coefficient)
 
 
 def span(effect: Effect) -> slice:
-    """Where the coefficients of `effect` stand in every coefficient vector."""
+    """Slice of the coefficient vector that holds the coefficients of `effect`."""
     first = sum(len(entry.coefficients) for entry in CATALOGUE[:CATALOGUE.index(effect)])
     return slice(first, first + len(effect.coefficients))

@@ -1,4 +1,4 @@
-"""Centrifugal pressure head: oil turning with the drum presses on the piston."""
+"""Centrifugal pressure head: oil rotating with the drum adds pressure on the piston."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -16,9 +16,10 @@ EFFECT = Effect(
     quantity="chamber pressure",
     law="pressure + head Omega^2",
     coefficients=(
-        Coefficient("head", "bar s^2", 0.0, -5e-5, 5e-5, "density times half the difference of squared radii", 1e-5),
+        Coefficient("head", "bar s^2", 0.0, -5e-5, 5e-5, "half the density times the difference of the squared radii",
+                    1e-5),
     ),
     source="White, Fluid Mechanics, section on pressure distribution in rigid-body motion",
-    signature="earlier contact and more torque at high motor speed, with no change in the line pressure measured",
+    signature="contact comes earlier and torque is higher at high motor speed; the measured pressure is unchanged",
     formula=_formula,
 )

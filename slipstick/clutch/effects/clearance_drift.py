@@ -1,4 +1,4 @@
-"""Clearance drift: the plates wear, and the piston has farther to go, from engagement to engagement."""
+"""Clearance drift: plate wear lengthens the piston travel from engagement to engagement."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -16,10 +16,10 @@ EFFECT = Effect(
     quantity="clearance",
     law="clearance + wear run / 100",
     coefficients=(
-        Coefficient("wear", "m", 0.0, -8e-4, 8e-4, "clearance gained over 100 engagements", 4e-5),
+        Coefficient("wear", "m", 0.0, -8e-4, 8e-4, "increase of the clearance over 100 engagements", 4e-5),
     ),
-    source="Archard, Journal of Applied Physics 24(8), 1953: wear in proportion to sliding distance, here to the count",
-    signature="contact comes later with the place in the run order, by as much at every pressure",
+    source="Archard, J. Appl. Phys. 24(8), 1953: wear proportional to sliding distance, here to the number of runs",
+    signature="contact comes later with increasing run order, by the same amount at every pressure",
     formula=_formula,
     uses_run_order=True,
 )

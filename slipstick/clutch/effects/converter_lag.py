@@ -1,8 +1,8 @@
-"""Torque converter lag: the flow in the converter takes time to follow the speeds."""
+"""Torque converter lag: the converter flow follows the speeds with a lag."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Memory, Signals
 from slipstick.clutch.fastmath import compiled
-from slipstick.clutch.lag import approach, lagged, time_constant
+from slipstick.clutch.lag import lag_rate, lagged, time_constant
 
 
 @compiled
@@ -12,7 +12,7 @@ def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 @compiled
 def _rate(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
-    return approach(torque, signals.memory, c[0])
+    return lag_rate(torque, signals.memory, c[0])
 
 
 EFFECT = Effect(
@@ -21,10 +21,10 @@ EFFECT = Effect(
     quantity="converter torque",
     law="T, T' = (converter torque - T) / lag, T(0) = converter torque at t = 0",
     coefficients=(
-        Coefficient("lag", "s", 0.0, 0.0, 0.3, "time in which the torque follows the speed ratio", 0.05),
+        Coefficient("lag", "s", 0.0, 0.0, 0.3, "time constant of the torque", 0.05),
     ),
     source="Hrovat and Tobler, Journal of the Franklin Institute 319, 1985: dynamics of torque converters",
-    signature="the input speed sags more as the torque comes on, and overshoots after lock-up",
+    signature="the input speed drops more as the torque builds up, and overshoots after lock-up",
     formula=_formula,
     memory=Memory(_rate, relaxed=True),
     time_constant=time_constant,

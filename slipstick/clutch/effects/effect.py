@@ -1,4 +1,4 @@
-"""What an effect is: a named quantity of the model, a formula that changes it, and coefficients."""
+"""The interface of an effect: the model quantity that it changes, the formula, and its coefficients."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import numpy as np
 
 from slipstick.errors import InvalidValue, UnknownName
 
-MOST_COEFFICIENTS = 4
-"""Coefficients that an effect may have."""
+MAX_COEFFICIENTS = 4
+"""Largest number of coefficients of an effect."""
 QUANTITIES = {
     "valve current": "A",
     "line pressure": "bar",
@@ -24,7 +24,7 @@ QUANTITIES = {
     "load torque": "N m",
     "stick torque": "N m",
 }
-"""The quantities an effect can change, with units, in the order in which the model evaluates them."""
+"""Quantities that an effect can change, with units, in the order in which the model evaluates them."""
 
 SENSORS = {
     "pressure sensor": "bar",
@@ -32,7 +32,7 @@ SENSORS = {
     "output speed sensor": "rad/s",
     "output torque sensor": "N m",
 }
-"""What an effect on a sensor changes, with units: the signal that it shows, after integration."""
+"""Sensors that an effect can change, with units. The effect acts on the signal after integration."""
 
 BLOCKS = {
     "pressure": ("valve current", "line pressure", "pressure sensor"),
@@ -41,46 +41,46 @@ BLOCKS = {
     "output speed": ("load torque", "output speed sensor"),
     "input speed": ("converter torque", "input speed sensor"),
 }
-"""The model cut at the signals that a bench measures: the quantities that lie between its inputs and each of them."""
+"""Blocks of the model, cut at the measured signals: output signal -> quantities between the inputs and that signal."""
 
 
 class Signals(NamedTuple):
-    """What a formula may look at, at one instant of one engagement."""
+    """Signals available to a formula, at one instant of one engagement."""
 
     time: float
-    """s since the shift command"""
+    """time since the shift command, s"""
     pressure: float
     """oil pressure, bar (x1)"""
     pressure_rate: float
-    """bar/s (x2)"""
+    """derivative of the oil pressure, bar/s (x2)"""
     piston_state: float
-    """m (x3)"""
+    """piston state, m (x3)"""
     input_speed: float
-    """rad/s (Omega)"""
+    """speed of the input shaft, rad/s (Omega)"""
     output_speed: float
-    """rad/s, behind the gear (omega)"""
+    """speed of the load shaft, behind the gear, rad/s (omega)"""
     plate_slip: float
-    """Omega - g_r omega, rad/s: what the plates rub at"""
+    """slip speed of the plates, Omega - g_r omega, rad/s"""
     motor_speed: float
-    """rad/s (omega_m)"""
+    """speed of the motor, rad/s (omega_m)"""
     current: float
-    """valve current that the profile asks for, A (u)"""
+    """valve current of the profile, A (u)"""
     current_direction: float
-    """+1 where the current rises, -1 where it falls; where it is held, what it did before"""
-    current_turn: float
-    """current at the last turn of the profile, A; before the first, that at t = 0"""
+    """+1 where the current rises, -1 where it falls; where it is constant, the previous direction"""
+    current_reversal: float
+    """current at the last reversal of the profile, A; before the first reversal, the current at t = 0"""
     current_swing: float
-    """how far the current had gone when it last turned, A; before the first turn 0"""
+    """magnitude of the change of the current up to its last reversal, A; 0 before the first reversal"""
     run: float
-    """place of the engagement in the run order, in hundreds; 0 where it is not known"""
+    """position of the engagement in the run order, divided by 100; 0 where the run order is unknown"""
     stuck: float
-    """1 while the plates stick, else 0"""
+    """1 in the stick state, else 0"""
     clutch_torque: float
-    """torque through the clutch, N m, positive where it drives the load; 0 but in the rate of a memory"""
+    """torque through the clutch, N m, positive where it drives the load; 0 except in the rate of a memory"""
     friction_power: float
-    """heat that the plates make, W; 0 but in the rate of a memory"""
+    """friction power of the plates, W; 0 except in the rate of a memory"""
     memory: float
-    """the effect's own state, if it keeps one"""
+    """memory of the effect; 0 for an effect without one"""
 
 
 Formula = Callable[[float, Signals, tuple[float, ...]], float]
@@ -89,12 +89,12 @@ SensorFormula = Callable[[np.ndarray, np.ndarray, tuple[np.ndarray, ...]], np.nd
 
 @dataclass(frozen=True)
 class Coefficient:
-    """A number the effect brings; a study searches between the bounds.
+    """A coefficient of an effect, bounded by `lower` and `upper` in a study.
 
-    At the `neutral` value of its amplitudes an effect is absent. A coefficient of its `shape` (how fast something
-    fades, say) matters only where an amplitude is not neutral, and its `neutral` is no more than a reference.
-    `typical` is a plausible value of an effect that acts: the size of a first step away from neutral, the start of a
-    search.
+    Without `shape` it is an amplitude: the effect is absent where all its amplitudes are at `neutral`. A coefficient
+    with `shape`, such as a decay speed, matters only where an amplitude is not neutral; its `neutral` is a reference
+    value. `typical` is a plausible value of a present effect: a study takes its first step in units of it and starts
+    its search there.
     """
 
     name: str
@@ -109,9 +109,10 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class Memory:
-    """A state of its own that an effect keeps: `signals.memory`, at t = 0 zero, or where `relaxed` the quantity itself.
+    """A state variable of an effect, available to its formula as `signals.memory`.
 
-    `rate(value, signals, coefficients)` is its time derivative, with `value` as the formula is given it.
+    `rate(value, signals, coefficients)` is its time derivative, with `value` as passed to the formula. The initial
+    value is zero; with `relaxed` it is the value of the quantity at t = 0.
     """
 
     rate: Formula
@@ -120,16 +121,19 @@ class Memory:
 
 @dataclass(frozen=True)
 class Effect:
-    """One physical effect the paper's model lacks.
+    """One physical effect that the paper's model lacks.
 
-    `formula(value, signals, coefficients)` returns the changed value of `quantity` and must give back exactly
-    `value` at the neutral coefficients. It is compiled: plain arithmetic, `slipstick.clutch.fastmath` for exp. On a
-    sensor it is a `SensorFormula(values, times, coefficients)` of a whole signal (..., k) at sample times (k,) in s.
-    `law` is the same in words of mathematics, `title` the name in words, `signature` what a bench would show, `source`
-    where it is from. What changes faster than the plain model needs a `time_constant(*coefficients)` in s, arrays (m,)
-    to one (m,) that is infinite where the effect is neutral: steps stay below a third of it. An effect that looks at
-    `signals.run` says so in `uses_run_order`. Where its shape coefficients take none but certain values, `forms` lists
-    them. Only what is `listed` belongs to the catalogue of named effects (the others: open_terms.py).
+    `formula(value, signals, coefficients)` returns the changed value of `quantity`, and exactly `value` at the neutral
+    coefficients. It is compiled, so it uses plain arithmetic and the `exp` of `slipstick.clutch.fastmath`. On a sensor
+    it is a `SensorFormula(values, times, coefficients)` of a whole signal (..., k) at sample times (k,) in s.
+
+    `title`, `law`, `signature` and `source` appear in reports: the name in words, the formula, the visible consequence
+    on a test bench, and the literature. An effect with fast dynamics gives its `time_constant(*coefficients)` in s,
+    which maps arrays (m,) to one array (m,) and is infinite where the effect is neutral; steps stay below a third of
+    it. `uses_run_order` is set where the formula reads `signals.run`. `forms` lists the admissible values of the shape
+    coefficients if they are discrete. Effects that are not `listed` are no part of the named catalogue (open_terms.py).
+
+    Raises `UnknownName` for an unknown quantity and `InvalidValue` for an invalid number of coefficients or bounds.
     """
 
     name: str
@@ -147,17 +151,18 @@ class Effect:
     listed: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse what fails later, where nothing says which file is to blame; raises `InvalidValue`, `UnknownName`."""
-        known = [*QUANTITIES, *SENSORS]
-        if self.quantity not in known:
-            raise UnknownName.of(f"quantity (of the effect {self.name})", self.quantity, known)
-        if not 1 <= len(self.coefficients) <= MOST_COEFFICIENTS:
+        """Reject here what would fail later without the name of the effect."""
+        quantities = [*QUANTITIES, *SENSORS]
+        if self.quantity not in quantities:
+            raise UnknownName.of(f"quantity (of the effect {self.name})", self.quantity, quantities)
+        if not 1 <= len(self.coefficients) <= MAX_COEFFICIENTS:
             raise InvalidValue(f"The effect {self.name} has {len(self.coefficients)} coefficients",
-                               f"Give 1 to {MOST_COEFFICIENTS}: the compiled loops have room for no more")
-        for one in self.coefficients:
-            if not one.lower <= min(one.neutral, one.typical) <= max(one.neutral, one.typical) <= one.upper:
-                raise InvalidValue(f"{one.name} of the effect {self.name} is neutral at {one.neutral} and typical at "
-                                   f"{one.typical}", f"Put both within its bounds, {one.lower} and {one.upper}")
+                               f"Give 1 to {MAX_COEFFICIENTS} coefficients: the compiled loops support no more")
+        for c in self.coefficients:
+            if not c.lower <= min(c.neutral, c.typical) <= max(c.neutral, c.typical) <= c.upper:
+                raise InvalidValue(f"The coefficient {c.name} of the effect {self.name} has the neutral value "
+                                   f"{c.neutral} and the typical value {c.typical}",
+                                   f"Put both within its bounds, {c.lower} and {c.upper}")
 
     @property
     def unit(self) -> str:
@@ -166,15 +171,15 @@ class Effect:
 
     @property
     def block(self) -> str:
-        """The block of the model that the effect acts in: a key of `BLOCKS`."""
+        """Block of the model that contains the quantity: a key of `BLOCKS`."""
         return next(block for block, quantities in BLOCKS.items() if self.quantity in quantities)
 
     @property
     def neutral(self) -> tuple[float, ...]:
-        """The coefficients at which the effect is absent, in their order."""
+        """Neutral value of each coefficient, in their order."""
         return tuple(coefficient.neutral for coefficient in self.coefficients)
 
     @property
     def typical(self) -> tuple[float, ...]:
-        """Coefficients of an effect that acts, in their order."""
+        """Typical value of each coefficient, in their order."""
         return tuple(coefficient.typical for coefficient in self.coefficients)

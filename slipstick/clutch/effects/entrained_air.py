@@ -1,4 +1,4 @@
-"""Entrained air: as the pressure rises from low values, oil goes into squeezing bubbles, and the piston lags behind."""
+"""Entrained air: at low pressure part of the oil flow compresses air bubbles, and the piston lags behind."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -16,9 +16,9 @@ EFFECT = Effect(
     quantity="clearance",
     law="clearance + stroke p / (1 bar + p), p = max(0, pressure)",
     coefficients=(
-        Coefficient("stroke", "m", 0.0, -1e-3, 1e-3, "piston stroke that the air fills at no pressure", 1e-4),
+        Coefficient("stroke", "m", 0.0, -1e-3, 1e-3, "air volume at zero pressure, as a piston stroke", 1e-4),
     ),
     source="Merritt, Hydraulic Control Systems, chapter on fluid properties: isothermal compression of entrained air",
-    signature="contact comes later, most where the pressure is high as the plates meet",
+    signature="contact comes later, most where the pressure is high when the plates meet",
     formula=_formula,
 )

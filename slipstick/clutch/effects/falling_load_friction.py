@@ -1,4 +1,4 @@
-"""Load friction that falls with speed: brake and bearings stick before they slide."""
+"""Load friction decreasing with speed: brake and seals resist more at rest than in motion."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled, exp
@@ -12,15 +12,15 @@ def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 EFFECT = Effect(
     name="falling_load_friction",
-    title="Load friction that falls with speed",
+    title="Load friction decreasing with speed",
     quantity="load torque",
     law="load torque + (excess + share load torque) exp(-|omega| / decay_speed)",
     coefficients=(
-        Coefficient("excess", "N m", 0.0, -40.0, 80.0, "of seals: friction torque at rest beyond that at speed", 15.0),
-        Coefficient("share", "1", 0.0, -0.5, 2.0, "of the brake: the same, as a share of the load torque", 0.3),
-        Coefficient("decay_speed", "rad/s", 8.0, 2.0, 30.0, "load speed over which it fades by 1/e", 8.0, True),
+        Coefficient("excess", "N m", 0.0, -40.0, 80.0, "seals: friction torque at rest above that at speed", 15.0),
+        Coefficient("share", "1", 0.0, -0.5, 2.0, "brake: the same, as a fraction of the load torque", 0.3),
+        Coefficient("decay_speed", "rad/s", 8.0, 2.0, 30.0, "e-folding load speed of the excess", 8.0, True),
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Stribeck friction",
-    signature="the load starts later, and then accelerates more than its start suggests",
+    signature="the load starts to move later, and then accelerates faster than the model predicts",
     formula=_formula,
 )

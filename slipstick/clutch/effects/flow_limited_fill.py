@@ -1,4 +1,4 @@
-"""Flow-limited fill: the supply bounds how fast the piston can move forward."""
+"""Flow-limited fill: the supply flow limits the forward speed of the piston."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -16,9 +16,9 @@ EFFECT = Effect(
     quantity="piston rate",
     law="rate / (1 + slowness max(0, rate))",
     coefficients=(
-        Coefficient("slowness", "s/m", 0.0, -20.0, 200.0, "1 / the rate that no pressure can exceed", 10.0),
+        Coefficient("slowness", "s/m", 0.0, -20.0, 200.0, "reciprocal of the limiting piston rate", 10.0),
     ),
-    source="Merritt, Hydraulic Control Systems, chapter on valve control: flow saturates as the supply gives out",
-    signature="contact comes later after strong fill pulses, hardly after weak ones",
+    source="Merritt, Hydraulic Control Systems, chapter on valve control: flow saturation at the supply limit",
+    signature="contact comes later after strong fill pulses, and hardly changes after weak ones",
     formula=_formula,
 )

@@ -1,8 +1,8 @@
-"""Friction build-up lag: oil has to be squeezed out before the asperities carry the pressure."""
+"""Friction build-up lag: oil must be squeezed out before the asperities carry the pressure."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Memory, Signals
 from slipstick.clutch.fastmath import compiled
-from slipstick.clutch.lag import approach, lagged, time_constant
+from slipstick.clutch.lag import lag_rate, lagged, time_constant
 
 
 @compiled
@@ -12,7 +12,7 @@ def _formula(pressure: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 @compiled
 def _rate(pressure: float, signals: Signals, c: tuple[float, ...]) -> float:
-    return approach(pressure, signals.memory, c[0])
+    return lag_rate(pressure, signals.memory, c[0])
 
 
 EFFECT = Effect(
@@ -21,10 +21,10 @@ EFFECT = Effect(
     quantity="contact pressure",
     law="Q, Q' = (P - Q) / lag, Q(0) = P(0)",
     coefficients=(
-        Coefficient("lag", "s", 0.0, 0.0, 0.1, "time in which the asperities take over the pressure", 0.02),
+        Coefficient("lag", "s", 0.0, 0.0, 0.1, "time constant of the load transfer to the asperities", 0.02),
     ),
     source="Berger, Sadeghi and Krousgrill, ASME Journal of Tribology 118, 1996: squeeze film and asperity contact",
-    signature="torque follows the pressure late: over pressure it draws a loop as the pulse ends and the ramp begins",
+    signature="torque lags the pressure: plotted against pressure, it forms a loop between pulse and ramp",
     formula=_formula,
     memory=Memory(_rate, relaxed=True),
     time_constant=time_constant,

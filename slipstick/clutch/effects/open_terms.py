@@ -1,7 +1,7 @@
-"""Open terms: what a study tries where no effect of the catalogue explains the recordings.
+"""Open terms: candidates for a study in which no effect of the catalogue explains the recordings.
 
-Each is a power of one signal added to one quantity, or as a share of it. A term is data, its coefficient, signal and
-power, and so a part of a model like any effect, but it names no physics.
+Each term adds a power of one signal to one quantity, or scales the quantity by it. A term is part of a model like any
+effect, described by its coefficient, signal and power, but it has no physical interpretation.
 """
 
 from itertools import product
@@ -11,21 +11,22 @@ from slipstick.clutch.fastmath import compiled
 
 SIGNALS = (("time", "0.5 s"), ("pressure", "5 bar"), ("input speed", "100 rad/s"), ("output speed", "30 rad/s"),
            ("plate slip", "50 rad/s"), ("motor speed", "150 rad/s"))
-"""What a term may depend on, in the order of its number `signal`, and the value at which it counts as 1."""
+"""Signals that a term may depend on, indexed by its coefficient `signal`, with their reference values: x is 1 there."""
+_CHOICES = ", ".join(f"{i} {name} over {reference}" for i, (name, reference) in enumerate(SIGNALS))
 _POWERS = (1.0, 2.0, 3.0)
 _ADDED = {"line pressure": (1.0, "bar"), "chamber pressure": (1.0, "bar"), "piston rate": (1e-3, "m/s"),
           "converter torque": (10.0, "N m"), "load torque": (10.0, "N m")}
-_LOOKED_AT = {"line pressure": (0, 1, 5)}  # the valve knows no speeds but its pump's
+_ALLOWED_SIGNALS = {"line pressure": (0, 1, 5)}  # the speed of the pump is the only one at the valve
 _SCALED = ("friction coefficient", "film torque")
 
 
 @compiled
 def _power(signals: Signals, signal: float, power: float) -> float:
-    early = (signals.time * 2.0 if signal < 0.5 else signals.pressure * 0.2 if signal < 1.5
-             else signals.input_speed * 0.01)
-    late = (signals.output_speed / 30.0 if signal < 3.5 else abs(signals.plate_slip) * 0.02 if signal < 4.5
-            else signals.motor_speed / 150.0)
-    x = early if signal < 2.5 else late
+    first_three = (signals.time * 2.0 if signal < 0.5 else signals.pressure * 0.2 if signal < 1.5
+                   else signals.input_speed * 0.01)
+    last_three = (signals.output_speed / 30.0 if signal < 3.5 else abs(signals.plate_slip) * 0.02 if signal < 4.5
+                  else signals.motor_speed / 150.0)
+    x = first_three if signal < 2.5 else last_three
     return x * (x if power > 1.5 else 1.0) * (x if power > 2.5 else 1.0)
 
 
@@ -48,19 +49,17 @@ def _effect(quantity: str, typical: float, unit: str) -> Effect:
         law=f"{quantity} (1 + share x^power)" if scaled else f"{quantity} + size x^power",
         coefficients=(
             Coefficient("share" if scaled else "size", unit, 0.0, -10 * typical, 10 * typical,
-                        "what it adds where x is 1", typical),
-            Coefficient("signal", "1", 0.0, 0.0, len(SIGNALS) - 1.0,
-                        "x: " + ", ".join(f"{i} {name} over {one}" for i, (name, one) in enumerate(SIGNALS)),
-                        1.0, True),
-            Coefficient("power", "1", 1.0, 1.0, 3.0, "of x", 1.0, True),
+                        "value of the term at x = 1", typical),
+            Coefficient("signal", "1", 0.0, 0.0, len(SIGNALS) - 1.0, f"x: {_CHOICES}", 1.0, True),
+            Coefficient("power", "1", 1.0, 1.0, 3.0, "power of x", 1.0, True),
         ),
-        source="none: a power of a measured signal",
-        signature="whatever residuals the quantity causes that grow with the signal",
+        source="none: an empirical power of a signal",
+        signature="residuals of the quantity that grow with the signal",
         formula=_scaled if scaled else _added,
         listed=False,
-        forms=tuple(product((float(i) for i in _LOOKED_AT.get(quantity, range(len(SIGNALS)))), _POWERS)),
+        forms=tuple(product((float(i) for i in _ALLOWED_SIGNALS.get(quantity, range(len(SIGNALS)))), _POWERS)),
     )
 
 
-EFFECTS = (*(_effect(quantity, *one) for quantity, one in _ADDED.items()),
+EFFECTS = (*(_effect(quantity, typical, unit) for quantity, (typical, unit) in _ADDED.items()),
            *(_effect(quantity, 0.1, "1") for quantity in _SCALED))

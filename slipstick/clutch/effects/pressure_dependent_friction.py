@@ -1,4 +1,4 @@
-"""Pressure-dependent friction: the lining rubs less, or more, the harder it is pressed."""
+"""Pressure-dependent friction: the friction coefficient of the lining varies with the pressure."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -16,9 +16,9 @@ EFFECT = Effect(
     quantity="friction coefficient",
     law="alpha (1 + slope (pressure - 5 bar) / 10 bar)",
     coefficients=(
-        Coefficient("slope", "1", 0.0, -0.5, 0.5, "change of the friction over 10 bar, as a share of alpha", -0.15),
+        Coefficient("slope", "1", 0.0, -0.5, 0.5, "relative change of alpha over 10 bar", -0.15),
     ),
-    source="Maki, Wet clutch tribology, doctoral thesis, Lulea University of Technology, 2005: friction over load",
-    signature="at the same slip speed torque per pressure depends on the pressure, and so on the current profile",
+    source="Maki, Wet clutch tribology, doctoral thesis, Lulea University of Technology, 2005: friction against load",
+    signature="at equal slip speed, torque over pressure depends on the pressure and so on the current profile",
     formula=_formula,
 )

@@ -16,9 +16,9 @@ EFFECT = Effect(
     quantity="load torque",
     law="load torque + drag omega |omega|",
     coefficients=(
-        Coefficient("drag", "N m s^2", 0.0, -0.05, 0.1, "torque at one rad/s of the load shaft", 0.03),
+        Coefficient("drag", "N m s^2", 0.0, -0.05, 0.1, "drag torque at a load speed of 1 rad/s", 0.03),
     ),
     source="White, Fluid Mechanics, chapter on flow past immersed bodies",
-    signature="the load shaft accelerates less the faster it turns; longer shifting times at high motor speed",
+    signature="the load shaft accelerates less at higher speed; shifting times are longer at high motor speed",
     formula=_formula,
 )

@@ -1,4 +1,4 @@
-"""Return spring nonlinearity: the piston's springs stiffen as they are pressed together."""
+"""Return spring nonlinearity: the return springs of the piston stiffen under compression."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -7,8 +7,8 @@ from slipstick.clutch.fastmath import compiled
 @compiled
 def _formula(rate: float, signals: Signals, c: tuple[float, ...]) -> float:
     stiffening = c[0]
-    share = min(1.0, max(0.0, 500.0 * signals.piston_state))
-    return rate - stiffening * share * share * share
+    compression = min(1.0, max(0.0, 500.0 * signals.piston_state))
+    return rate - stiffening * compression * compression * compression
 
 
 EFFECT = Effect(
@@ -17,9 +17,9 @@ EFFECT = Effect(
     quantity="piston rate",
     law="rate - stiffening (min(2 mm, max(0, x3)) / 2 mm)^3",
     coefficients=(
-        Coefficient("stiffening", "m/s", 0.0, -4e-3, 4e-3, "rate that the cubic part takes at 2 mm", 1e-3),
+        Coefficient("stiffening", "m/s", 0.0, -4e-3, 4e-3, "piston rate lost to the cubic term at 2 mm", 1e-3),
     ),
     source="Shigley, Mechanical Engineering Design, chapter on springs: Belleville springs, here a cubic term",
-    signature="the piston slows down over the last of its stroke: contact comes later than the fill suggests",
+    signature="the piston slows down at the end of its stroke: contact comes later than the fill suggests",
     formula=_formula,
 )

@@ -1,4 +1,4 @@
-"""Seal friction: the piston's seals rub against its motion."""
+"""Seal friction: the seals of the piston resist its motion."""
 
 from math import sqrt
 
@@ -9,7 +9,7 @@ from slipstick.clutch.fastmath import compiled
 @compiled
 def _formula(rate: float, signals: Signals, c: tuple[float, ...]) -> float:
     drag = c[0]
-    # Friction only resists: what drives the piston by less than the drag moves it hardly, and never back.
+    # Friction only opposes motion: a rate below the drag becomes small, but never changes its sign.
     return rate - drag * rate / sqrt(rate * rate + drag * drag + 1e-14)
 
 
@@ -19,9 +19,9 @@ EFFECT = Effect(
     quantity="piston rate",
     law="rate - drag rate / sqrt(rate^2 + drag^2)",
     coefficients=(
-        Coefficient("drag", "m/s", 0.0, 0.0, 4e-3, "rate lost to the seals at all but small rates", 1e-3),
+        Coefficient("drag", "m/s", 0.0, 0.0, 4e-3, "rate lost to the seals, except at small rates", 1e-3),
     ),
-    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Coulomb friction, smooth about zero",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Coulomb friction, smooth at zero",
     signature="the piston creeps at the hold pressure: contact comes later, most after weak fill pulses",
     formula=_formula,
 )

@@ -1,15 +1,16 @@
-"""What sensors do to a signal: each of the four may lag, be off by a constant, or have another gain."""
+"""Sensor errors: each of the four sensors may have a lag, an offset or a gain error."""
 
 import numpy as np
 
 from slipstick.clutch.effects.effect import SENSORS, Coefficient, Effect, SensorFormula
-from slipstick.clutch.lag import delayed
+from slipstick.clutch.lag import lagged_signal
 
+_TITLES = {"lag": "Lag", "offset": "Offset", "gain": "Gain error"}
 _OFFSET = {"bar": 0.1, "rad/s": 1.0, "N m": 5.0}
 
 
 def _lag(values: np.ndarray, times: np.ndarray, c: tuple[np.ndarray, ...]) -> np.ndarray:
-    return delayed(values, times, c[0])
+    return lagged_signal(values, times, c[0])
 
 
 def _offset(values: np.ndarray, times: np.ndarray, c: tuple[np.ndarray, ...]) -> np.ndarray:
@@ -25,7 +26,7 @@ def _effect(sensor: str, fault: str, law: str, coefficient: Coefficient, signatu
             formula: SensorFormula) -> Effect:
     return Effect(
         name=f"{sensor} {fault}".replace(" ", "_"),
-        title=f"{fault.capitalize()} of the {sensor}",
+        title=f"{_TITLES[fault]} of the {sensor}",
         quantity=sensor,
         law=law,
         coefficients=(coefficient,),
@@ -36,13 +37,14 @@ def _effect(sensor: str, fault: str, law: str, coefficient: Coefficient, signatu
 
 
 EFFECTS = tuple(effect for sensor, unit in SENSORS.items() for effect in (
-    _effect(sensor, "lag", "y, y' = (reading - y) / lag, at first y = reading",
-            Coefficient("lag", "s", 0.0, 0.0, 0.1, "time in which the reading follows", 0.01),
-            "the signal comes late by the same time wherever it is steep; held values are right", _lag),
-    _effect(sensor, "offset", "reading + offset",
-            Coefficient("offset", unit, 0.0, -20 * _OFFSET[unit], 20 * _OFFSET[unit], "reading at zero", _OFFSET[unit]),
-            "the signal is off by the same amount throughout, at rest too", _offset),
-    _effect(sensor, "gain", "reading (1 + gain)",
-            Coefficient("gain", "1", 0.0, -0.3, 0.3, "error of the slope, as a share", 0.02),
-            "the signal is off in proportion to itself, at rest not at all", _gain),
+    _effect(sensor, "lag", "y, y' = (signal - y) / lag, y = signal at the first sample",
+            Coefficient("lag", "s", 0.0, 0.0, 0.1, "time constant of the reading", 0.01),
+            "ramps appear late by a constant time; constant values are correct", _lag),
+    _effect(sensor, "offset", "signal + offset",
+            Coefficient("offset", unit, 0.0, -20 * _OFFSET[unit], 20 * _OFFSET[unit], "reading at zero signal",
+                        _OFFSET[unit]),
+            "the reading is shifted by a constant amount, also at rest", _offset),
+    _effect(sensor, "gain", "signal (1 + gain)",
+            Coefficient("gain", "1", 0.0, -0.3, 0.3, "relative error of the slope", 0.02),
+            "the error is proportional to the signal, and zero at rest", _gain),
 ))

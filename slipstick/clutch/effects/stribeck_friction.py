@@ -1,4 +1,4 @@
-"""Slip-speed-dependent friction: boundary friction above the dynamic value as the plates slow down."""
+"""Slip-speed-dependent friction: boundary friction exceeds dynamic friction at low slip speed."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled, exp
@@ -16,10 +16,10 @@ EFFECT = Effect(
     quantity="friction coefficient",
     law="alpha (1 + strength exp(-|plate slip| / decay_speed))",
     coefficients=(
-        Coefficient("strength", "1", 0.0, -0.3, 1.0, "rise of the friction at zero slip, as a share of alpha", 0.15),
-        Coefficient("decay_speed", "rad/s", 25.0, 5.0, 100.0, "plate slip over which it fades by 1/e", 25.0, True),
+        Coefficient("strength", "1", 0.0, -0.3, 1.0, "relative increase of alpha at zero slip", 0.15),
+        Coefficient("decay_speed", "rad/s", 25.0, 5.0, 100.0, "e-folding plate slip of the increase", 25.0, True),
     ),
     source="Bo and Pavelescu, Wear 82(3), 1982: exponential law of friction against speed, here with exponent 1",
-    signature="torque per pressure grows towards lock-up: a hook at the end of the slip phase",
+    signature="torque over pressure rises towards lock-up, with a hook at the end of the slip phase",
     formula=_formula,
 )

@@ -1,4 +1,4 @@
-"""Supply pressure droop: a pump that turns slowly cannot hold the pressure that the valve asks for."""
+"""Supply pressure droop: a slow pump cannot maintain the pressure that the valve commands."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -12,13 +12,13 @@ def _formula(pressure: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 EFFECT = Effect(
     name="supply_droop",
-    title="Supply pressure droop with motor speed",
+    title="Supply pressure droop at low motor speed",
     quantity="line pressure",
     law="line pressure (1 - droop (200 rad/s / motor speed - 1))",
     coefficients=(
-        Coefficient("droop", "1", 0.0, -0.3, 0.3, "share of the pressure lost at 100 rad/s against 200 rad/s", 0.05),
+        Coefficient("droop", "1", 0.0, -0.3, 0.3, "relative pressure loss at 100 rad/s, against 200 rad/s", 0.05),
     ),
-    source="Merritt, Hydraulic Control Systems, chapter on pumps: leakage against delivery in proportion to speed",
-    signature="the measured pressure is lower at low motor speed, by the same share at every current",
+    source="Merritt, Hydraulic Control Systems, chapter on pumps: constant leakage, delivery proportional to speed",
+    signature="the measured pressure is lower at low motor speed, by the same fraction at every current",
     formula=_formula,
 )

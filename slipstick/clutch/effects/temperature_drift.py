@@ -1,4 +1,4 @@
-"""Oil temperature drift of the piston gain: the oil warms up from engagement to engagement."""
+"""Temperature drift of the piston gain: the oil warms up from engagement to engagement."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -12,14 +12,14 @@ def _formula(gain: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 EFFECT = Effect(
     name="temperature_drift",
-    title="Oil temperature drift of the piston",
+    title="Temperature drift of the piston gain",
     quantity="piston gain",
     law="k_T (1 + drift run / 100)",
     coefficients=(
-        Coefficient("drift", "1", 0.0, -0.8, 0.8, "change over 100 engagements, as a share of k_T", 0.03),
+        Coefficient("drift", "1", 0.0, -0.8, 0.8, "relative change of k_T over 100 engagements", 0.03),
     ),
-    source="Tod et al., eq. 1: k_T stands for the oil temperature, here no longer constant",
-    signature="contact comes earlier or later with the place in the run order, whatever the condition",
+    source="Tod et al., eq. 1: k_T represents the oil temperature, which drifts here",
+    signature="contact comes steadily earlier or later with increasing run order, in all conditions",
     formula=_formula,
     uses_run_order=True,
 )

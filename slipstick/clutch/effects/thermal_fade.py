@@ -1,4 +1,4 @@
-"""Thermal fade: the lining rubs less as the heat of the engagement goes into it."""
+"""Thermal fade: friction decreases as the lining absorbs the heat of the engagement."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Memory, Signals
 from slipstick.clutch.fastmath import compiled
@@ -21,10 +21,10 @@ EFFECT = Effect(
     quantity="friction coefficient",
     law="alpha / (1 + fade E), E' = friction power, E(0) = 0",
     coefficients=(
-        Coefficient("fade", "1/kJ", 0.0, -0.02, 0.1, "share of the friction lost by the first kJ of heat", 0.01),
+        Coefficient("fade", "1/kJ", 0.0, -0.02, 0.1, "relative friction loss caused by the first kJ of heat", 0.01),
     ),
     source="Ingram, Reddyhoff and Spikes, Tribology Letters 41, 2011: thermal behaviour of a slipping wet clutch",
-    signature="torque per pressure falls in the course of an engagement, most with high speed and large inertia",
+    signature="torque over pressure falls during an engagement, most at high speed and large load inertia",
     formula=_formula,
     memory=Memory(_heat),
 )

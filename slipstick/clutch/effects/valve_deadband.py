@@ -1,4 +1,4 @@
-"""Valve deadband: about its centre the spool moves without opening or closing anything."""
+"""Valve deadband: near its centre the spool moves without changing the opening."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
@@ -17,11 +17,11 @@ EFFECT = Effect(
     quantity="valve current",
     law="u - width x / (|x| + rounding), x = u - centre",
     coefficients=(
-        Coefficient("width", "A", 0.0, 0.0, 0.1, "half the band, and how far it shifts the current beyond", 0.01),
-        Coefficient("centre", "A", 0.2, 0.05, 0.5, "current at the middle of the band", 0.2, True),
-        Coefficient("rounding", "A", 0.05, 0.005, 0.3, "over which the corners of the band are rounded", 0.05, True),
+        Coefficient("width", "A", 0.0, 0.0, 0.1, "half-width of the band, and current shift beyond it", 0.01),
+        Coefficient("centre", "A", 0.2, 0.05, 0.5, "current at the centre of the band", 0.2, True),
+        Coefficient("rounding", "A", 0.05, 0.005, 0.3, "width of the rounded corners of the band", 0.05, True),
     ),
     source="Merritt, Hydraulic Control Systems, chapter on spool valves: overlap, here with rounded corners",
-    signature="near its centre the pressure hardly answers to the current; to either side it is offset",
+    signature="near the centre the pressure hardly responds to the current; on either side it is offset",
     formula=_formula,
 )

@@ -1,4 +1,4 @@
-"""Oil temperature drift of the film: warming oil thins from engagement to engagement."""
+"""Temperature drift of the oil film: warming oil becomes thinner from engagement to engagement."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled, exp
@@ -12,14 +12,14 @@ def _formula(torque: float, signals: Signals, c: tuple[float, ...]) -> float:
 
 EFFECT = Effect(
     name="viscosity_drift",
-    title="Oil temperature drift of the film",
+    title="Temperature drift of the oil film",
     quantity="film torque",
     law="film torque exp(drift run / 100)",
     coefficients=(
-        Coefficient("drift", "1", 0.0, -6.0, 6.0, "exponent gained over 100 engagements", -0.4),
+        Coefficient("drift", "1", 0.0, -6.0, 6.0, "change of the exponent over 100 engagements", -0.4),
     ),
     source="Stachowiak and Batchelor, Engineering Tribology, chapter on properties of lubricants: Reynolds law",
-    signature="less drag before the plates touch with the place in the run order; the slip phase does not change",
+    signature="drag before contact falls with increasing run order; the slip phase does not change",
     formula=_formula,
     uses_run_order=True,
 )

@@ -1,4 +1,4 @@
-"""The compiled ensemble against its readable twin, and what it promises beside the numbers."""
+"""The compiled ensemble: agreement with the reference implementation, reproducibility, vectorization and errors."""
 
 import platform
 import re
@@ -18,7 +18,7 @@ SAMPLE_TIMES = np.arange(0.0, 2.0, 0.02)
 
 
 @pytest.mark.parametrize("condition", [0, 77, 215])
-def test_agrees_with_the_readable_twin(condition: int) -> None:
+def test_agrees_with_the_reference_implementation(condition: int) -> None:
     time, signals = reference.simulate(Model(), CONDITIONS, condition, SAMPLE_TIMES)
     fast = ensemble.signals(Model(), CONDITIONS.take([condition]), SAMPLE_TIMES, accuracy=ensemble.TIGHT)
     assert abs(fast.shifting_time[0, 0] - time) < 1e-5
@@ -27,19 +27,19 @@ def test_agrees_with_the_readable_twin(condition: int) -> None:
         assert np.max(np.abs(column[0, 0] - signals[:, k])) < 1e-4 * np.ptp(signals[:, k])
 
 
-def test_plates_that_let_go_and_loads_that_stop_agree_with_the_twin() -> None:
-    # After lock-up the current falls, the plates let go and the brake stops the load; then all begins again.
+def test_release_and_standstill_agree_with_the_reference_implementation() -> None:
+    # After lock-up the current falls, the plates release and the brake stops the load; then it engages again.
     time = np.array([[0, 0.002, 0.105, 0.115, 0.255, 0.8, 1.2, 1.21, 3.2, 3.4, 6.0]])
     current = np.array([[0.1, 0.7, 0.7, 0.3, 0.3, 0.7, 0.7, 0.05, 0.05, 0.5, 0.7]])
-    one = np.ones(1)
-    again = Conditions(np.zeros(1, np.int64), 105 * one, 6 * one, 80 * one, time, current)
+    ones = np.ones(1)
+    conditions = Conditions(np.zeros(1, np.int64), 105 * ones, 6 * ones, 80 * ones, time, current)
     samples = np.arange(0.0, 6.0, 0.01)
-    shifting_time, signals = reference.simulate(Model(), again, 0, samples)
-    fast = ensemble.signals(Model(), again, samples, accuracy=ensemble.TIGHT)
+    shifting_time, signals = reference.simulate(Model(), conditions, 0, samples)
+    fast = ensemble.signals(Model(), conditions, samples, accuracy=ensemble.TIGHT)
     slip = fast.input_speed[0, 0] / 3.2 - fast.output_speed[0, 0]
     stuck = np.abs(slip) < 1e-9
     assert stuck[110]
-    assert not np.any(stuck[200:330])  # it let go
+    assert not np.any(stuck[200:330])  # the plates released
     assert np.any(fast.output_speed[0, 0, 200:330] == 0.0)  # the load stopped
     assert stuck[-1]  # and locked again
     assert abs(fast.shifting_time[0, 0] - shifting_time) < 1e-5
@@ -47,16 +47,16 @@ def test_plates_that_let_go_and_loads_that_stop_agree_with_the_twin() -> None:
         assert np.max(np.abs(column[0, 0] - signals[:, k])) < 1e-4 * np.ptp(signals[:, k])
 
 
-def test_results_do_not_depend_on_threads_or_neighbours() -> None:
+def test_results_do_not_depend_on_threads_or_other_engagements() -> None:
     points = np.linspace(0.6, 1.4, 60)[:, None]
-    one, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=1)
-    many, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=5)
+    serial, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=1)
+    threaded, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=5)
     alone, _ = ensemble.shifting_times(Model(), CONDITIONS.take([97]), ["pressure_bias"], points[41:42])
-    np.testing.assert_array_equal(one, many)
-    assert alone[0, 0] == one[41, 97]
+    np.testing.assert_array_equal(serial, threaded)
+    assert alone[0, 0] == serial[41, 97]
 
 
-def test_never_locking_and_blowing_up_are_statuses() -> None:
+def test_engagements_that_never_lock_or_diverge_have_a_status() -> None:
     points = np.array([[1.0, 1.0], [0.01, 1.0], [1.0, 1e-4]])  # no friction; a delay too short for any step
     times, status = ensemble.shifting_times(Model(), CONDITIONS, ["friction_coefficient", "current_delay"], points)
     assert np.all(status[0] == ensemble.LOCKED)
@@ -64,18 +64,18 @@ def test_never_locking_and_blowing_up_are_statuses() -> None:
     assert np.all(status[2] == ensemble.FAILED)
     assert np.all(np.isnan(times) == (status != ensemble.LOCKED))
     np.testing.assert_array_equal(times[0], ensemble.shifting_times(Model(), CONDITIONS)[0][0])
-    lost = ensemble.shifting_times(Model(), CONDITIONS, ["piston_inertia"], np.zeros((1, 1)))[1]
-    assert np.all(lost == ensemble.FAILED)
+    status = ensemble.shifting_times(Model(), CONDITIONS, ["piston_inertia"], np.zeros((1, 1)))[1]
+    assert np.all(status == ensemble.FAILED)
 
 
-def test_signals_of_a_failed_engagement_are_nan_from_where_it_failed() -> None:
+def test_signals_of_a_failed_engagement_are_nan_from_the_failure_on() -> None:
     runaway = Model().with_effect("quadratic_load_drag", {"drag": -5.0})
     response = ensemble.signals(runaway, CONDITIONS, SAMPLE_TIMES)
-    lost = np.isnan(response.output_torque[0])
+    undefined = np.isnan(response.output_torque[0])
     assert np.all(response.status == ensemble.FAILED)
-    assert not np.any(lost[:, 0])
-    assert np.all(lost[:, -1])
-    assert np.all(np.diff(lost.astype(int), axis=1) >= 0)
+    assert not np.any(undefined[:, 0])
+    assert np.all(undefined[:, -1])
+    assert np.all(np.diff(undefined.astype(int), axis=1) >= 0)
 
 
 @pytest.mark.parametrize(("axis", "multiplier"), [("current_delay", 0.1), ("piston_return", 300.0)])
@@ -87,29 +87,29 @@ def test_fast_dynamics_shorten_the_steps(axis: str, multiplier: float) -> None:
     np.testing.assert_allclose(times, tight, atol=1e-4)
 
 
-def test_status_does_not_depend_on_how_long_signals_are_sampled() -> None:
+def test_status_does_not_depend_on_the_duration_of_the_samples() -> None:
     weak = Model().with_parameters({"friction_coefficient": 0.04 * 3.2e-4})
-    alone = ensemble.shifting_times(weak, CONDITIONS)
+    times, status = ensemble.shifting_times(weak, CONDITIONS)
     sampled = ensemble.signals(weak, CONDITIONS, np.linspace(0, 8, 20))
-    np.testing.assert_array_equal(sampled.shifting_time, alone[0])
-    np.testing.assert_array_equal(sampled.status, alone[1])
+    np.testing.assert_array_equal(sampled.shifting_time, times)
+    np.testing.assert_array_equal(sampled.status, status)
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
-def test_loops_over_lanes_are_vector_instructions() -> None:
-    # Losing them is silent and costs a factor of four: count arithmetic on packed and on single doubles.
-    buffer, active = np.zeros(lanes.SIZE), np.zeros(lanes.REMEMBERING + 1, np.bool_)
+def test_loops_over_lanes_compile_to_vector_instructions() -> None:
+    # A loss of vectorization is silent and costs a factor of four: count packed and scalar double arithmetic.
+    buffer, active = np.zeros(lanes.BUFFER_SIZE), np.zeros(lanes.MEMORY_FLAG + 1, np.bool_)
     for function, arguments in (
         (hydraulics.hydraulics, (buffer, active)),
         (driveline.driveline, (buffer, active)),
         (integrator.other_stages, (buffer, active)),
-        (integrator.events, (buffer,)),
+        (integrator.mark_events, (buffer,)),
     ):
-        function(*arguments)  # compiles it here: the cached entry points bring no assembly to look at
+        function(*arguments)  # compiles it here: the cached entry points contain no assembly to inspect
         assembly = "".join(function.inspect_asm().values())
         packed = len(re.findall(r"v?(?:add|sub|mul|div|min|max|cmp\w*|f\w+)pd\s", assembly))
-        single = len(re.findall(r"v?(?:add|sub|mul|div|min|max|f\w+)sd\s", assembly))
-        assert packed > 5 * single, f"{function.__name__}: {packed} packed, {single} single"
+        scalar = len(re.findall(r"v?(?:add|sub|mul|div|min|max|f\w+)sd\s", assembly))
+        assert packed > 5 * scalar, f"{function.__name__}: {packed} packed, {scalar} scalar"
 
 
 def test_exp_is_accurate() -> None:
@@ -118,7 +118,7 @@ def test_exp_is_accurate() -> None:
     assert exp(0.0) == 1.0
 
 
-def test_wrong_input_says_what_to_do() -> None:
+def test_invalid_input_raises_an_error_with_a_remedy() -> None:
     with pytest.raises(UnknownName, match="Did you mean 'pressure_bias'"):
         ensemble.shifting_times(Model(), CONDITIONS, ["presure_bias"], np.ones((1, 1)))
     with pytest.raises(InvalidValue, match=r"Give \(m, 1\) multipliers of pressure_bias"):
@@ -127,16 +127,16 @@ def test_wrong_input_says_what_to_do() -> None:
         ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], np.array([[np.nan]]))
 
 
-def test_paired_points_and_conditions_are_the_diagonal_of_all_pairs() -> None:
+def test_paired_results_are_the_diagonal_of_all_combinations() -> None:
     points = np.linspace(0.7, 1.3, 216)[:, None]
     vectors = np.tile(Model().parameters, (216, 1)) * np.where(np.arange(20) == 11, points, 1.0)
-    everything = [c.typical for effect in effects.CATALOGUE for c in effect.coefficients]
-    coefficients, samples = np.tile(everything, (216, 1)), np.linspace(0, 1.5, 7)
-    everyone = ensemble.simulate(vectors, coefficients, CONDITIONS, samples)
+    typical = [c.typical for effect in effects.CATALOGUE for c in effect.coefficients]
+    coefficients, samples = np.tile(typical, (216, 1)), np.linspace(0, 1.5, 7)
+    combinations = ensemble.simulate(vectors, coefficients, CONDITIONS, samples)
     for threads in (1, 3):
         pairs = ensemble.simulate(vectors, coefficients, CONDITIONS, samples, threads=threads, paired=True)
-        for column in fields(everyone):
-            diagonal = np.einsum("ii...->i...", getattr(everyone, column.name))
+        for column in fields(combinations):
+            diagonal = np.einsum("ii...->i...", getattr(combinations, column.name))
             np.testing.assert_array_equal(getattr(pairs, column.name), diagonal)
     with pytest.raises(InvalidValue, match="216 points do not pair up with 3 conditions"):
         ensemble.simulate(vectors, coefficients, CONDITIONS.take([1, 2, 3]), paired=True)

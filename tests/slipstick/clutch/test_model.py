@@ -1,4 +1,4 @@
-"""A model is a value with a spec and a digest."""
+"""Spec, digest and validation of a model."""
 
 import json
 
@@ -11,12 +11,12 @@ from slipstick.errors import InvalidValue, UnknownName
 
 def test_spec_survives_json_and_keeps_the_digest() -> None:
     model = Model().with_parameters({"pressure_bias": 1.7}).with_effect("stribeck_friction", {"strength": 0.1})
-    again = Model.from_spec(json.loads(json.dumps(model.spec())))
-    assert again == model
-    assert again.digest == model.digest != Model().digest
+    restored = Model.from_spec(json.loads(json.dumps(model.spec())))
+    assert restored == model
+    assert restored.digest == model.digest != Model().digest
 
 
-def test_other_converter_curves_are_refused() -> None:
+def test_other_converter_curves_are_rejected() -> None:
     spec = Model().spec()
     spec["torque_converter"] = {**spec["torque_converter"], "torque_ratio": [2.0] * 13}
     with pytest.raises(InvalidValue, match="other torque converter curves"):
@@ -24,17 +24,17 @@ def test_other_converter_curves_are_refused() -> None:
 
 
 @pytest.mark.parametrize("coefficients", [{}, {"strength": 0.1}])
-def test_unknown_effects_are_refused(coefficients: dict[str, float]) -> None:
+def test_unknown_effects_are_rejected(coefficients: dict[str, float]) -> None:
     with pytest.raises(UnknownName, match="Did you mean 'stribeck_friction'"):
         Model(effects={"stribek_friction": coefficients})
 
 
-def test_values_that_are_not_finite_are_refused() -> None:
+def test_values_that_are_not_finite_are_rejected() -> None:
     with pytest.raises(InvalidValue, match="not finite"):
         Model().with_parameters({"pressure_bias": float("nan")})
 
 
-def test_every_parameter_says_what_it_is() -> None:
+def test_every_parameter_is_described() -> None:
     assert len(parameters.PARAMETERS) == 20
     assert len(parameters.UNCERTAIN) == 7
     assert all(entry.unit and entry.symbol and entry.meaning for entry in parameters.PARAMETERS)

@@ -13,8 +13,8 @@ SIGNALS = ["condition", "time [s]", "pressure [bar]", "input_speed [rad/s]", "ou
            "output_torque [N m]"]
 
 
-def sheet(columns, rows, remark=""):
-    return (remark + "\n".join(",".join(map(str, row)) for row in [columns, *rows]) + "\n").encode()
+def sheet(columns, rows, description=""):
+    return (description + "\n".join(",".join(map(str, row)) for row in [columns, *rows]) + "\n").encode()
 
 
 def rows_of(recordings, count=216):
@@ -31,68 +31,69 @@ def signal_rows(recordings, count, samples):
             for condition in range(count) for k in range(samples)]
 
 
-def test_the_shipped_recordings_come_back_from_csv(shipped, tmp_path):
+def test_the_shipped_recordings_are_the_same_in_csv(shipped, tmp_path):
     (tmp_path / "bench.csv").write_bytes(sheet([*COLUMNS, "run_order"], [
         [*row, order] for row, order in zip(rows_of(shipped), shipped.run_order, strict=True)], "# A bench, in May\n"))
     (tmp_path / "signals.csv").write_bytes(sheet(SIGNALS, signal_rows(shipped, 216, 1001)))
-    found = Recordings.open(tmp_path / "bench.csv", tmp_path / "signals.csv")
-    assert found.digest == shipped.digest
-    assert np.array_equal(found.conditions.run_order, shipped.run_order)
-    assert found.description == "A bench, in May"
+    read = Recordings.open(tmp_path / "bench.csv", tmp_path / "signals.csv")
+    assert read.digest == shipped.digest
+    assert np.array_equal(read.conditions.run_order, shipped.run_order)
+    assert read.description == "A bench, in May"
     assert open_conditions(tmp_path / "bench.csv").digest == paper_conditions().digest
 
 
-def test_columns_may_stand_in_any_order_and_signals_be_absent(shipped):
+def test_columns_may_have_any_order_and_signals_are_optional(shipped):
     rows = rows_of(shipped, 5)
-    found = Recordings.read(b"\xef\xbb\xbf" + sheet(COLUMNS[::-1], [row[::-1] for row in rows]), "csv")
-    assert found.digest == Recordings.read(sheet(COLUMNS, rows), "csv").digest
-    assert (len(found), found.signals, found.run_order) == (5, None, None)
+    read = Recordings.read(b"\xef\xbb\xbf" + sheet(COLUMNS[::-1], [row[::-1] for row in rows]), "csv")
+    assert read.digest == Recordings.read(sheet(COLUMNS, rows), "csv").digest
+    assert (len(read), read.signals, read.run_order) == (5, None, None)
 
 
-def test_conditions_need_no_shifting_time(tmp_path):
+def test_conditions_are_read_without_shifting_times(tmp_path):
     (tmp_path / "plan.csv").write_bytes(sheet(COLUMNS[:4], [[0, 100.0, 6, 20], [5, 150.0, 14, 0]]))
     assert open_conditions(tmp_path / "plan.csv").brake_torque.tolist() == [20, 0]
 
 
-@pytest.mark.parametrize(("row", "column", "cell", "says"), [
+@pytest.mark.parametrize(("row", "column", "cell", "message"), [
     (3, 1, "fast", r"Row 5, column 'motor_speed \[rad/s\]': 'fast' is not a finite number"),
     (3, 4, "", r"Row 5, column 'shifting_time \[s\]': the cell is empty"),
     (0, 4, "nan", r"Row 2, column 'shifting_time \[s\]': 'nan' is not a finite number"),
     (1, 2, "inf", r"Row 3, column 'load_inertia \[kg m\^2\]': 'inf' is not"),
-    (4, 4, 1520, r"Row 6, column 'shifting_time \[s\]': 1520 is beyond the 3.5 s"),
+    (4, 4, 1520, r"Row 6, column 'shifting_time \[s\]': 1520 exceeds the 3.5 s"),
     (4, 4, -1, r"Row 6, column 'shifting_time \[s\]': -1 is not positive"),
     (2, 1, 0, r"Row 4, column 'motor_speed \[rad/s\]': 0 is not positive"),
     (2, 3, -5, r"Row 4, column 'brake_torque \[N m\]': -5 is negative"),
-    (2, 0, 6, "Row 4, column 'current_profile': 6 is none of the paper's profiles"),
-    (2, 0, 1.5, "Row 4, column 'current_profile': 1.5 is not a whole number"),
+    (2, 0, 6, "Row 4, column 'current_profile': 6 is not the number of a current profile of the paper"),
+    (2, 0, 1.5, "Row 4, column 'current_profile': 1.5 is not an integer"),
     (2, 0, "1,1", "Row 4 has 6 cells for 5 columns"),
 ])
-def test_row_and_column_of_what_is_wrong_are_named(shipped, row, column, cell, says):
+def test_errors_name_row_and_column(shipped, row, column, cell, message):
     rows = rows_of(shipped, 5)
     rows[row][column] = cell
-    with pytest.raises(BadRecording, match=says):
+    with pytest.raises(BadRecording, match=message):
         Recordings.read(sheet(COLUMNS, rows), "csv")
 
 
-@pytest.mark.parametrize(("columns", "says"), [
+@pytest.mark.parametrize(("columns", "message"), [
     (COLUMNS[:4], r"The column 'shifting_time \[s\]' is missing"),
     ([*COLUMNS[:4], "shifting_time [ms]"], r"'shifting_time \[ms\]' is unknown\. Did you mean 'shifting_time \[s\]'"),
     ([*COLUMNS[:4], "shifting_time"], r"'shifting_time' is unknown\. Did you mean 'shifting_time \[s\]'"),
     (["current_profile", "motor_speed [rpm]", *COLUMNS[2:]], r"Did you mean 'motor_speed \[rad/s\]'"),
-    ([*COLUMNS, COLUMNS[0]], "appears twice"), ([";".join(COLUMNS)], "is unknown"),
+    ([*COLUMNS, COLUMNS[0]], "'current_profile' appears more than once"), ([";".join(COLUMNS)], "is unknown"),
 ])
-def test_columns_are_known_by_name_and_unit(shipped, columns, says):
-    with pytest.raises(BadRecording, match=says):
+def test_columns_are_identified_by_name_and_unit(shipped, columns, message):
+    with pytest.raises(BadRecording, match=message):
         Recordings.read(sheet(columns, rows_of(shipped, 2)), "csv")
 
 
-@pytest.mark.parametrize(("content", "says"), [
-    (b"", "has no row"), (b"# only a remark\n", "has no row"), (sheet(COLUMNS, []), "no row of recordings"),
-    (b"\xff\xfe\x00", "Byte 0 of the recordings is not UTF-8"), (b'"open', "not CSV"),
-    (sheet(COLUMNS, [["9" * 200_000, 1, 1, 1, 1]]), "Row 1 is not CSV|Row 2 is not CSV"),
+@pytest.mark.parametrize(("content", "message"), [
+    (b"", "no row of column names"), (b"# only a description\n", "no row of column names"),
+    (sheet(COLUMNS, []), "recordings file has no rows of numbers"),
+    (b"\xff\xfe\x00", "Byte 0 of the recordings file is not valid UTF-8"), (b'"open', "not valid CSV"),
+    (sheet(COLUMNS, [["9" * 200_000, 1, 1, 1, 1]]), "Row 1 is not valid CSV|Row 2 is not valid CSV"),
 ])
-def test_what_is_no_csv_is_refused(content, says):
-    with pytest.raises(BadRecording, match=says):
+def test_invalid_csv_is_rejected(content, message):
+    with pytest.raises(BadRecording, match=message):
         Recordings.read(content, "csv")
 
 
@@ -100,46 +101,46 @@ def swap_samples(rows):
     rows[1], rows[2] = rows[2], rows[1]
 
 
-def late_clock(rows):
+def decreasing_times(rows):
     for row in rows:
         row[1] = -row[1]
 
 
-def other_clock(rows):
+def other_times(rows):
     rows[6][1] += 1e-6
 
 
-def other_order(rows):
+def swap_conditions(rows):
     rows[4:8], rows[8:12] = rows[8:12], rows[4:8]
 
 
-def gap(rows):
+def empty_cell(rows):
     rows[5][2] = ""
 
 
-@pytest.mark.parametrize(("damage", "says"), [
-    (swap_samples, r"Row 7, column 'time \[s\]': 0\.002 where 0\.004 is due"),
-    (other_clock, r"Row 8, column 'time \[s\]'"),
-    (late_clock, "time of the signals does not rise at sample 1"),
-    (other_order, "Row 6, column 'condition': 2 where 1 is due"),
-    (gap, r"Row 7, column 'pressure \[bar\]': the cell is empty"),
-    (lambda rows: rows.pop(), "11 rows of signals, 4 of condition 0, for 3 conditions"),
-    (lambda rows: rows.clear(), "no row of signals"),
+@pytest.mark.parametrize(("damage", "message"), [
+    (swap_samples, r"Row 7, column 'time \[s\]': 0\.002 instead of 0\.004"),
+    (other_times, r"Row 8, column 'time \[s\]'"),
+    (decreasing_times, "time of the signals does not increase at sample 1"),
+    (swap_conditions, "Row 6, column 'condition': 2 instead of 1"),
+    (empty_cell, r"Row 7, column 'pressure \[bar\]': the cell is empty"),
+    (lambda rows: rows.pop(), "11 rows, 4 of them of condition 0, for 3 conditions"),
+    (lambda rows: rows.clear(), "signals file has no rows of numbers"),
 ])
-def test_what_is_wrong_with_signals_is_named(shipped, damage, says):
+def test_errors_of_signals_name_row_and_column(shipped, damage, message):
     rows = signal_rows(shipped, 3, 4)
     intact = sheet(SIGNALS, rows)
     damage(rows)
     recordings = sheet(COLUMNS, rows_of(shipped, 3))
-    with pytest.raises(BadRecording, match=says):
+    with pytest.raises(BadRecording, match=message):
         Recordings.read(recordings, "csv", sheet(SIGNALS, rows))
-    found = Recordings.read(recordings, "csv", intact).signals
-    assert np.array_equal(found.pressure, shipped.signals.pressure[:3, :4])
+    signals = Recordings.read(recordings, "csv", intact).signals
+    assert np.array_equal(signals.pressure, shipped.signals.pressure[:3, :4])
 
 
-def test_the_examples_of_the_readme_are_recordings(shipped_file):
+def test_the_examples_of_the_readme_are_valid_recordings(shipped_file):
     blocks = re.findall(r"(?:^    .*\n)+", (shipped_file.parent / "README.md").read_text(), re.MULTILINE)
     recordings, signals = (textwrap.dedent(block).encode() for block in blocks if "," in block)
-    found = Recordings.read(recordings, "csv", signals)
-    assert found.description == "Bench 2, oil at 80 degrees"
-    assert found.signals.output_torque.tolist() == [[0.3, 0.1], [0.2, -0.1]]
+    read = Recordings.read(recordings, "csv", signals)
+    assert read.description == "Bench 2, oil at 80 degrees"
+    assert read.signals.output_torque.tolist() == [[0.3, 0.1], [0.2, -0.1]]

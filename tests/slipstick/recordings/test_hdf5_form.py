@@ -21,7 +21,7 @@ def copy(shipped_file, tmp_path):
     return tmp_path / "copy.h5"
 
 
-def test_reads_what_is_shipped(shipped, shipped_file):
+def test_the_shipped_recordings_are_read_completely(shipped, shipped_file):
     assert (len(shipped), shipped.signals.pressure.shape) == (216, (216, 1001))
     assert shipped.conditions.digest == paper_conditions().digest
     assert open_conditions(shipped_file).digest == paper_conditions().digest
@@ -40,17 +40,17 @@ def put(file, path, values, **options):
     file.create_dataset(path, data=values, **options).attrs["units"] = units
 
 
-def edit(path, place, value):
+def edit(path, index, value):
     def damage(file):
         values = file[path][()].astype(float)
-        values[place] = value
+        values[index] = value
         put(file, path, values)
     return damage
 
 
-def unit(path, said):
+def unit(path, wrong_unit):
     def damage(file):
-        file[path].attrs["units"] = said
+        file[path].attrs["units"] = wrong_unit
     return damage
 
 
@@ -83,14 +83,14 @@ def group_for_dataset(file):
     file.create_group("shifting_time")
 
 
-@pytest.mark.parametrize(("damage", "says"), [
+@pytest.mark.parametrize(("damage", "message"), [
     (unit("shifting_time", "ms"), "'shifting_time' is in 'ms', not in 's'"),
     (unit("conditions/motor_speed", "rpm"), "'conditions/motor_speed' is in 'rpm', not in 'rad/s'"),
     (drop_unit, "'units' of 'signals/pressure' is missing"),
     (cut("shifting_time"), r"'shifting_time' has shape \(215,\), not \(216\)"),
     (cut("signals/time"), r"'signals/pressure' has shape \(216, 1001\), not \(216, 1000\)"),
     (cut("conditions/run_order"), "'conditions/run_order' has shape"),
-    (swap_times, "does not rise at sample 11 "),
+    (swap_times, "does not increase at sample 11 "),
     (edit("shifting_time", 7, np.nan), "shifting time of condition 7 is nan s"),
     (edit("shifting_time", 8, 1520.0), "shifting time of condition 8 is 1520 s"),
     (edit("signals/output_speed", (5, 17), np.inf), "output_speed of condition 5 is not finite at sample 17 "),
@@ -104,20 +104,20 @@ def group_for_dataset(file):
     (drop("shifting_time"), "'shifting_time' is missing"), (drop("conditions"), "'conditions' is missing"),
     (drop("signals/output_torque"), "'signals/output_torque' is missing"),
 ])
-def test_what_is_wrong_is_named(copy, damage, says):
+def test_errors_name_the_dataset(copy, damage, message):
     with h5py.File(copy, "r+") as file:
         damage(file)
-    with pytest.raises(BadRecording, match=says):
+    with pytest.raises(BadRecording, match=message):
         Recordings.open(copy)
 
 
-def test_signals_and_run_order_may_be_absent(copy, shipped):
+def test_signals_run_order_and_description_are_optional(copy, shipped):
     with h5py.File(copy, "r+") as file:
         del file["signals"], file["conditions/run_order"], file.attrs["description"]
-    found = Recordings.open(copy)
-    assert (found.signals, found.run_order, found.description) == (None, None, "")
-    assert np.array_equal(found.measured_time, shipped.measured_time)
-    assert found.digest != shipped.digest
+    read = Recordings.open(copy)
+    assert (read.signals, read.run_order, read.description) == (None, None, "")
+    assert np.array_equal(read.measured_time, shipped.measured_time)
+    assert read.digest != shipped.digest
 
 
 def link_to_a_file(file):
@@ -132,8 +132,8 @@ def link_a_group_to_a_file(file):
 
 def values_in_another_file(file):
     del file["shifting_time"]
-    made = file.create_dataset("shifting_time", (216,), "f8", external=[("/proc/self/environ", 0, 8 * 216)])
-    made.attrs["units"] = "s"
+    dataset = file.create_dataset("shifting_time", (216,), "f8", external=[("/proc/self/environ", 0, 8 * 216)])
+    dataset.attrs["units"] = "s"
 
 
 def values_of_another_dataset(file):
@@ -145,65 +145,66 @@ def values_of_another_dataset(file):
 
 def seven_tebibytes(file):
     del file["current_profiles/current"]
-    made = file.create_dataset("current_profiles/current", (216, 1 << 32), "f8", chunks=(1, 1000))
-    made.attrs["units"] = "A"
+    dataset = file.create_dataset("current_profiles/current", (216, 1 << 32), "f8", chunks=(1, 1000))
+    dataset.attrs["units"] = "A"
 
 
-def long_clock(file):
+def too_many_times(file):
     del file["signals/time"]
-    made = file.create_dataset("signals/time", (1 << 40,), "f8", chunks=(1000,), compression="gzip")
-    made.attrs["units"] = "s"
+    dataset = file.create_dataset("signals/time", (1 << 40,), "f8", chunks=(1000,), compression="gzip")
+    dataset.attrs["units"] = "s"
 
 
 def never_written(file):
     del file["signals/pressure"]
-    made = file.create_dataset("signals/pressure", (216, 1001), "f8", chunks=(1, 1001), compression="gzip")
-    made.attrs["units"] = "bar"
+    dataset = file.create_dataset("signals/pressure", (216, 1001), "f8", chunks=(1, 1001), compression="gzip")
+    dataset.attrs["units"] = "bar"
 
 
 def huge_chunk(file):
     del file["shifting_time"]
-    made = file.create_dataset("shifting_time", (216,), "f8", chunks=(1 << 28,), maxshape=(None,))
-    made.attrs["units"] = "s"
+    dataset = file.create_dataset("shifting_time", (216,), "f8", chunks=(1 << 28,), maxshape=(None,))
+    dataset.attrs["units"] = "s"
 
 
-def inflating_chunk(file):
+def decompression_bomb(file):
     del file["shifting_time"]
-    made = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
-    made.attrs["units"] = "s"
+    dataset = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
+    dataset.attrs["units"] = "s"
     packer = zlib.compressobj()
     packed = b"".join(packer.compress(bytes(1 << 20)) for _ in range(500)) + packer.flush()
-    made.id.write_direct_chunk((0,), packed)  # half a megabyte that fills 500
+    dataset.id.write_direct_chunk((0,), packed)  # half a megabyte on disk, 500 MB in memory
 
 
 def skipped_filter(file):
     del file["shifting_time"]
-    made = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
-    made.attrs["units"] = "s"
-    made.id.write_direct_chunk((0,), bytes(8 * 216), filter_mask=1)
+    dataset = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
+    dataset.attrs["units"] = "s"
+    dataset.id.write_direct_chunk((0,), bytes(8 * 216), filter_mask=1)
 
 
 def other_filter(file):
     put(file, "shifting_time", file["shifting_time"][()], compression="lzf")
 
 
-@pytest.mark.parametrize(("damage", "says"), [
+@pytest.mark.parametrize(("damage", "message"), [
     (link_to_a_file, "is a link"), (link_a_group_to_a_file, "is a link"),
-    (values_in_another_file, "lie in another file"), (values_of_another_dataset, "lie in another file"),
-    (seven_tebibytes, r"claims 7,\d+,\d+,\d+,\d+ bytes"), (long_clock, "claims"), (never_written, "holds less"),
-    (huge_chunk, "claims"), (inflating_chunk, "inflates to more"), (skipped_filter, "more than the file holds"),
+    (values_in_another_file, "stored in another file"), (values_of_another_dataset, "stored in another file"),
+    (seven_tebibytes, r"requires 7,\d+,\d+,\d+,\d+ bytes"), (too_many_times, r"requires .* bytes"),
+    (never_written, "contains fewer values than its shape"), (huge_chunk, r"requires .* bytes"),
+    (decompression_bomb, "decompresses to more than 1,728 bytes"), (skipped_filter, "skips a filter"),
     (other_filter, "filters other than"),
 ])
-def test_hostile_files_are_refused_before_their_values_are_read(copy, damage, says):
+def test_malicious_files_are_rejected_before_their_values_are_read(copy, damage, message):
     with h5py.File(copy, "r+") as file:
         damage(file)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    with pytest.raises(BadRecording, match=says):
+    with pytest.raises(BadRecording, match=message):
         Recordings.open(copy)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kB
 
 
-def test_a_file_that_hangs_its_reader_is_refused(shipped_file):
+def test_a_file_that_hangs_its_reader_is_rejected(shipped_file):
     content = bytearray(shipped_file.read_bytes())
     heap = content.index(b"GCOL")
     size = int.from_bytes(content[heap + 24 : heap + 32], "little")  # of the first text in the heap
@@ -213,17 +214,17 @@ def test_a_file_that_hangs_its_reader_is_refused(shipped_file):
         require_readable(bytes(content), "slipstick.recordings.hdf5_form:read", BadRecording, seconds=2)
 
 
-def test_damaged_bytes_are_refused(shipped_file):
+def test_damaged_bytes_are_rejected(shipped_file):
     content = shipped_file.read_bytes()
     for broken in (b"", b"not HDF5", content[:1000], content[:-1000], content[8:], content[:8] + bytes(5000)):
         with pytest.raises(BadRecording):
             Recordings.read(broken, "h5")
 
 
-def test_only_files_that_are_there_and_named_after_their_format(tmp_path, copy):
+def test_missing_files_unknown_extensions_and_extra_signals_files_are_rejected(tmp_path, copy):
     with pytest.raises(UnknownName, match=r"Did you mean 'copy\.h5'"):
         Recordings.open(tmp_path / "copi.h5")
-    with pytest.raises(BadRecording, match=r"neither \.h5 nor \.csv"):
+    with pytest.raises(BadRecording, match=r"neither an \.h5 nor a \.csv file"):
         Recordings.open(tmp_path / "copy.mat")
-    with pytest.raises(BadRecording, match="second file of signals"):
+    with pytest.raises(BadRecording, match="separate signals file"):
         Recordings.open(copy, copy)

@@ -8,7 +8,7 @@ from slipstick.table import Axis, Grid
 
 @pytest.fixture
 def table():
-    """7 x 5 grid points, 3 conditions, one engagement that never locked and one that failed."""
+    """A table of 3 conditions on a grid of 7 x 5 points; one engagement never locked and one failed."""
     axes = (Axis("pressure_bias", np.linspace(0.5, 1.5, 7), 1.6, "bar"),
             Axis("initial_position", np.array([0.5, 0.8, 0.9, 1.2, 1.5]), 5e-4, "m"))
     times = np.random.default_rng(1).uniform(0.5, 1.5, (7, 5, 3))

@@ -32,44 +32,44 @@ def test_agrees_with_scipy(dimension):
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
-def test_grid_points_come_back_bit_for_bit(dimension):
+def test_values_at_grid_points_are_reproduced_bit_for_bit(dimension):
     axes, values = case(dimension)
     points = np.array(list(itertools.product(*(axis.values for axis in axes))))
     assert np.array_equal(interpolate(axes, values, points, "error"), values.reshape(len(points), -1))
 
 
-def test_a_corner_without_a_value_spoils_only_what_depends_on_it():
+def test_a_nan_corner_affects_only_points_at_which_its_weight_is_not_zero():
     axes, values = case(2)
     values[1, 2, 0] = np.nan
     a, b = axes[0].values, axes[1].values
-    beside = [[(a[1] + a[2]) / 2, (b[2] + b[3]) / 2], [(a[0] + a[1]) / 2, b[2]], [a[1], b[2]]]
-    clear = [[a[0], (b[1] + b[2]) / 2], [(a[0] + a[1]) / 2, b[1]], [a[2], (b[2] + b[3]) / 2]]
-    found = interpolate(axes, values, np.array(beside + clear), "error")
-    assert np.isnan(found[:, 0]).tolist() == [True] * 3 + [False] * 3
-    assert np.isfinite(found[:, 1:]).all()
+    affected = [[(a[1] + a[2]) / 2, (b[2] + b[3]) / 2], [(a[0] + a[1]) / 2, b[2]], [a[1], b[2]]]
+    unaffected = [[a[0], (b[1] + b[2]) / 2], [(a[0] + a[1]) / 2, b[1]], [a[2], (b[2] + b[3]) / 2]]
+    interpolated = interpolate(axes, values, np.array(affected + unaffected), "error")
+    assert np.isnan(interpolated[:, 0]).tolist() == [True] * 3 + [False] * 3
+    assert np.isfinite(interpolated[:, 1:]).all()
 
 
-def test_what_lies_outside_is_an_error_the_edge_or_nan():
+def test_a_point_outside_is_an_error_clipped_or_nan():
     axes, values = case(2)
     points = np.array([[1.0, 1.0], [0.2, 1.0], [1.0, 1.7], [9.0, -9.0]])
     edge = np.array([[1.0, 1.0], [0.5, 1.0], [1.0, 1.3], [1.5, 0.7]])
     clipped = interpolate(axes, values, points, "clip")
     assert np.array_equal(clipped, interpolate(axes, values, edge, "error"))
-    blank = interpolate(axes, values, points, "nan")
-    assert np.isnan(blank[1:]).all()
-    assert np.array_equal(blank[0], clipped[0])
-    with pytest.raises(OutsideTable, match=r"Point 1 has axis0 = 0\.2, outside the table's 0\.5 to 1\.5"):
+    masked = interpolate(axes, values, points, "nan")
+    assert np.isnan(masked[1:]).all()
+    assert np.array_equal(masked[0], clipped[0])
+    with pytest.raises(OutsideTable, match=r"Point 1 has axis0 = 0\.2, outside the range of the table, 0\.5 to 1\.5"):
         interpolate(axes, values, points, "error")
 
 
-@pytest.mark.parametrize(("points", "says"), [
+@pytest.mark.parametrize(("points", "message"), [
     (np.ones((3, 1)), r"not \(m, 2\)"), (np.ones(2), r"not \(m, 2\)"),
     (np.array([[1.0, 1.0], [1.0, np.nan]]), "Point 1 is not finite in axis1"),
     (np.array([[np.inf, 1.0]]), "Point 0 is not finite in axis0"),
 ])
-def test_points_that_are_none_are_refused(points, says):
+def test_invalid_points_are_rejected(points, message):
     axes, values = case(2)
-    with pytest.raises(InvalidValue, match=says):
+    with pytest.raises(InvalidValue, match=message):
         interpolate(axes, values, points, "clip")
 
 

@@ -21,17 +21,17 @@ def path(table, tmp_path):
     return tmp_path / "table.h5"
 
 
-def test_comes_back_as_it_was(table, path):
-    back = Table.open(path)
-    assert back.digest == table.digest
-    assert np.array_equal(back.times, table.times, equal_nan=True)
-    assert np.array_equal(back.status, table.status)
-    assert (back.origin, back.model) == ("a test", Model())
-    assert [(axis.name, axis.nominal, axis.unit) for axis in back.axes] == [
+def test_a_written_table_is_read_back_unchanged(table, path):
+    read = Table.open(path)
+    assert read.digest == table.digest
+    assert np.array_equal(read.times, table.times, equal_nan=True)
+    assert np.array_equal(read.status, table.status)
+    assert (read.origin, read.model) == ("a test", Model())
+    assert [(axis.name, axis.nominal, axis.unit) for axis in read.axes] == [
         ("pressure_bias", 1.6, "bar"), ("initial_position", 5e-4, "m")]
 
 
-def test_the_file_explains_itself_to_other_readers(path):
+def test_attributes_describe_the_file_to_other_readers(path):
     with h5py.File(path) as file:
         times = file["times"]
         assert [dimension.label for dimension in times.dims] == ["pressure_bias", "initial_position", "condition"]
@@ -48,8 +48,8 @@ def flip(path, position, bit=3):
     path.write_bytes(content)
 
 
-def place(path, dataset):
-    """Byte range of a dataset's first chunk, or of the whole where it is contiguous."""
+def byte_range(path, dataset):
+    """Offset and size of the first chunk of a dataset, or of a whole contiguous dataset."""
     with h5py.File(path) as file:
         stored = file[dataset].id
         if file[dataset].chunks:
@@ -57,23 +57,23 @@ def place(path, dataset):
         return stored.get_offset(), stored.get_storage_size()
 
 
-@pytest.mark.parametrize(("dataset", "error", "says"), [
+@pytest.mark.parametrize(("dataset", "error", "message"), [
     ("times", CorruptTable, "damaged"), ("status", CorruptTable, "damaged"),
     ("conditions/motor_speed", CorruptTable, "damaged"), ("current_profiles/current", CorruptTable, "damaged"),
-    ("model", WrongDigest, "The model of the table"), ("axes/initial_position", BadTable, "digest|rise"),
+    ("model", WrongDigest, "The model of the table"), ("axes/initial_position", BadTable, "digest|increase"),
 ])
-def test_a_flipped_bit_in_any_dataset_is_refused(path, dataset, error, says):
-    offset, size = place(path, dataset)
-    for share in (0.0, 0.3, 0.6, 0.9):
+def test_a_flipped_bit_in_any_dataset_is_detected(path, dataset, error, message):
+    offset, size = byte_range(path, dataset)
+    for fraction in (0.0, 0.3, 0.6, 0.9):
         broken = path.with_name("broken.h5")
         shutil.copy(path, broken)
-        flip(broken, offset + int(share * size), bit=0)
-        with pytest.raises(error, match=says):
+        flip(broken, offset + int(fraction * size), bit=0)
+        with pytest.raises(error, match=message):
             Table.open(broken)
 
 
-def test_a_bit_flipped_anywhere_is_refused_or_harmless(table, path):
-    content, refused = path.read_bytes(), 0
+def test_a_bit_flipped_anywhere_is_detected_or_harmless(table, path):
+    content, detected = path.read_bytes(), 0
     generator = np.random.default_rng(5)
     for position in generator.integers(len(content), size=300):
         broken = bytearray(content)
@@ -82,15 +82,15 @@ def test_a_bit_flipped_anywhere_is_refused_or_harmless(table, path):
         try:
             assert Table.open(path).digest == table.digest
         except BadTable:
-            refused += 1
-    assert refused > 100
+            detected += 1
+    assert detected > 100
 
 
-@pytest.mark.parametrize("share", [0.0, 0.001, 0.2, 0.9, 0.9999])
-def test_a_truncated_file_is_refused(path, share):
+@pytest.mark.parametrize("fraction", [0.0, 0.001, 0.2, 0.9, 0.9999])
+def test_a_truncated_file_is_rejected(path, fraction):
     content = path.read_bytes()
-    path.write_bytes(content[: int(share * len(content))])
-    with pytest.raises(WrongLayout if share < 0.0005 else CorruptTable):
+    path.write_bytes(content[: int(fraction * len(content))])
+    with pytest.raises(WrongLayout if fraction < 0.0005 else CorruptTable):
         Table.open(path)
 
 
@@ -99,7 +99,7 @@ def change_digest(file):
 
 
 def change_time(file):
-    file["times"][2, 2, 2] += 1e-12  # with a valid checksum: only the digest can tell
+    file["times"][2, 2, 2] += 1e-12  # the checksum is valid, so only the digest detects it
 
 
 def change_condition(file):
@@ -175,9 +175,9 @@ def link_outside(file):
 
 
 def link_softly(file):
-    file["kept"] = file["status"]
+    file["target"] = file["status"]
     del file["status"]
-    file["status"] = h5py.SoftLink("/kept")
+    file["status"] = h5py.SoftLink("/target")
 
 
 def store_outside(file):
@@ -185,8 +185,8 @@ def store_outside(file):
     del file["times"]
     with open(file.filename + ".raw", "wb") as raw:
         raw.write(times.tobytes())
-    made = file.create_dataset("times", times.shape, "f8", external=[(file.filename + ".raw", 0, times.nbytes)])
-    made.attrs["units"] = text("s")
+    dataset = file.create_dataset("times", times.shape, "f8", external=[(file.filename + ".raw", 0, times.nbytes)])
+    dataset.attrs["units"] = text("s")
 
 
 def leave_out_chunks(file):
@@ -195,7 +195,7 @@ def leave_out_chunks(file):
     file.create_dataset("times", shape, "f8", chunks=(1, 5, 3)).attrs["units"] = text("s")
 
 
-@pytest.mark.parametrize(("damage", "error", "says"), [
+@pytest.mark.parametrize(("damage", "error", "message"), [
     (change_digest, WrongDigest, "The content of the table"), (change_time, WrongDigest, "The content of the table"),
     (change_condition, WrongDigest, "The conditions of the table"),
     (change_condition_below_nine_digits, WrongDigest, "The content of the table"),
@@ -205,28 +205,28 @@ def leave_out_chunks(file):
     (change_type, CorruptTable, "'status' is of type float64, not unsigned"),
     (change_unit, CorruptTable, "'times' is in 'ms', not in 's'"),
     (change_version, WrongLayout, "layout version 2, not 1"), (change_layout, WrongLayout, "not a table"),
-    (change_meanings, WrongLayout, "other meanings"), (change_statuses, CorruptTable, "contradict"),
+    (change_meanings, WrongLayout, "'flag_meanings' of 'status'"), (change_statuses, CorruptTable, "contradict"),
     (remove_version, CorruptTable, "'layout_version' of '/' is missing"),
     (remove_times, CorruptTable, "'times' is missing"), (remove_conditions, CorruptTable, "'conditions' is missing"),
     (link_outside, CorruptTable, "'times' is a link"), (link_softly, CorruptTable, "'status' is a link"),
-    (store_outside, CorruptTable, "'times' lie in another file"),
-    (leave_out_chunks, CorruptTable, "'times' holds less than its shape"),
+    (store_outside, CorruptTable, "'times' are stored in another file"),
+    (leave_out_chunks, CorruptTable, "'times' contains fewer values than its shape"),
 ], ids=lambda value: getattr(value, "__name__", ""))
-def test_what_does_not_match_is_refused_and_said(path, damage, error, says):
+def test_errors_name_the_inconsistency(path, damage, error, message):
     with h5py.File(path, "r+") as file:
         damage(file)
-    with pytest.raises(BadTable, match=says) as caught:
+    with pytest.raises(BadTable, match=message) as caught:
         Table.open(path)
     assert type(caught.value) is error
 
 
-def test_what_is_no_table_is_refused(path, tmp_path):
+def test_files_that_are_not_tables_are_rejected(path, tmp_path):
     with pytest.raises(UnknownName, match=r"no table 'tabel\.h5'\. Did you mean 'table\.h5'"):
         Table.open(tmp_path / "tabel.h5")
     (tmp_path / "note.h5").write_text("not HDF5")
     h5py.File(tmp_path / "empty.h5", "w").close()
-    for name, says in (("note.h5", "is not an HDF5 file"), ("empty.h5", "is not a table")):
-        with pytest.raises(WrongLayout, match=says):
+    for name, message in (("note.h5", "is not an HDF5 file"), ("empty.h5", "is not a table")):
+        with pytest.raises(WrongLayout, match=message):
             Table.open(tmp_path / name)
 
 
@@ -234,7 +234,7 @@ def test_a_failed_write_leaves_the_old_table(table, path, monkeypatch):
     before = path.read_bytes()
     monkeypatch.setattr("slipstick.table.store.content_digest", lambda *_: "0" * 64)
     other = Grid(table.axes, table.times + 1, table.status, table.conditions, table.model)
-    assert other.digest == "0" * 64  # kept: what is read back has the true digest again
+    assert other.digest == "0" * 64  # cached; the table read back computes the true digest
     monkeypatch.undo()
     with pytest.raises(WrongDigest):
         other.write(path)
@@ -253,11 +253,11 @@ while True:
 """
 
 
-def test_a_killed_writer_leaves_no_half_table(table, tmp_path):
+def test_a_killed_writer_leaves_no_partial_table(table, tmp_path):
     other = Grid(table.axes, table.times + 1, table.status, table.conditions, table.model)
     table.write(tmp_path / "first.h5")
     other.write(tmp_path / "second.h5")
-    out, generator, seen = tmp_path / "out.h5", np.random.default_rng(3), set()
+    out, generator, digests = tmp_path / "out.h5", np.random.default_rng(3), set()
     for _ in range(6):
         arguments = [sys.executable, "-c", WRITER, tmp_path / "first.h5", tmp_path / "second.h5", out]
         with subprocess.Popen(arguments, stdout=subprocess.PIPE, cwd=Path(__file__).parents[3]) as writer:
@@ -265,6 +265,6 @@ def test_a_killed_writer_leaves_no_half_table(table, tmp_path):
             time.sleep(generator.uniform(0, 0.06))
             writer.send_signal(signal.SIGKILL)
         if out.exists():
-            seen.add(Table.open(out).digest)
-    assert seen
-    assert seen <= {table.digest, other.digest}
+            digests.add(Table.open(out).digest)
+    assert digests
+    assert digests <= {table.digest, other.digest}

@@ -39,26 +39,26 @@ def path(surrogate, tmp_path):
     return tmp_path / "surrogate.h5"
 
 
-def points(count, seed=2):
+def random_points(count, seed=2):
     return np.random.default_rng(seed).uniform([0.8, 0.5], [1.2, 2.0], (count, 2))
 
 
-def by_hand(surrogate, point):
-    """One point through the network in plain Python, one term after the other."""
+def reference_times(surrogate, point):
+    """Shifting times at one point, from a reference implementation of the network in pure Python."""
     values = [math.sqrt(12) * (x - (axis.lower + axis.upper) / 2) / (axis.upper - axis.lower)
               for x, axis in zip(point, surrogate.axes, strict=True)]
     layers = list(zip(surrogate.network.weights, surrogate.network.biases, strict=True))
     for number, (weight, bias) in enumerate(layers):
-        sums = [sum(value * row[term] for value, row in zip(values, weight, strict=True)) + bias[term]
-                for term in range(len(bias))]
+        sums = [sum(value * row[unit] for value, row in zip(values, weight, strict=True)) + bias[unit]
+                for unit in range(len(bias))]
         values = sums if number == len(layers) - 1 else [a / (1 + math.exp(-a)) for a in sums]
     return values
 
 
-def test_agrees_with_its_slow_twin(surrogate):
-    where = points(40)
-    found = surrogate.interpolate(where, "error")
-    np.testing.assert_allclose(found, [by_hand(surrogate, point) for point in where], rtol=1e-12, atol=1e-12)
+def test_agrees_with_a_reference_implementation(surrogate):
+    points = random_points(40)
+    times = surrogate.interpolate(points, "error")
+    np.testing.assert_allclose(times, [reference_times(surrogate, point) for point in points], rtol=1e-12, atol=1e-12)
 
 
 def test_stays_finite_where_an_exponential_would_overflow():
@@ -67,38 +67,38 @@ def test_stays_finite_where_an_exponential_would_overflow():
 
 
 def test_germs_of_uniform_points_have_mean_0_and_variance_1():
-    found = germs(AXES, points(200_000))
-    assert np.abs(found.mean(axis=0)).max() < 0.01
-    assert np.abs(found.var(axis=0) - 1).max() < 0.01
+    standardised = germs(AXES, random_points(200_000))
+    assert np.abs(standardised.mean(axis=0)).max() < 0.01
+    assert np.abs(standardised.var(axis=0) - 1).max() < 0.01
 
 
-def test_comes_back_as_it_was(surrogate, path):
-    back = Table.open(path)
-    assert isinstance(back, Surrogate)
-    assert back.digest == surrogate.digest
-    assert np.array_equal(back.interpolate(points(9)), surrogate.interpolate(points(9)))
-    assert (back.runs, back.steps, back.seed, back.origin) == (1000, 2000, 7, "a test")
-    assert (back.error.points, back.error.rms.tolist(), back.error.worst.tolist()) == (
+def test_a_written_surrogate_is_read_back_unchanged(surrogate, path):
+    read = Table.open(path)
+    assert isinstance(read, Surrogate)
+    assert read.digest == surrogate.digest
+    assert np.array_equal(read.interpolate(random_points(9)), surrogate.interpolate(random_points(9)))
+    assert (read.runs, read.steps, read.seed, read.origin) == (1000, 2000, 7, "a test")
+    assert (read.error.points, read.error.rms.tolist(), read.error.worst.tolist()) == (
         50, surrogate.error.rms.tolist(), surrogate.error.worst.tolist())
     assert Surrogate.open(path).digest == surrogate.digest
     with pytest.raises(WrongLayout, match="not a table of the kind grid"):
         Grid.open(path)
 
 
-def test_the_digest_covers_all_that_matters_and_nothing_else(surrogate):
-    later = network()
-    later.weights[1][3, 2] = np.nextafter(later.weights[1][3, 2], 9)
-    worse = HeldOut(50, surrogate.error.rms, surrogate.error.worst * 2)
-    changes = [{"network": later}, {"error": worse}, {"error": replace(surrogate.error, points=51)}, {"runs": 1001},
-               {"steps": 2001}, {"seed": 8}, {"model": Model().with_parameters({"gear_ratio": 3.0})},
+def test_the_digest_depends_on_the_content_only(surrogate):
+    other_network = network()
+    other_network.weights[1][3, 2] = np.nextafter(other_network.weights[1][3, 2], 9)
+    other_error = HeldOut(50, surrogate.error.rms, surrogate.error.worst * 2)
+    changes = [{"network": other_network}, {"error": other_error}, {"error": replace(surrogate.error, points=51)},
+               {"runs": 1001}, {"steps": 2001}, {"seed": 8}, {"model": Model().with_parameters({"gear_ratio": 3.0})},
                {"axes": (replace(AXES[0], nominal=1.7), AXES[1])}]
-    others = {replace(surrogate, **change).digest for change in changes}
-    assert len(others | {surrogate.digest}) == len(changes) + 1
-    assert replace(surrogate, origin="other hands").digest == surrogate.digest
+    digests = {replace(surrogate, **change).digest for change in changes}
+    assert len(digests | {surrogate.digest}) == len(changes) + 1
+    assert replace(surrogate, origin="another origin").digest == surrogate.digest
 
 
 @pytest.mark.parametrize("dataset", ["network/0/weight", "network/2/bias", "error/rms", "error/worst"])
-def test_a_flipped_bit_is_refused(path, dataset):
+def test_a_flipped_bit_is_detected(path, dataset):
     with h5py.File(path) as file:
         offset = file[dataset].id.get_chunk_info(0).byte_offset
     content = bytearray(path.read_bytes())
@@ -109,42 +109,42 @@ def test_a_flipped_bit_is_refused(path, dataset):
 
 
 def change_weight(file):
-    file["network/1/weight"][2, 2] += 1e-12  # with a valid checksum: only the digest can tell
+    file["network/1/weight"][2, 2] += 1e-12  # the checksum is valid, so only the digest detects it
 
 
-def flatter_error(file):
+def reduce_error(file):
     file["error/rms"][:] *= 0.1
 
 
-def claim_more_runs(file):
+def increase_runs(file):
     file["network"].attrs["runs"] = 10**6
 
 
-def lose_a_layer(file):
+def remove_layer(file):
     del file["network/1"]
 
 
-def skip_a_layer(file):
+def too_few_layers(file):
     file["network"].attrs["layers"] = 2
 
 
-def claim_no_layers(file):
+def no_layers(file):
     file["network"].attrs["layers"] = 0
 
 
-def claim_no_number(file):
+def nan_seed(file):
     file["network"].attrs["seed"] = np.nan
 
 
-def claim_too_much(file):
+def huge_runs(file):
     file["network"].attrs["runs"] = 1e300
 
 
-def spoil_a_weight(file):
+def nan_bias(file):
     file["network/0/bias"][1] = np.nan
 
 
-def turn_the_error_round(file):
+def worst_below_rms(file):
     file["error/worst"][:] = 0.0
 
 
@@ -152,57 +152,58 @@ def change_unit(file):
     file["error/rms"].attrs["units"] = text("ms")
 
 
-def widen_the_box(file):
+def widen_box(file):
     file["axes/pressure_bias"][1] = 1.3
 
 
-@pytest.mark.parametrize(("damage", "error", "says"), [
-    (change_weight, WrongDigest, "The content"), (flatter_error, WrongDigest, "The content"),
-    (claim_more_runs, WrongDigest, "The content"), (widen_the_box, WrongDigest, "The content"),
-    (lose_a_layer, CorruptTable, "'network/1' is missing"), (skip_a_layer, CorruptTable, "is in '1', not in 's'"),
-    (claim_no_layers, CorruptTable, "layers of the network"), (spoil_a_weight, CorruptTable, "not finite"),
-    (claim_no_number, CorruptTable, "'seed' of 'network' is nan"), (claim_too_much, CorruptTable, "300, no count"),
-    (turn_the_error_round, CorruptTable, "held-out errors are none"),
+@pytest.mark.parametrize(("damage", "error", "message"), [
+    (change_weight, WrongDigest, "The content"), (reduce_error, WrongDigest, "The content"),
+    (increase_runs, WrongDigest, "The content"), (widen_box, WrongDigest, "The content"),
+    (remove_layer, CorruptTable, "'network/1' is missing"), (too_few_layers, CorruptTable, "is in '1', not in 's'"),
+    (no_layers, CorruptTable, "layers of the network"), (nan_bias, CorruptTable, "not finite"),
+    (nan_seed, CorruptTable, "'seed' of 'network' is nan"), (huge_runs, CorruptTable, "300, which is not a count"),
+    (worst_below_rms, CorruptTable, "held-out errors are invalid"),
     (change_unit, CorruptTable, "'error/rms' is in 'ms', not in 's'"),
 ], ids=lambda value: getattr(value, "__name__", ""))
-def test_what_does_not_match_is_refused_and_said(path, damage, error, says):
+def test_errors_name_the_inconsistency(path, damage, error, message):
     broken = path.with_name("broken.h5")
     shutil.copy(path, broken)
     with h5py.File(broken, "r+") as file:
         damage(file)
-    with pytest.raises(error, match=says):
+    with pytest.raises(error, match=message):
         Table.open(broken)
 
 
-def test_conditions_are_matched_by_what_they_are(surrogate):
-    whole = surrogate.interpolate(points(20))
-    few = surrogate.restricted(paper_conditions().take([215, 3]))
-    assert np.array_equal(few.interpolate(points(20)), whole[:, [2, 0]])
-    assert few.error.rms.tolist() == surrogate.error.rms[[2, 0]].tolist()
-    assert np.array_equal(surrogate(points(20), paper_conditions().take([100])), whole[:, [1]])
+def test_conditions_are_matched_by_value(surrogate):
+    points = random_points(20)
+    times = surrogate.interpolate(points)
+    restricted = surrogate.restricted(paper_conditions().take([215, 3]))
+    assert np.array_equal(restricted.interpolate(points), times[:, [2, 0]])
+    assert restricted.error.rms.tolist() == surrogate.error.rms[[2, 0]].tolist()
+    assert np.array_equal(surrogate(points, paper_conditions().take([100])), times[:, [1]])
     with pytest.raises(InvalidValue, match="is not in the table"):
-        surrogate(points(1), paper_conditions().take([3, 4]))
+        surrogate(points[:1], paper_conditions().take([3, 4]))
 
 
-def test_what_lies_outside_is_an_error_the_edge_or_nan_as_for_a_grid(surrogate):
+def test_a_point_outside_is_an_error_clipped_or_nan_as_for_a_grid(surrogate):
     shape = (2, 2, 3)
     grid = Grid(AXES, np.ones(shape), np.zeros(shape, np.uint8), surrogate.conditions, Model())
-    where = np.array([[1.0, 1.0], [0.2, 1.0], [1.0, 2.7], [9.0, -9.0]])
+    points = np.array([[1.0, 1.0], [0.2, 1.0], [1.0, 2.7], [9.0, -9.0]])
     edge = np.array([[1.0, 1.0], [0.8, 1.0], [1.0, 2.0], [1.2, 0.5]])
-    assert np.array_equal(surrogate.interpolate(where, "clip"), surrogate.interpolate(edge, "error"))
-    said = []
+    assert np.array_equal(surrogate.interpolate(points, "clip"), surrogate.interpolate(edge, "error"))
+    messages = []
     for table in (grid, surrogate):
-        assert np.isnan(table.interpolate(where, "nan")).all(axis=1).tolist() == [False, True, True, True]
-        with pytest.raises(OutsideTable, match=r"Point 1 has pressure_bias = 0\.2, outside the table's 0\.8") as caught:
-            table.interpolate(where, "error")
-        said.append(str(caught.value))
-    assert said[0] == said[1]
+        assert np.isnan(table.interpolate(points, "nan")).all(axis=1).tolist() == [False, True, True, True]
+        with pytest.raises(OutsideTable, match=r"Point 1 has pressure_bias = 0\.2, outside the range") as caught:
+            table.interpolate(points, "error")
+        messages.append(str(caught.value))
+    assert messages[0] == messages[1]
     assert surrogate.interpolate(np.empty((0, 2))).shape == (0, 3)
     with pytest.raises(InvalidValue, match="not finite in initial_position"):
         surrogate.interpolate(np.array([[1.0, np.nan]]))
 
 
-def test_is_smooth_so_likelihoods_take_it_without_knots(surrogate):
+def test_likelihood_of_a_smooth_surrogate_needs_no_knots(surrogate):
     assert surrogate.knots is None
     measured = surrogate.interpolate(np.array([[1.0, 1.2]]))[0]
     problem = InferenceProblem(surrogate, surrogate.conditions, measured, surrogate.lower, surrogate.upper, ("a", "b"))
@@ -213,31 +214,32 @@ def test_is_smooth_so_likelihoods_take_it_without_knots(surrogate):
     np.testing.assert_allclose(exact(problem, candidate), sampled, atol=5e-3)
 
 
-def test_contradictions_are_refused(surrogate):
-    wide = (replace(AXES[0], values=np.array([0.8, 1.0, 1.2])), AXES[1])
-    for change, says in [({"network": network((3, 4, 3))}, "does not take 2 axes to 3 conditions"),
-                         ({"network": network((2, 4, 2))}, "does not take 2 axes to 3 conditions"),
-                         ({"error": HeldOut(5, np.ones(2), np.ones(2))}, "not one a condition"),
-                         ({"axes": wide}, "more than its two ends"), ({"axes": AXES[:1] * 2}, "each parameter once")]:
+def test_inconsistent_fields_are_rejected(surrogate):
+    three_values = (replace(AXES[0], values=np.array([0.8, 1.0, 1.2])), AXES[1])
+    for change, message in [({"network": network((3, 4, 3))}, "does not map 2 axes to 3 conditions"),
+                            ({"network": network((2, 4, 2))}, "does not map 2 axes to 3 conditions"),
+                            ({"error": HeldOut(5, np.ones(2), np.ones(2))}, "The number of held-out errors"),
+                            ({"axes": three_values}, "more than two values"),
+                            ({"axes": AXES[:1] * 2}, "each parameter once")]:
         with pytest.raises(InvalidValue) as caught:
             replace(surrogate, **change)
-        assert says in str(caught.value)
+        assert message in str(caught.value)
     with pytest.raises(InvalidValue, match="held-out errors"):
         HeldOut(0, np.ones(2), np.ones(2))
-    one = network((2, 4, 3))
-    with pytest.raises(InvalidValue, match="do not fit together"):
-        Network(one.weights[::-1], one.biases[::-1])
-    with pytest.raises(InvalidValue, match="do not fit together"):
-        Network(one.weights[:1], one.biases)
+    valid = network((2, 4, 3))
+    with pytest.raises(InvalidValue, match="layers of the network are inconsistent"):
+        Network(valid.weights[::-1], valid.biases[::-1])
+    with pytest.raises(InvalidValue, match="layers of the network are inconsistent"):
+        Network(valid.weights[:1], valid.biases)
 
 
-def test_an_error_is_its_rms_and_its_worst():
+def test_held_out_error_is_the_rms_and_the_largest_difference():
     error = HeldOut.of(np.array([[3e-3, -1e-3], [-4e-3, 1e-3]]))
     np.testing.assert_allclose(error.rms, [np.sqrt(12.5) * 1e-3, 1e-3])
     assert (error.points, error.worst.tolist()) == (2, [4e-3, 1e-3])
     assert error.overall_rms == pytest.approx(np.sqrt((12.5 + 1) / 2) * 1e-3)
 
 
-def test_travels_to_another_process(surrogate):
-    surrogate(points(1), surrogate.conditions.take([1]))
+def test_can_be_pickled(surrogate):
+    surrogate(random_points(1), surrogate.conditions.take([1]))
     assert pickle.loads(pickle.dumps(surrogate)).digest == surrogate.digest

@@ -10,29 +10,29 @@ from slipstick.errors import InvalidValue
 from slipstick.table import Axis, Grid
 
 
-def test_conditions_are_matched_by_what_they_are(table):
+def test_conditions_are_matched_by_value(table):
     points = np.random.default_rng(2).uniform(0.6, 1.4, (20, 2))
-    whole = table.interpolate(points)
+    times = table.interpolate(points)
     paper = paper_conditions()
-    assert np.array_equal(table(points, table.conditions), whole)
-    assert np.array_equal(table(points, paper.take([215, 3])), whole[:, [2, 0]])
+    assert np.array_equal(table(points, table.conditions), times)
+    assert np.array_equal(table(points, paper.take([215, 3])), times[:, [2, 0]])
     rounded = replace(paper.take([100]), motor_speed=paper.motor_speed[[100]] * (1 + 1e-13))
-    assert np.array_equal(table(points, rounded), whole[:, [1]])
+    assert np.array_equal(table(points, rounded), times[:, [1]])
 
 
-def test_unknown_conditions_are_refused(table):
+def test_unknown_conditions_are_rejected(table):
     paper = paper_conditions()
     for other in (paper.take([3, 4]), replace(paper.take([100, 3]), profile_current=paper.profile_current * 1.001)):
         with pytest.raises(InvalidValue, match="is not in the table"):
             table(np.ones((1, 2)), other)
 
 
-def test_points_outside_are_clipped_by_the_model_protocol(table):
+def test_points_outside_are_clipped_when_the_table_is_called(table):
     assert np.array_equal(table(np.array([[0.1, 1.0]]), table.conditions), table.interpolate(np.array([[0.5, 1.0]])))
     assert (table.lower.tolist(), table.upper.tolist()) == ([0.5, 0.5], [1.5, 1.5])
 
 
-def test_the_digest_covers_all_that_matters_and_nothing_else(table):
+def test_the_digest_depends_on_the_content_only(table):
     axes, times, status = table.axes, table.times, table.status
     faster = replace(table.conditions, motor_speed=table.conditions.motor_speed * 1.01)
     later = times.copy()
@@ -48,40 +48,40 @@ def test_the_digest_covers_all_that_matters_and_nothing_else(table):
                          {"values": axes[0].values + 0.01})),
     ]
     assert len({table.digest, *(other.digest for other in others)}) == len(others) + 1
-    assert Grid(axes, times.copy(), status, table.conditions, Model(), "other hands").digest == table.digest
+    assert Grid(axes, times.copy(), status, table.conditions, Model(), "another origin").digest == table.digest
 
 
-def test_the_run_order_counts_only_where_an_effect_looks_at_it(table, tmp_path):
+def test_the_run_order_matters_only_if_an_effect_depends_on_it(table, tmp_path):
     drifting = Model().with_effect("temperature_drift", {"drift": 0.02})
     ordered, other = (replace(table.conditions, run_order=np.array(order)) for order in ([2, 0, 1], [0, 2, 1]))
-    plain, drift = replace(table, conditions=ordered), replace(table, conditions=ordered, model=drifting)
-    assert plain.digest == table.digest
+    constant, drift = replace(table, conditions=ordered), replace(table, conditions=ordered, model=drifting)
+    assert constant.digest == table.digest
     assert drift.digest != replace(drift, conditions=other).digest
     points = np.ones((1, 2))
-    for name, one in (("plain", plain), ("drift", drift)):
-        one.write(tmp_path / name)
-        back = Grid.open(tmp_path / name)
-        assert back.digest == one.digest
-        assert np.array_equal(back(points, ordered.take([1, 2])), one.interpolate(points)[:, 1:], equal_nan=True)
-    assert Grid.open(tmp_path / "plain").conditions.run_order is None
-    assert np.array_equal(plain(points, other), plain.interpolate(points), equal_nan=True)
+    for name, written in (("constant", constant), ("drift", drift)):
+        written.write(tmp_path / name)
+        read = Grid.open(tmp_path / name)
+        assert read.digest == written.digest
+        assert np.array_equal(read(points, ordered.take([1, 2])), written.interpolate(points)[:, 1:], equal_nan=True)
+    assert Grid.open(tmp_path / "constant").conditions.run_order is None
+    assert np.array_equal(constant(points, other), constant.interpolate(points), equal_nan=True)
     for unknown in (other, table.conditions):
-        with pytest.raises(InvalidValue, match="not in the table at its place in the run order"):
+        with pytest.raises(InvalidValue, match="not in the table at its position in the run order"):
             drift(points, unknown)
 
 
-def test_contradictions_are_refused(table):
+def test_inconsistent_fields_are_rejected(table):
     locked = np.zeros_like(table.status)
-    for change, says in [({"status": locked}, "contradict"), ({"status": table.status + 3}, "contradict"),
-                         ({"times": table.times[:-1]}, "not float64"), ({"axes": table.axes[:1] * 2}, "axes"),
-                         ({"times": table.times.astype("f4")}, "float32")]:
-        with pytest.raises(InvalidValue, match=says):
+    for change, message in [({"status": locked}, "contradict"), ({"status": table.status + 3}, "contradict"),
+                            ({"times": table.times[:-1]}, "not float64"), ({"axes": table.axes[:1] * 2}, "axes"),
+                            ({"times": table.times.astype("f4")}, "float32")]:
+        with pytest.raises(InvalidValue, match=message):
             replace(table, **change)
     for values in ([1.0], [1.0, 1.0], [1.0, np.nan], [2.0, 1.0]):
         with pytest.raises(InvalidValue, match="pressure_bias"):
             Axis("pressure_bias", np.array(values), 1.6, "bar")
 
 
-def test_travels_to_another_process(table):
+def test_can_be_pickled(table):
     table(np.ones((1, 2)), table.conditions.take([1]))
     assert pickle.loads(pickle.dumps(table)).digest == table.digest

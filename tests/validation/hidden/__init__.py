@@ -1,4 +1,4 @@
-"""An independent bench that records engagements with a hidden effect (README.md)."""
+"""An independent simulated test bench that generates recordings with hidden effects (README.md)."""
 
 from .case import EFFECTS, Case, generate, simulate
 from .catalogue import PHYSICAL, UNLISTED

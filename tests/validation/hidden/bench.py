@@ -1,7 +1,8 @@
-"""The bench: the paper's equations as the reference README spells them out, with every quantity open to effects.
+"""The equations of the bench: those of the paper, in which effects can change every quantity.
 
-Lanes are engagements. States: pressure, its rate, piston, input and output speed, and the memories of effects
-(dissipated energy, contact time, lagged friction and converter torque, shaft twist), idle where none uses them.
+Lanes are engagements. States: pressure and its rate, piston position, input and output speed, and the states of effects
+(dissipated energy, contact time, lagged friction and converter torque, shaft twist), which have no influence unless an
+effect uses them. A phase consists of the piece of the current, the mode (rest, slip or stick) and the sign of the slip.
 """
 
 from collections.abc import Mapping
@@ -16,16 +17,17 @@ from .nominal import CAPACITY, SPEED_RATIO, TORQUE_RATIO
 REST, SLIP, STICK = range(3)
 PRESSURE, RATE, PISTON, INPUT, OUTPUT, ENERGY, CONTACT, FRICTION, CONVERTER, TWIST = range(10)
 TOLERANCE = np.array([1e-6, 1e-4, 1e-10, 1e-6, 1e-6, 1e-3, 1e-7, 1e-4, 1e-4, 1e-9])[:, None]
-RING_DAMPING = 0.08  # of the critical one
+RING_DAMPING = 0.08  # damping ratio of the shaft oscillation after lock-up
 
 Quantities = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Bench:
-    """n engagements: `values` of the parameters, conditions, place in the sequence (0 to 1), each (n,).
+    """n engagements: `values` of the parameters, conditions, and position in the test sequence (0 to 1), each (n,).
 
-    The current runs through `knot_current` at `knot_time`, (n, m); the last knots may repeat.
+    The current is linear between the values `knot_current` at the times `knot_time`, (n, m); the last knot may be
+    repeated.
     """
 
     values: Mapping[str, np.ndarray]
@@ -40,23 +42,23 @@ class Bench:
     tolerance = TOLERANCE
 
     def take(self, lanes: np.ndarray) -> "Bench":
-        """Return the engagements `lanes`, which may repeat."""
+        """Return the engagements at the indices `lanes`, which may repeat."""
         columns = {field.name: getattr(self, field.name) for field in fields(self)}
-        taken = {name: column[lanes] for name, column in columns.items() if isinstance(column, np.ndarray)}
-        return replace(self, values={name: value[lanes] for name, value in self.values.items()}, **taken)
+        arrays = {name: column[lanes] for name, column in columns.items() if isinstance(column, np.ndarray)}
+        return replace(self, values={name: value[lanes] for name, value in self.values.items()}, **arrays)
 
     @cached_property
-    def _acting(self) -> dict[str, list[tuple[Effect, float]]]:
-        acting: dict[str, list[tuple[Effect, float]]] = {}
+    def _effects_on(self) -> dict[str, list[tuple[Effect, float]]]:
+        effects_on: dict[str, list[tuple[Effect, float]]] = {}
         for effect, strength in self.effects:
-            acting.setdefault(effect.quantity, []).append((effect, strength))
-        return acting
+            effects_on.setdefault(effect.quantity, []).append((effect, strength))
+        return effects_on
 
-    def _acted(self, quantity: str, value: np.ndarray, now: Quantities) -> np.ndarray:
-        for effect, strength in self._acting.get(quantity, ()):
-            change = effect.law(strength, now[effect.abscissa])
+    def _with_effects(self, quantity: str, value: np.ndarray, q: Quantities) -> np.ndarray:
+        for effect, strength in self._effects_on.get(quantity, ()):
+            change = effect.law(strength, q[effect.abscissa])
             value = value * change if effect.kind == "ratio" else value + change
-        now[quantity] = value
+        q[quantity] = value
         return value
 
     def limit(self, phase: np.ndarray) -> np.ndarray:
@@ -66,7 +68,7 @@ class Bench:
         phase[0, lanes] += 1
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return states and phases at time 0: the input runs where the converter balances its losses."""
+        """Return states and phases at time 0, with the input speed at which converter torque and losses balance."""
         n = len(self.motor_speed)
         state, phase = np.zeros((len(TOLERANCE), n)), np.zeros((3, n), int)
         phase[2] = 1
@@ -74,113 +76,120 @@ class Bench:
         low, high = 0.5 * self.motor_speed, self.motor_speed.copy()
         for _ in range(60):
             state[INPUT] = (low + high) / 2
-            now = self.quantities(np.zeros(n), state, phase)
-            driven = now["converter_torque"] > now["input_drag"]
+            q = self.quantities(np.zeros(n), state, phase)
+            driven = q["converter_torque"] > q["input_drag"]
             low, high = np.where(driven, state[INPUT], low), np.where(driven, high, state[INPUT])
-        state[CONVERTER] = now["converter_torque"]
-        dragged = self.quantities(np.zeros(n), state, phase)["margin"] < 0
-        phase[1, dragged] = SLIP
+        state[CONVERTER] = q["converter_torque"]
+        slipping = self.quantities(np.zeros(n), state, phase)["margin"] < 0
+        phase[1, slipping] = SLIP
         return state, phase
 
     def rates(self, time: np.ndarray, state: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        now = self.quantities(time, state, phase)
-        return now["rates"], now["margin"]
+        q = self.quantities(time, state, phase)
+        return q["rates"], q["margin"]
 
     def switch(self, time: np.ndarray, state: np.ndarray, phase: np.ndarray, lanes: np.ndarray) -> None:
         if not len(lanes):
             return
-        # rest -> slip; slip -> stick where the shafts have met, else the load has stopped -> rest; stick -> slip
-        here, mode = state[:, lanes], phase[1, lanes]
+        # Transitions: rest -> slip, stick -> slip, and slip -> stick if the speeds are equal, otherwise slip -> rest.
+        new_state, mode = state[:, lanes], phase[1, lanes]
         ratio = self.values["gr"][lanes]
-        met = (mode == SLIP) & (phase[2, lanes] * (here[INPUT] / ratio - here[OUTPUT]) < 0)
-        now = self.take(lanes).quantities(time[lanes], here, phase[:, lanes])
-        here[OUTPUT] = np.where(met, here[INPUT] / ratio, np.where(mode == SLIP, 0, here[OUTPUT]))
-        here[TWIST] = np.where(met, now["shaft_compliance"] * now["output_torque"], here[TWIST])
-        phase[1, lanes] = np.where(met, STICK, np.where(mode == SLIP, REST, SLIP))
-        phase[2, lanes] = np.where(mode == STICK, np.sign(now["output_torque"]), phase[2, lanes])
-        state[:, lanes] = here
+        synchronised = (mode == SLIP) & (phase[2, lanes] * (new_state[INPUT] / ratio - new_state[OUTPUT]) < 0)
+        q = self.take(lanes).quantities(time[lanes], new_state, phase[:, lanes])
+        stopped = (mode == SLIP) & ~synchronised
+        new_state[OUTPUT] = np.where(stopped, 0, np.where(synchronised, new_state[INPUT] / ratio, new_state[OUTPUT]))
+        new_state[TWIST] = np.where(synchronised, q["shaft_compliance"] * q["output_torque"], new_state[TWIST])
+        phase[1, lanes] = np.where(synchronised, STICK, np.where(mode == SLIP, REST, SLIP))
+        phase[2, lanes] = np.where(mode == STICK, np.sign(q["output_torque"]), phase[2, lanes])
+        state[:, lanes] = new_state
 
     def quantities(self, time: np.ndarray, state: np.ndarray, phase: np.ndarray) -> Quantities:
-        """Return every quantity of the equations, (n,) each, the `rates` of the states and the `margin`."""
-        now: Quantities = {
+        """Return all quantities of the equations, (n,) each, with the `rates` of the states and the `margin`.
+
+        The mode of an engagement ends when its margin becomes negative.
+        """
+        q: Quantities = {
             "time": time, "sequence": self.sequence, "motor_speed": self.motor_speed, "pressure": state[PRESSURE],
             "piston": state[PISTON], "input_speed": state[INPUT], "output_speed": state[OUTPUT],
             "energy": state[ENERGY], "contact_time": state[CONTACT], "pump_angle": 0.5 * self.motor_speed * time,
         }
         rates = np.zeros_like(state)
-        self._hydraulics(now, rates, state, phase)
-        self._clutch(now, rates, state, phase)
-        self._shafts(now, rates, state, phase)
-        now["rates"] = rates
-        return now
+        self._hydraulics(q, rates, state, phase)
+        self._clutch(q, rates, state, phase)
+        self._shafts(q, rates, state, phase)
+        q["rates"] = rates
+        return q
 
-    def _hydraulics(self, now: Quantities, rates: np.ndarray, state: np.ndarray, phase: np.ndarray) -> None:
+    def _hydraulics(self, q: Quantities, rates: np.ndarray, state: np.ndarray, phase: np.ndarray) -> None:
         v, lane, piece = self.values, np.arange(phase.shape[1]), phase[0]
         time, before = self.knot_time[lane, piece], self.knot_current[lane, piece]
         slope = (self.knot_current[lane, piece + 1] - before) / (self.knot_time[lane, piece + 1] - time)
-        now["current"] = before + slope * (now["time"] - time)
-        beside = {"current": now["current"] + 1e-6}
-        current = self._acted("valve_current", now["current"], now)
-        slope = slope * (self._acted("valve_current", beside["current"], beside) - current) / 1e-6
-        gain = self._acted("pressure_gain", v["k"], now)
-        demand = self._acted("pressure_demand", gain * (current - v["a"]), now)
+        q["current"] = before + slope * (q["time"] - time)
+        shifted = {"current": q["current"] + 1e-6}
+        current = self._with_effects("valve_current", q["current"], q)
+        slope = slope * (self._with_effects("valve_current", shifted["current"], shifted) - current) / 1e-6
+        gain = self._with_effects("pressure_gain", v["k"], q)
+        demand = self._with_effects("pressure_demand", gain * (current - v["a"]), q)
         rates[PRESSURE] = state[RATE]
         rates[RATE] = (6 * (demand - state[PRESSURE]) / v["tau"] - 4 * state[RATE] - 2 * gain * slope) / v["tau"]
 
-        chamber = self._acted("chamber_pressure", state[PRESSURE], now)
-        spring = self._acted("spring_rate", v["d2"], now) * state[PISTON]
-        feed = self._acted("piston_feed", v["a2"], now) * state[RATE]
-        now["driving_pressure"] = chamber - v["aa"] + (feed - spring) / v["b2"]
-        now["free_piston_rate"] = v["b2"] / v["c2"] * self._acted("net_pressure", now["driving_pressure"], now)
-        rates[PISTON] = self._acted("piston_rate", now["free_piston_rate"], now)
+        chamber = self._with_effects("chamber_pressure", state[PRESSURE], q)
+        spring = self._with_effects("spring_rate", v["d2"], q) * state[PISTON]
+        feed = self._with_effects("piston_feed", v["a2"], q) * state[RATE]
+        q["driving_pressure"] = chamber - v["aa"] + (feed - spring) / v["b2"]
+        q["free_piston_rate"] = v["b2"] / v["c2"] * self._with_effects("net_pressure", q["driving_pressure"], q)
+        rates[PISTON] = self._with_effects("piston_rate", q["free_piston_rate"], q)
 
-    def _clutch(self, now: Quantities, rates: np.ndarray, state: np.ndarray, phase: np.ndarray) -> None:
+    def _clutch(self, q: Quantities, rates: np.ndarray, state: np.ndarray, phase: np.ndarray) -> None:
         v = self.values
-        end = self._acted("clearance", v["z_contact"], now)
-        z = np.minimum(end, np.maximum(0, self._acted("oil_temperature_gain", v["kT"], now) * state[PISTON]))
-        s = np.minimum(np.maximum(0, (z / end - 1 + v["eps"]) / v["eps"]), 1)
+        clearance = self._with_effects("clearance", v["z_contact"], q)
+        z = np.minimum(clearance, np.maximum(0, self._with_effects("oil_temperature_gain", v["kT"], q) * state[PISTON]))
+        s = np.minimum(np.maximum(0, (z / clearance - 1 + v["eps"]) / v["eps"]), 1)
         regime = s * s * (3 - 2 * s)
-        contact = z / (end - v["beta"]) * np.maximum(0, now["chamber_pressure"])
+        contact = z / (clearance - v["beta"]) * np.maximum(0, q["chamber_pressure"])
         slip = state[INPUT] / v["gr"] - state[OUTPUT]
-        now.update(piston_position=z, contact_pressure=contact, slip=np.abs(slip),
+        q.update(piston_position=z, contact_pressure=contact, slip=np.abs(slip),
                    load_point=self.motor_speed / 150 * contact / 5)
-        friction = regime * self._acted("friction_coefficient", v["alpha"], now) * 1e5 * contact
-        friction = self._lagged("friction_lag", FRICTION, friction, now, rates, state)
-        over_gap = np.where(s > 0, (1 - s) * (1 + 2 * s) / (v["eps"] * end), 1 / np.maximum(end - z, v["eps"] * end))
-        now["friction_torque"] = friction
-        now["slip_torque"] = friction * phase[2] + self._acted("film_coefficient", v["gamma"], now) * over_gap * slip
+        friction = regime * self._with_effects("friction_coefficient", v["alpha"], q) * 1e5 * contact
+        friction = self._lagged("friction_lag", FRICTION, friction, q, rates, state)
+        film = self._with_effects("film_coefficient", v["gamma"], q)
+        shortest = v["eps"] * clearance
+        inverse_gap = np.where(s > 0, (1 - s) * (1 + 2 * s) / shortest, 1 / np.maximum(clearance - z, shortest))
+        q["friction_torque"] = friction
+        q["slip_torque"] = friction * phase[2] + film * inverse_gap * slip
         rates[ENERGY] = np.where(phase[1] == STICK, 0, friction * v["gr"] * np.abs(slip))
         rates[CONTACT] = regime
 
-    def _shafts(self, now: Quantities, rates: np.ndarray, state: np.ndarray, phase: np.ndarray) -> None:
+    def _shafts(self, q: Quantities, rates: np.ndarray, state: np.ndarray, phase: np.ndarray) -> None:
         v, mode, speed, ratio = self.values, phase[1], state[INPUT], state[INPUT] / self.motor_speed
         factor = np.interp(ratio, SPEED_RATIO, TORQUE_RATIO) / np.interp(ratio, SPEED_RATIO, CAPACITY) ** 2
-        converter = self._acted("converter_torque", self.motor_speed**2 * factor, now)
-        lagged = self._lagged("converter_lag", CONVERTER, converter, now, rates, state)
-        drive = lagged - self._acted("input_drag", v["biv"] * speed + v["Tic"], now)
-        brake = self._acted("brake_torque", self.brake_torque, now)
-        load = self._acted("load_torque", v["bov"] * state[OUTPUT] + brake, now)
+        converter = self._with_effects("converter_torque", self.motor_speed**2 * factor, q)
+        lagged = self._lagged("converter_lag", CONVERTER, converter, q, rates, state)
+        drive = lagged - self._with_effects("input_drag", v["biv"] * speed + v["Tic"], q)
+        brake = self._with_effects("brake_torque", self.brake_torque, q)
+        load = self._with_effects("load_torque", v["bov"] * state[OUTPUT] + brake, q)
 
-        apart = speed / v["gr"] - state[OUTPUT]
+        slip = speed / v["gr"] - state[OUTPUT]
         rigid = (drive - load / v["gr"]) / (v["Ji"] + self.load_inertia / v["gr"] ** 2)
-        held = drive - v["Ji"] * rigid
-        grip = now["friction_torque"] * (1 + 1e-6) - np.abs(held)
-        compliance = self._acted("shaft_compliance", np.zeros_like(speed), now)
-        if "shaft_compliance" in self._acting:  # what twists has locked for good
+        held_torque = drive - v["Ji"] * rigid
+        stick_margin = q["friction_torque"] * (1 + 1e-6) - np.abs(held_torque)
+        compliance = self._with_effects("shaft_compliance", np.zeros_like(speed), q)
+        if "shaft_compliance" in self._effects_on:  # a compliant shaft never slips again after lock-up
             reduced = 1 / (1 / self.load_inertia + 1 / (v["Ji"] * v["gr"] ** 2))
-            held = (state[TWIST] / compliance + 2 * RING_DAMPING * np.sqrt(reduced / compliance) * apart) / v["gr"]
-            grip = np.ones_like(speed)
-            rates[TWIST] = np.where(mode == STICK, apart, 0)
-        torque = np.where(mode == STICK, held, now["slip_torque"])
+            damping = 2 * RING_DAMPING * np.sqrt(reduced / compliance)
+            held_torque = (state[TWIST] / compliance + damping * slip) / v["gr"]
+            stick_margin = np.ones_like(speed)
+            rates[TWIST] = np.where(mode == STICK, slip, 0)
+        torque = np.where(mode == STICK, held_torque, q["slip_torque"])
         rates[INPUT] = (drive - torque) / v["Ji"]
         rates[OUTPUT] = np.where(mode == REST, 0, (v["gr"] * torque - load) / self.load_inertia)
-        now["output_torque"] = v["gr"] * torque
-        now["margin"] = np.choose(
-            mode, [load - v["gr"] * torque, np.minimum(phase[2] * apart, state[OUTPUT]), grip])
+        q["output_torque"] = v["gr"] * torque
+        q["margin"] = np.choose(
+            mode, [load - v["gr"] * torque, np.minimum(phase[2] * slip, state[OUTPUT]), stick_margin])
 
-    def _lagged(self, lag: str, memory: int, value: np.ndarray, now: Quantities,
+    def _lagged(self, lag: str, memory: int, value: np.ndarray, q: Quantities,
                 rates: np.ndarray, state: np.ndarray) -> np.ndarray:
-        if lag not in self._acting:
+        if lag not in self._effects_on:
             return value
-        rates[memory] = (value - state[memory]) / self._acted(lag, np.zeros_like(value), now)
+        rates[memory] = (value - state[memory]) / self._with_effects(lag, np.zeros_like(value), q)
         return state[memory]

@@ -1,4 +1,4 @@
-"""A sealed case: hidden effects, a seed, and how far the bench is from nominal; its recordings and its truth."""
+"""A case: hidden effects, random seed, and deviations from the nominal bench; it determines the recordings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,18 +15,20 @@ from .valve import play
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")
-TIME_NOISE, TIME_STEP = 0.3, 1e-4  # s of std for each unit of the noise share; s
+TIME_NOISE = 0.3  # s, std of the shifting-time noise per unit of `Case.noise`
+TIME_STEP = 1e-4  # s, resolution of the shifting times
 
 
 @dataclass(frozen=True)
 class Case:
-    """What decides a set of recordings; the same case gives the same file.
+    """The specification of a set of recordings; equal cases give identical files.
 
-    `effects` maps names in `EFFECTS` to strengths. `noise` is the std of every sensor's noise as a share of its
-    signal's range over the recordings, and 0.3 s times it is that of the shifting time (3 ms at 0.01). `count` of
-    the 216 conditions are run, every level of every factor about equally often. `shift`: how far the seven uncertain
-    parameters are from nominal: a normal few percent (std 3 %, at most 8), 10 % up or down, or none. The run-to-run
-    scatter `SCATTER` is multiplied by `scatter`; where it is `drifting`, that of `DRIFTING` creeps along the sequence.
+    `effects` maps names in `EFFECTS` to strengths. `noise` is the noise std of every sensor as a fraction of the range
+    of its signal; the noise std of the shifting time is 0.3 s times `noise` (3 ms at 0.01). `count` of the 216
+    conditions are run, with every level of every factor about equally often. `shift` is the deviation of the seven
+    uncertain parameters from nominal: normal with a std of 3 %, clipped to 8 %; 10 % up or down; or none. The
+    run-to-run scatter `SCATTER` is multiplied by `scatter`. If `drifting`, the scatter of the parameters `DRIFTING` is
+    autocorrelated along the test sequence.
     """
 
     effects: Mapping[str, float] = field(default_factory=dict)
@@ -42,7 +44,7 @@ class Case:
 def simulate(case: Case, relative: float = 1e-8) -> Run:
     """Run the case without noise."""
     random = np.random.default_rng([case.seed, 1])
-    conditions = _chosen(case.count, random)
+    conditions = _balanced_conditions(case.count, random)
     order = random.permutation(len(conditions))
     return observe(_bench(case, conditions, order, random), conditions, order, relative)
 
@@ -58,15 +60,16 @@ def generate(case: Case) -> tuple[Run, np.ndarray, sensors.Signals]:
 
 def _bench(case: Case, conditions: np.ndarray, order: np.ndarray, random: np.random.Generator) -> Bench:
     n = len(conditions)
-    moved = random.standard_normal(len(nominal.UNCERTAIN))
-    shift = {"few percent": np.clip(0.03 * moved, -0.08, 0.08), "ten percent": 0.1 * np.sign(moved), "none": 0 * moved}
+    normals = random.standard_normal(len(nominal.UNCERTAIN))
+    shift = {"few percent": np.clip(0.03 * normals, -0.08, 0.08), "ten percent": 0.1 * np.sign(normals),
+             "none": 0 * normals}
     factor = dict(zip(nominal.UNCERTAIN, 1 + shift[case.shift], strict=True))
     values = {name: np.full(n, value * factor.get(name, 1.0)) for name, value in nominal.PARAMETERS.items()}
     for name, std in SCATTER.items():
-        germ = random.standard_normal(n)
+        normals = random.standard_normal(n)
         if case.drifting and name in DRIFTING:
-            germ = _creeping(germ)[order]
-        values[name] = values[name] * (1 + case.scatter * std * germ)
+            normals = _autocorrelated(normals)[order]
+        values[name] = values[name] * (1 + case.scatter * std * normals)
     effects = tuple((EFFECTS[name], strength) for name, strength in case.effects.items() if strength)
     profile = nominal.PROFILE_TIME, nominal.PROFILE_CURRENT
     for effect, strength in effects:
@@ -77,14 +80,14 @@ def _bench(case: Case, conditions: np.ndarray, order: np.ndarray, random: np.ran
                  nominal.BRAKE_TORQUE[conditions], order / max(n - 1, 1), time, current, effects)
 
 
-def _creeping(germ: np.ndarray, memory: float = 0.95) -> np.ndarray:
-    crept = germ.copy()
-    for here in range(1, len(germ)):
-        crept[here] = memory * crept[here - 1] + np.sqrt(1 - memory**2) * germ[here]
-    return crept
+def _autocorrelated(normals: np.ndarray, correlation: float = 0.95) -> np.ndarray:
+    process = normals.copy()
+    for i in range(1, len(normals)):
+        process[i] = correlation * process[i - 1] + np.sqrt(1 - correlation**2) * normals[i]
+    return process
 
 
-def _chosen(count: int, random: np.random.Generator) -> np.ndarray:
+def _balanced_conditions(count: int, random: np.random.Generator) -> np.ndarray:
     factors = (nominal.PROFILE, nominal.MOTOR_SPEED, nominal.LOAD_INERTIA, nominal.BRAKE_TORQUE)
     levels = np.array([np.unique(factor, return_inverse=True)[1] for factor in factors])
     chosen: list[int] = []

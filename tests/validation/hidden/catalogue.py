@@ -1,7 +1,7 @@
-"""Effects that a catalogue would list, in forms of the bench's own, and some (`UNLISTED`) that no catalogue does.
+"""The effects of the bench: `PHYSICAL` ones, which a catalogue would list, and `UNLISTED` ones, which it would not.
 
-Exponents, saturations and small second terms depart on purpose from the textbook forms, as nature would.
-Units: bar, A, m, s, rad/s, N m, J; `sequence` runs from 0 at the first run to 1 at the last.
+Exponents, saturations and small second terms differ on purpose from the textbook forms, as real effects do.
+Units: bar, A, m, s, rad/s, N m, J; `sequence` increases from 0 for the first run to 1 for the last.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""What a hidden effect is: a law for how one quantity of the bench depends on another."""
+"""A hidden effect: a law for the dependence of one quantity of the bench on another."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ Law = Callable[[float, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Effect:
-    """`quantity` is multiplied by ("ratio"), or added to it is ("difference"), `law(strength, abscissa)`.
+    """`law(strength, abscissa)` multiplies `quantity` if `kind` is "ratio" and is added to it if it is "difference".
 
-    `law(0, x)` is neutral; `strength` has the `unit`, and is plausible and visible at `typical`. `block` is the part
-    of the model that the effect acts in. Where `quantity` is a lag, a width or a compliance, which the plain bench
-    lacks, the law is its size.
+    `law(0, x)` is neutral. `strength` has the unit `unit`; at `typical` it is plausible and its effect visible. `block`
+    is the part of the model in which the effect acts. If `quantity` is a lag, width or compliance, which is zero in the
+    bench without effects, the law gives its value.
     """
 
     name: str

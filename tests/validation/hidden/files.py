@@ -1,4 +1,4 @@
-"""The sealed file of a case, in the layout of the bench's recordings, and its truth, told only when asked."""
+"""The HDF5 file of a case, in the layout of the shipped recordings, and separately its truth."""
 
 import json
 from pathlib import Path
@@ -19,20 +19,20 @@ _PARAMETERS = {"friction_coefficient": "alpha", "pressure_gain": "k", "film_coef
 
 
 def write(path: Path, case: Case) -> None:
-    """Write the recordings of `case`; nothing in the file depends on the names of its effects."""
+    """Write the recordings of `case`; the file does not contain the names of the effects."""
     run, shifting_time, signals = generate(case)
-    chosen = run.conditions
+    conditions = run.conditions
     with h5py.File(path, "w") as file:
-        file.attrs["description"] = f"Simulated test-bench recordings of {len(chosen)} clutch engagements; " \
+        file.attrs["description"] = f"Simulated test-bench recordings of {len(conditions)} clutch engagements; " \
                                     "t = 0 is the shift command"
 
         def put(name: str, values: np.ndarray, unit: str, **storage: Any) -> None:
             file.create_dataset(name, data=values, **storage).attrs["units"] = unit
 
-        put("conditions/current_profile", nominal.PROFILE[chosen], "1")
-        put("conditions/motor_speed", nominal.MOTOR_SPEED[chosen], "rad/s")
-        put("conditions/load_inertia", nominal.LOAD_INERTIA[chosen], "kg m^2")
-        put("conditions/brake_torque", nominal.BRAKE_TORQUE[chosen], "N m")
+        put("conditions/current_profile", nominal.PROFILE[conditions], "1")
+        put("conditions/motor_speed", nominal.MOTOR_SPEED[conditions], "rad/s")
+        put("conditions/load_inertia", nominal.LOAD_INERTIA[conditions], "kg m^2")
+        put("conditions/brake_torque", nominal.BRAKE_TORQUE[conditions], "N m")
         put("conditions/run_order", run.order, "1")
         put("current_profiles/time", nominal.PROFILE_TIME, "s")
         put("current_profiles/current", nominal.PROFILE_CURRENT, "A")
@@ -40,16 +40,16 @@ def write(path: Path, case: Case) -> None:
         if case.signals:
             put("signals/time", TIME, "s")
             for name, unit in _UNITS.items():
-                chunks = (min(27, len(chosen)), len(TIME))
+                chunks = (min(27, len(conditions)), len(TIME))
                 put(f"signals/{name}", signals[name], unit, compression="gzip", chunks=chunks)
 
 
 def truth(case: Case) -> dict[str, Any]:
-    """Return what `write` hides, ready for JSON: the effects, the parameters of the runs, the `changed` quantities.
+    """Return the truth that `write` does not store, ready for JSON: effects, parameters and `changed` quantities.
 
-    Each of these is a table over the part of the abscissa that the runs visit (from its 1 to its 99 % quantile):
-    `grid`, the `change` there (of `kind` ratio or difference), the share of `visits`, and where the quantity is a
-    parameter its `base` (mean over the runs), which a ratio multiplies.
+    An entry of `changed` tabulates an effect between the 1 % and the 99 % quantile of its abscissa over the runs: the
+    `grid`, the `change` at its points (of `kind` ratio or difference), the fraction of `visits` to each point and, if
+    the quantity is a parameter, its `base` (mean over the runs), to which a ratio applies.
     """
     run = simulate(case)
     means = {name: float(np.mean(values)) for name, values in run.bench.values.items()}
@@ -78,7 +78,7 @@ def _changed(effect: Effect, strength: float, run: Run, means: dict[str, float])
 
 
 def _visited(effect: Effect, run: Run) -> np.ndarray:
-    """Return the abscissa where the effect can act: friction while slipping under pressure, a piston until lock-up."""
+    """Return the abscissa where the effect acts: friction while slipping under pressure, the piston until lock-up."""
     if effect.quantity == "valve_play":
         return np.repeat([-1.0, 1.0], 50)  # falling, rising
     abscissa, mode = run.quantities[effect.abscissa], run.phase[1]

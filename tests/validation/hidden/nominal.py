@@ -1,4 +1,4 @@
-"""The nominal bench: parameters, converter curves, currents and the 216 conditions, read from the data."""
+"""The nominal bench: parameters, converter curves, current profiles and the 216 conditions, read from data files."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""Noiseless recordings: the bench integrated and sampled."""
+"""Noiseless recordings: integration of the bench and sampling of its signals."""
 
 from dataclasses import dataclass
 
@@ -14,9 +14,10 @@ TIME = np.arange(1001) * sensors.PERIOD
 
 @dataclass(frozen=True)
 class Run:
-    """n engagements: `conditions` among the 216, place in the sequence from 0, `lock_time` in s, each (n,).
+    """n engagements: index in the 216 `conditions`, position in the test sequence, `lock_time` in s, each (n,).
 
-    `quantities` of the bench (n, k) by name, and what noiseless sensors read, at `TIME`; `phase` is (3, n, k).
+    `quantities` of the bench and noiseless sensor `readings` are (n, k) by name, at the times `TIME`; `phase` is
+    (3, n, k).
     """
 
     bench: Bench
@@ -29,17 +30,17 @@ class Run:
 
 
 def observe(bench: Bench, conditions: np.ndarray, order: np.ndarray, relative: float = 1e-8) -> Run:
-    """Run the engagements; those whose shafts do not meet within `TIME` are left out."""
-    course = integrate(bench, *bench.start(), TIME[-1], relative)
-    stuck = (course.phase[:, 1] == STICK) & (course.length > 0)
-    lock_time = np.min(np.where(stuck, course.start, np.inf), axis=0)
-    kept = np.flatnonzero(np.isfinite(lock_time))
-    states, phase = (sampled[:, kept] for sampled in course.at(TIME))
+    """Run the engagements; those that do not lock within `TIME` are left out."""
+    solution = integrate(bench, *bench.start(), TIME[-1], relative)
+    sticking = (solution.phase[:, 1] == STICK) & (solution.length > 0)
+    lock_time = np.min(np.where(sticking, solution.start, np.inf), axis=0)
+    locked = np.flatnonzero(np.isfinite(lock_time))
+    states, phase = (sampled[:, locked] for sampled in solution.at(TIME))
     n, k = states.shape[1:]
-    samples = bench.take(np.repeat(kept, k))
+    samples = bench.take(np.repeat(locked, k))
     flat = samples.quantities(np.tile(TIME, n), states.reshape(-1, n * k), phase.reshape(-1, n * k))
     del flat["rates"]
     quantities = {name: values.reshape(n, k) for name, values in flat.items()}
     readings = sensors.read({name: quantities[name] for name in SIGNALS}, quantities, bench.effects)
-    ranks = np.argsort(np.argsort(order[kept]))
-    return Run(bench.take(kept), conditions[kept], ranks, lock_time[kept], phase, quantities, readings)
+    ranks = np.argsort(np.argsort(order[locked]))
+    return Run(bench.take(locked), conditions[locked], ranks, lock_time[locked], phase, quantities, readings)

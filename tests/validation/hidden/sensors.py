@@ -1,4 +1,4 @@
-"""What the four sensors make of the signals: the effects that act on readings, noise and quantisation."""
+"""The four sensors: effects on their readings, noise and quantisation."""
 
 from collections.abc import Iterable
 
@@ -8,11 +8,11 @@ from scipy.signal import lfilter
 from .effect import Effect
 
 Signals = dict[str, np.ndarray]
-PERIOD = 0.002
+PERIOD = 0.002  # s, sampling interval
 BITS = 12
-NOISE_MEMORY = 0.3  # correlation of the noise from sample to sample
+NOISE_MEMORY = 0.3  # correlation of the noise of successive samples
 
-_SENSORS = {  # block, unit, full scale, and typical lag in s, offset and gain
+_SENSORS = {  # block, unit, full scale, typical lag in s, typical offset, typical relative gain error
     "pressure": ("pressure", "bar", 14.0, 0.008, 0.2, 0.04),
     "input_speed": ("input speed", "rad/s", 200.0, 0.012, 1.5, 0.02),
     "output_speed": ("output speed", "rad/s", 60.0, 0.012, 0.4, 0.02),
@@ -21,20 +21,20 @@ _SENSORS = {  # block, unit, full scale, and typical lag in s, offset and gain
 
 
 def _effects() -> Iterable[Effect]:
-    for name, (block, unit, full, lag, offset, gain) in _SENSORS.items():
+    for name, (block, unit, full_scale, lag, offset, gain) in _SENSORS.items():
         yield Effect(f"{name}_sensor_lag", block, f"{name}_sensor_lag", "sequence", "difference", "s", lag,
                      lambda s, r: s + 0 * r)
         yield Effect(f"{name}_sensor_offset", block, f"{name}_sensor", "sequence", "difference", unit, offset,
                      lambda s, r: s * (0.95 + 0.1 * r))
         yield Effect(f"{name}_sensor_gain", block, f"{name}_sensor", name, "difference", "1", gain,
-                     lambda s, x, full=full: s * x * (0.95 + 0.1 * np.abs(x) / full))
+                     lambda s, x, full_scale=full_scale: s * x * (0.95 + 0.1 * np.abs(x) / full_scale))
 
 
 SENSORS = tuple(_effects())
 
 
 def read(true: Signals, quantities: Signals, effects: tuple[tuple[Effect, float], ...]) -> Signals:
-    """Return the noiseless readings (n, k) of the `true` signals, where `effects` may use any of `quantities`."""
+    """Return the noiseless readings (n, k) of the `true` signals; `effects` may depend on any of the `quantities`."""
     readings = {}
     for name, signal in true.items():
         reading = signal
@@ -42,28 +42,28 @@ def read(true: Signals, quantities: Signals, effects: tuple[tuple[Effect, float]
             if effect.quantity == f"{name}_sensor":
                 reading = reading + effect.law(strength, quantities[effect.abscissa])
         for effect, strength in effects:
-            if effect.quantity == f"{name}_sensor_lag":  # two poles, their delays adding up to the lag
+            if effect.quantity == f"{name}_sensor_lag":  # two poles, whose delays add up to the lag
                 reading = _lagged(_lagged(reading, 0.75 * strength), 0.25 * strength)
         readings[name] = reading
     return readings
 
 
 def _lagged(signal: np.ndarray, lag: float) -> np.ndarray:
-    """Filter (n, k) by a first-order lag, exactly for a signal straight between samples, at rest before the first."""
-    kept = np.exp(-PERIOD / lag)
-    new = 1 - (1 - kept) * lag / PERIOD
-    rest = (1 - new) * signal[:, :1]
-    return lfilter([new, 1 - kept - new], [1, -kept], signal, zi=rest)[0]
+    """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
+    decay = np.exp(-PERIOD / lag)
+    weight = 1 - (1 - decay) * lag / PERIOD
+    initial = (1 - weight) * signal[:, :1]
+    return lfilter([weight, 1 - decay - weight], [1, -decay], signal, zi=initial)[0]
 
 
-def measured(readings: Signals, share: float, random: np.random.Generator) -> Signals:
-    """Add noise of `share` of each signal's range, correlated from sample to sample, and round to `BITS` bits."""
+def measured(readings: Signals, relative_std: float, random: np.random.Generator) -> Signals:
+    """Add autocorrelated noise, whose std is relative to the range of each signal, and round to `BITS` bits."""
     noisy = {}
     for name, reading in readings.items():
-        full = np.ptp(reading)
+        signal_range = np.ptp(reading)
         white = random.standard_normal(reading.shape)
         white[:, 1:] *= np.sqrt(1 - NOISE_MEMORY**2)
         noise = lfilter([1], [1, -NOISE_MEMORY], white)
-        step = full / 2**BITS
-        noisy[name] = (np.round((reading + share * full * noise) / step) * step).astype(np.float32)
+        step = signal_range / 2**BITS
+        noisy[name] = (np.round((reading + relative_std * signal_range * noise) / step) * step).astype(np.float32)
     return noisy

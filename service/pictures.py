@@ -1,0 +1,75 @@
+"""Pictures of fits and studies as responses: a list of them, and each one as Vega-Lite, SVG or PNG."""
+
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import orjson
+from fastapi import Path, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from slipstick.errors import UnknownName
+from slipstick.pictures import Spec
+from slipstick.pictures.rendering import render
+
+Format = Literal["json", "svg", "png"]
+_MEDIA_TYPES: dict[Format, str] = {"json": "application/json", "svg": "image/svg+xml", "png": "image/png"}
+_ACCEPTED: dict[str, Format] = {**{media_type: format for format, media_type in _MEDIA_TYPES.items()},
+                                "image/*": "svg", "*/*": "json"}
+
+PICTURE_RESPONSE: dict[int | str, dict[str, Any]] = {200: {"description": "The picture", "content": {
+    "application/json": {"schema": {"type": "object", "description": "A Vega-Lite 5 specification."}},
+    "image/svg+xml": {"schema": {"type": "string"}},
+    "image/png": {"schema": {"type": "string", "format": "binary"}}}}}
+"""OpenAPI description of a response that contains a picture."""
+HTML_RESPONSE: dict[int | str, dict[str, Any]] = {200: {
+    "description": "The report", "content": {"text/html": {"schema": {"type": "string"}}}}}
+"""OpenAPI description of a response that contains an HTML page."""
+
+FormatQuery = Annotated[Format | None, Query(
+    description="Format of the picture: `json` (Vega-Lite), `svg` or `png`. By default the Accept header decides.")]
+
+
+class PictureEntry(BaseModel):
+    """A picture in a list of pictures."""
+
+    name: str = Field(description="Name of the picture.")
+    title: str = Field(description="Title of the picture.")
+    caption: str = Field(description="Explanation of the picture.")
+    href: str = Field(description="Address of the picture.")
+
+
+class PictureList(BaseModel):
+    """The available pictures."""
+
+    pictures: list[PictureEntry] = Field(description="The pictures, in the order of the report.")
+
+
+def picture_name_path(captions: Mapping[str, str], example: str, summary: str) -> Any:
+    """Path parameter for the name of a picture; `captions` has the possible names as keys."""
+    return Path(description=f"Name of the picture: {', '.join(captions)}.",
+                openapi_examples={example: {"summary": summary, "value": example}})
+
+
+def picture_list(specs: Mapping[str, Spec], captions: Mapping[str, str], address: str, query: str = "") -> PictureList:
+    """List the pictures `specs`, each with the address `address`/name followed by `query`."""
+    return PictureList(pictures=[
+        PictureEntry(name=name, title=spec["title"]["text"], caption=captions[name], href=f"{address}/{name}{query}")
+        for name, spec in specs.items()])
+
+
+def picture_response(specs: Mapping[str, Spec], name: str, request: Request, format: Format | None) -> Response:
+    """Return the picture `name` in the given format, or in that of the Accept header; raises `UnknownName`."""
+    if name not in specs:
+        raise UnknownName.of("picture", name, specs)
+    format = format or _preferred_format(request.headers.get("accept", ""))
+    content = orjson.dumps(specs[name]) if format == "json" else render(specs[name], format)
+    return Response(content, media_type=_MEDIA_TYPES[format], headers={"Vary": "Accept"})
+
+
+def _preferred_format(accept: str) -> Format:
+    """The available format with the highest weight in the Accept header; JSON if the header accepts none of them."""
+    media_ranges = re.findall(r"([\w*]+/[\w*+.-]+)\s*(?:;\s*q=([01](?:\.\d*)?))?", accept)
+    available = [(-float(weight or 1), _ACCEPTED[media_range]) for media_range, weight in media_ranges
+                 if media_range in _ACCEPTED]
+    return min(available, key=lambda entry: entry[0])[1] if available else "json"
