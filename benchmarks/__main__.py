@@ -16,8 +16,9 @@ import numpy as np
 
 from benchmarks import scalar_dopri, scipy_script
 from benchmarks.grid import AXES, points
-from slipstick.clutch import ensemble, parameters
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench import parameters
+from slipstick.bench.conditions import paper_conditions
+from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 
 ROUNDS = 9

@@ -12,8 +12,8 @@ if sys.argv[1] == "bare":
     effects.CATALOGUE = ()
 
 from benchmarks.grid import AXES, points
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 
 grid, conditions = points(20), paper_conditions()

@@ -17,7 +17,7 @@ from typing import Any
 import chaospy
 import numpy as np
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.uncertainty import standard_normals

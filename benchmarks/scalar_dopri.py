@@ -6,7 +6,7 @@ Steps end where the current bends; the lock is found on the cubic Hermite interp
 import numpy as np
 from numba import njit
 
-from slipstick.clutch import converter
+from slipstick.bench import converter
 
 _RATIO, _TORQUE = np.array(converter.SPEED_RATIO), np.array(converter.TORQUE_RATIO)
 _CAPACITY = np.array(converter.CAPACITY_FACTOR)

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from slipstick.clutch import converter
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench import converter
+from slipstick.bench.conditions import Conditions
 
 
 def shifting_time(p: dict[str, float], conditions: Conditions, i: int, rtol: float = 1e-5) -> float:

@@ -20,9 +20,9 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.results import write
+from slipstick.bench import parameters
+from slipstick.bench.conditions import Conditions
 from slipstick.calibration import calibrate
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.ensemble import Simulator, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.inference import table_problem

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.clutch import ensemble, parameters
+from slipstick.bench import parameters
+from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.pictures import engagement, theme
 from slipstick.pictures.rendering import render

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from slipstick.clutch import ensemble, parameters
+from slipstick.bench import parameters
+from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench import parameters
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName

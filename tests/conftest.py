@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from selenium import webdriver
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid

@@ -15,8 +15,8 @@ import yaml
 from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import HORIZON
+from slipstick.bench import parameters
+from slipstick.bench.conditions import HORIZON
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.recordings.signals import SIGNAL_UNITS

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import Conditions, paper_conditions
+from slipstick.bench import parameters
+from slipstick.bench.conditions import Conditions, paper_conditions
 from slipstick.clutch.ensemble import DEFAULT, STATUS, TIGHT
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, WrongLayout

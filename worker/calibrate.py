@@ -5,8 +5,8 @@ import json
 import sys
 from pathlib import Path
 
+from slipstick.bench import parameters
 from slipstick.calibration import Calibration, calibrate
-from slipstick.clutch import parameters
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings

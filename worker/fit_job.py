@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.figure_data import figure_data
 from slipstick.inference import simulated_problem, table_problem

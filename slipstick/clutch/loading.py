@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import reversals
+from slipstick.bench import parameters
+from slipstick.bench.conditions import reversals
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
     BRAKE,

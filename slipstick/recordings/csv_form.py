@@ -16,7 +16,7 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from slipstick.clutch.conditions import HORIZON, Conditions, paper_conditions
+from slipstick.bench.conditions import HORIZON, Conditions, paper_conditions
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.recordings.hdf5_form import Fields
 from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, Signals

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.errors import BadRecording
 from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, Signals
 from slipstick.storage.condition_layout import read_conditions

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.errors import BadRecording, UnknownName
 from slipstick.recordings import csv_form, hdf5_form
 from slipstick.recordings.signals import Signals

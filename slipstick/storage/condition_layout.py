@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.errors import InvalidValue
 from slipstick.storage.hdf5 import Source, text
 

@@ -12,8 +12,8 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from slipstick.quantities import NotAQuantity, convert
 from slipstick.errors import SlipstickError
+from slipstick.quantities import NotAQuantity, convert
 
 _HEADING = re.compile(r"(?P<name>[^\[\]]*?)\s*(\[(?P<unit>[^\[\]]*)\])?")
 LARGEST = 20_000_000

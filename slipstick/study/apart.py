@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import eigh
 
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import Conditions
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.processing import block_means
 from slipstick.recordings.signals import SIGNAL_UNITS

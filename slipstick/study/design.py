@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slipstick.clutch import effects, parameters
+from slipstick.bench import parameters
+from slipstick.clutch import effects
 from slipstick.clutch.model import Model
 
 VALLEY = "temperature_gain"

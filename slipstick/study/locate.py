@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from slipstick.clutch import converter, ensemble, parameters
+from slipstick.bench import converter, parameters
+from slipstick.clutch import ensemble
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.processing import block_means
 from slipstick.study.comparison import WIDTH, Comparison

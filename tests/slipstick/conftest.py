@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.clutch import ensemble, parameters
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench import parameters
+from slipstick.bench.conditions import paper_conditions
+from slipstick.clutch import ensemble
 from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings

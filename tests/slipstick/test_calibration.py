@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from slipstick import calibration
-from slipstick.clutch import ensemble, parameters
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench import parameters
+from slipstick.bench.conditions import paper_conditions
+from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals

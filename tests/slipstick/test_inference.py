@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, OutsideTable, UnknownName

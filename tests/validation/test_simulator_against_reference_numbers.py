@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 
 DATA = Path(__file__).parent / "data"

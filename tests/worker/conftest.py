@@ -1,6 +1,6 @@
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.ensemble import DEFAULT, NEVER_LOCKED, TIGHT, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, shifting_times
 from slipstick.clutch.model import Model
 from worker.__main__ import main

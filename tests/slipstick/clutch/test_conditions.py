@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions, reversals
+from slipstick.bench.conditions import paper_conditions, reversals
 from slipstick.errors import InvalidValue
 
 PAPER = paper_conditions()

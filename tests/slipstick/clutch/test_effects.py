@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from slipstick.bench.conditions import Conditions, paper_conditions
 from slipstick.clutch import effects, ensemble, reference
-from slipstick.clutch.conditions import Conditions, paper_conditions
 from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect, Signals
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model

@@ -7,8 +7,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from slipstick.bench.conditions import Conditions, paper_conditions
 from slipstick.clutch import driveline, effects, ensemble, hydraulics, integrator, lanes, reference
-from slipstick.clutch.conditions import Conditions, paper_conditions
 from slipstick.clutch.fastmath import exp
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName

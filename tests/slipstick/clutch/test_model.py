@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from slipstick.clutch import parameters
+from slipstick.bench import parameters
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 

@@ -4,7 +4,7 @@ import textwrap
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.errors import BadRecording
 from slipstick.recordings import Recordings, open_conditions
 

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.errors import BadRecording, UnknownName
 from slipstick.recordings import Recordings, open_conditions
 from slipstick.storage.isolated import require_readable

@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 import pytest
 
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch import effects, ensemble
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.study.climb import Limits
 from slipstick.study.held_out import folds, without
 from slipstick.study.mixed import MixedFit

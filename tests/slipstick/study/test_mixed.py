@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.study import mixed

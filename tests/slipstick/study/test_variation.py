@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import Conditions, paper_conditions
+from slipstick.bench.conditions import Conditions, paper_conditions
 from slipstick.study.linearised import Linearised
 from slipstick.study.marginal import State
 from slipstick.study.mixed import MixedFit

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid
 

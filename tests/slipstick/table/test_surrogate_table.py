@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, OutsideTable, WrongDigest, WrongLayout
 from slipstick.storage.hdf5 import text

@@ -1,0 +1,9 @@
+"""Test benches as values: parameters, torque converter, sensors, current profiles and conditions, read from a file."""
+
+from slipstick.bench.bench import Bench
+from slipstick.bench.conditions import Conditions
+from slipstick.bench.converter import Converter
+from slipstick.bench.physics import Physics
+from slipstick.bench.sensing import Prior, Sensor
+
+__all__ = ["Bench", "Conditions", "Converter", "Physics", "Prior", "Sensor", "parameters"]
