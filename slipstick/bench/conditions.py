@@ -63,7 +63,7 @@ class Conditions:
                  "the times of a current profile do not rise strictly from 0",
                  "Sort its breakpoints and start at t = 0")
         is_valid = (self.current_profile >= 0) & (self.current_profile < len(time))
-        _require(bool(np.all(is_valid)), f"current_profile refers to a profile outside the {len(time)} profiles",
+        _require(bool(np.all(is_valid)), f"current_profile refers to a profile beyond the {len(time)} profiles",
                  "Number the profiles from 0")
 
     def __len__(self) -> int:

@@ -10,7 +10,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def kernel(function: Function) -> Function:
-    """Compile on first use a function that allocates no arrays, without reference counts shared between threads.
+    """Compile a function without array allocations on first use; it needs no reference counts shared by threads.
 
     Division by zero gives inf or NaN, because checking for it would prevent vectorization.
     """

@@ -101,5 +101,5 @@ class Model:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the spec. Models with equal digests are equal."""
+        """SHA-256 of the spec: equal digests mean equal specs."""
         return hashlib.sha256(json.dumps(self.spec(), sort_keys=True).encode()).hexdigest()

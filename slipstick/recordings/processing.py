@@ -7,7 +7,7 @@ from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 
 
 def blended_at_lock_up(torque: np.ndarray, shifting_time: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Replace the sample of `torque` (m, n, k) nearest to each lock-up (m, n) by a weighted mean of its neighbours.
+    """`torque` (m, n, k), with the sample nearest to each lock-up (m, n) replaced by a weighted mean of its neighbours.
 
     The torque jumps at lock-up. With this blending, averages over samples are continuous in the shifting time, so
     that finite differences between two simulations approximate derivatives.

@@ -47,7 +47,7 @@ class Recordings:
                                f"the {end[row]:g} s of its current profile",
                                "Give seconds from the shift command, and leave out engagements that never locked")
         if self.run_order is not None and not np.array_equal(np.sort(self.run_order), np.arange(n)):
-            raise BadRecording(f"The run order does not contain each number from 0 to {n - 1} once",
+            raise BadRecording(f"The run order does not contain each number from 0 to {n - 1} exactly once",
                                "Give the position of each engagement in the test sequence, or leave out run_order")
         if self.signals is not None and len(self.signals.pressure) != n:
             raise BadRecording(f"The signals have {len(self.signals.pressure)} rows for {n} conditions",

@@ -153,7 +153,7 @@ def test_the_command_takes_a_model_and_conditions(tmp_path, capsys):
     (["--axis", "pressure_bias=1.5:0.5:5"], "do not increase"), (["--axis", "pressure_bias=0.5:1.5:1"], "has 1 value"),
     (["--axis", "pressure_bias=0.5:nan:3"], "do not increase or are not finite"),
     (["--axis", "pressure_bias=0.5:1.5:-3"], "is no axis"), (["--threads", "0"], "0 threads"),
-    (["--model", "missing.json"], "holds no model"), (["--conditions", "missing.csv"], "no recording 'missing.csv'"),
+    (["--model", "missing.json"], "holds no model"), (["--conditions", "missing.csv"], "recordings file 'missing.csv'"),
 ])
 def test_a_command_that_makes_no_sense_is_refused_with_a_remedy(arguments, says, tmp_path, capsys):
     assert main(["build", "--out", str(tmp_path / "a.h5"), *arguments]) == 1

@@ -16,7 +16,7 @@ _CHOICES = ", ".join(f"{i} {name} over {reference}" for i, (name, reference) in 
 _POWERS = (1.0, 2.0, 3.0)
 _ADDED = {"line pressure": (1.0, "bar"), "chamber pressure": (1.0, "bar"), "piston rate": (1e-3, "m/s"),
           "converter torque": (10.0, "N m"), "load torque": (10.0, "N m")}
-_ALLOWED_SIGNALS = {"line pressure": (0, 1, 5)}  # the speed of the pump is the only one at the valve
+_ALLOWED_SIGNALS = {"line pressure": (0, 1, 5)}  # of the speeds, only that of the pump affects the valve
 _SCALED = ("friction coefficient", "film torque")
 
 
