@@ -1,7 +1,7 @@
-# One image for the service, the worker and the offline commands; docker-compose.yml starts them.
+# One image for the service, the worker and the offline commands (see docker-compose.yml).
 
 FROM python:3.11-slim AS packages
-# numpoly has no Linux wheel, so pip compiles it. The compiler stays in this stage.
+# numpoly has no Linux wheel, so pip compiles it. The final image does not need the compiler.
 RUN apt-get update && apt-get install -y --no-install-recommends gcc libc6-dev
 WORKDIR /build
 COPY pyproject.toml ./
@@ -16,9 +16,9 @@ WORKDIR /app
 COPY slipstick ./slipstick
 COPY worker ./worker
 COPY service ./service
-# A new named volume on /data starts as a copy of what lies there, owner included.
+# A new named volume mounted on /data is initialised with this content and its owner.
 COPY --chown=slipstick:slipstick tables/measured.h5 /data/tables/
 USER slipstick
-# The simulator is compiled on first use and kept beside the tables.
+# The simulator is compiled on first use; the volume keeps the compiled code.
 ENV PATH=/packages/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/data/cache
 CMD ["python", "-m", "service"]

@@ -1,7 +1,7 @@
-"""The main job, end to end: tables, a calibration, service and worker, a fit, a study of what is missing, fits with it.
+"""End-to-end demo: calibration, tables, a fit, a study of the missing effect, and fits before and after adding it.
 
-`python demo.py start` leaves service and worker running; `python demo.py stop` ends them. Standard library only; what
-it runs are the commands a user would type, and it prints each.
+`python demo.py start` leaves service and worker running; `python demo.py stop` stops them. The demo needs only the
+standard library. It runs the commands that a user would type, and prints each of them.
 """
 
 import fcntl
@@ -23,112 +23,116 @@ RUN = Path("var/demo")
 CALIBRATION = "var/calibration.json"
 FIT = {"table": "calibrated", "recordings": "measured"}
 STUDY = {"recordings": FIT["recordings"]}
+STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
+          "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",
+          "candidates": "fitting the candidate", "choose": "comparing the candidates on held-out conditions"}
+"""Stage of a fit or a study -> its description."""
 REFIT = {"recordings": FIT["recordings"], "settings": {"generations": 20, "intervals": False}}
 
 
 def start() -> None:
-    """Run the whole job and leave service and worker running."""
+    """Run the demo and leave service and worker running."""
     if not (PORT.isdecimal() and 0 < int(PORT) < 65536):
-        sys.exit(f"SLIPSTICK_PORT is '{PORT}', no port: give a number from 1 to 65535")
+        sys.exit(f"SLIPSTICK_PORT is '{PORT}', which is not a port. Give a number from 1 to 65535.")
     stop()
     with socket.socket() as probe:
         if probe.connect_ex(("127.0.0.1", int(PORT))) == 0:
-            sys.exit(f"Port {PORT} is taken: stop what listens there, or run `SLIPSTICK_PORT=8001 make demo`")
+            sys.exit(f"Port {PORT} is in use. Stop the program that uses it, or run `SLIPSTICK_PORT=8001 make demo`.")
     seconds: dict[str, float] = {}
     step(seconds, "table at the nominal parameters", "build", "--out", "tables/nominal.h5")
     step(seconds, "calibration on the shipped recordings", "calibrate", "--out", CALIBRATION)
     step(seconds, "table at the calibrated parameters",
          "build", "--model", CALIBRATION, "--out", f"tables/{FIT['table']}.h5")
 
-    print("\nService and worker start", flush=True)
-    begun = time.monotonic()
+    print("\nStarting service and worker", flush=True)
+    begin = time.monotonic()
     launch("service", "service")
     launch("worker", "worker", "serve-jobs")
-    while not answers():
-        if time.monotonic() > begun + 120:
-            sys.exit(f"The service does not answer: see {RUN / 'service.log'}")
+    while not is_service_up():
+        if time.monotonic() > begin + 120:
+            sys.exit(f"The service does not respond. See {RUN / 'service.log'}.")
         time.sleep(0.1)
-    seconds["start of the service"] = time.monotonic() - begun
+    seconds["start of the service"] = time.monotonic() - begin
 
     for name in ("service", "worker"):
-        if not runs(RUN / f"{name}.pid"):
-            sys.exit(f"The {name} has ended: {(RUN / f'{name}.log').read_text().strip()}")
+        if not is_running(RUN / f"{name}.pid"):
+            sys.exit(f"The {name} has stopped. Its log: {(RUN / f'{name}.log').read_text().strip()}")
 
-    begun = time.monotonic()
+    begin = time.monotonic()
     fit = request("/v1/fits", FIT)
-    result = follow(fit["links"]["self"])
-    seconds["fit"] = time.monotonic() - begun
-    begun = time.monotonic()
+    fit_output = follow(fit["links"]["self"])
+    seconds["fit"] = time.monotonic() - begin
+    begin = time.monotonic()
     study = request("/v1/studies", STUDY)
-    missing = follow(study["links"]["self"])
-    seconds["study"] = time.monotonic() - begun
-    both = refit(study["links"], seconds) if missing["result"]["answer"]["effects"] else {}
+    study_output = follow(study["links"]["self"])
+    seconds["study"] = time.monotonic() - begin
+    refits = refit(study["links"], seconds) if study_output["result"]["answer"]["effects"] else {}
 
-    show_fit(result["result"])
-    show_study(missing["result"])
-    if both:
-        show_both(missing["result"]["models"], both)
-    print("\nTime of each step")
+    print_fit(fit_output["result"])
+    print_study(study_output["result"])
+    if refits:
+        print_refits(study_output["result"]["models"], refits)
+    print("\nWall time of each step")
     for name, value in seconds.items():
         print(f"  {name:40} {value:7.1f} s")
-    chosen = "?" + "&".join(f"{which}={one['id']}" for which, one in both.items()) if both else ""
-    print(f"\nOpen in a browser\n  {ADDRESS}{fit['links']['report']}    the report of the fit, with its pictures"
-          f"\n  {ADDRESS}{study['links']['report']}{chosen}    the report of the study: what is missing, "
-          f"gap and fits before and after\n  {ADDRESS}/docs    every operation, to try out"
-          f"\n\nThe recordings are simulated test-bench data: the paper's are not public."
-          f"\nService and worker go on running; stop them with: make demo-stop")
+    query = "?" + "&".join(f"{which}={output['id']}" for which, output in refits.items()) if refits else ""
+    print(f"\nOpen in a browser\n  {ADDRESS}{fit['links']['report']}    report of the fit"
+          f"\n  {ADDRESS}{study['links']['report']}{query}    report of the study, "
+          f"with the fits before and after\n  {ADDRESS}/docs    REST API reference, to try out"
+          f"\n\nThe recordings are simulated test-bench data, because those of the paper are not public."
+          f"\nService and worker are still running. Stop them with: make demo-stop")
 
 
 def refit(links: dict[str, str], seconds: dict[str, float]) -> dict[str, dict]:
-    """Build the tables of the study's models before and after, and fit both alike; return the results."""
-    found = {}
+    """Fit the study's models before and after with the same settings, each on its own table; return both results."""
+    outputs = {}
     for which in ("before", "after"):
         spec, table = RUN / f"{which}.json", f"study-{which}"
         request(f"{links['model']}?which={which}", out=spec)
-        step(seconds, f"table of the study's model {which}", "build", "--model", str(spec),
+        step(seconds, f"table of the model {which} the extension", "build", "--model", str(spec),
              "--conditions", f"tables/{STUDY['recordings']}.h5", "--out", f"tables/{table}.h5")
-        begun = time.monotonic()
-        found[which] = follow(request("/v1/fits", {"table": table, **REFIT})["links"]["self"])
-        seconds[f"fit on the table {which}"] = time.monotonic() - begun
-    return found
+        begin = time.monotonic()
+        outputs[which] = follow(request("/v1/fits", {"table": table, **REFIT})["links"]["self"])
+        seconds[f"fit of the model {which} the extension"] = time.monotonic() - begin
+    return outputs
 
 
 def step(seconds: dict[str, float], name: str, *command: str) -> None:
-    """Run one worker command, shown as it is typed, and note how long it took."""
+    """Print and run one worker command, and store its wall time under `name`."""
     print(f"\n{name[0].upper()}{name[1:]}\n$ python -m worker {shlex.join(command)}", flush=True)
-    begun = time.monotonic()
+    begin = time.monotonic()
     status = subprocess.run([sys.executable, "-m", "worker", *command], check=False).returncode
     if status:
         sys.exit(status)
-    seconds[name] = time.monotonic() - begun
+    seconds[name] = time.monotonic() - begin
 
 
 def launch(name: str, *command: str) -> None:
-    """Start a process that outlives this one; its output goes to var/demo."""
+    """Start a process that outlives this one, with its output in var/demo."""
     RUN.mkdir(parents=True, exist_ok=True)
-    with (RUN / f"{name}.log").open("w") as log, (RUN / f"{name}.pid").open("w") as note:
-        # The process inherits the lock on its note: as long as it is held, the number in the note is this process.
-        fcntl.flock(note, fcntl.LOCK_EX)
+    with (RUN / f"{name}.log").open("w") as log, (RUN / f"{name}.pid").open("w") as pid_file:
+        # The process inherits the lock on its PID file: as long as the lock is held, the PID is that of this process.
+        fcntl.flock(pid_file, fcntl.LOCK_EX)
         environment = {**os.environ, "SLIPSTICK_PORT": PORT}
         process = subprocess.Popen([sys.executable, "-m", *command], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                                   env=environment, start_new_session=True, pass_fds=[note.fileno()])
-        note.write(str(process.pid))
+                                   env=environment, start_new_session=True, pass_fds=[pid_file.fileno()])
+        pid_file.write(str(process.pid))
 
 
 def stop() -> None:
-    """End what an earlier run has left running."""
+    """Stop the service and the worker of an earlier run."""
     for name in ("service", "worker"):
-        note = RUN / f"{name}.pid"
-        if note.exists() and runs(note):
-            os.kill(int(note.read_text()), signal.SIGTERM)
-            while runs(note):
+        pid_file = RUN / f"{name}.pid"
+        if pid_file.exists() and is_running(pid_file):
+            os.kill(int(pid_file.read_text()), signal.SIGTERM)
+            while is_running(pid_file):
                 time.sleep(0.05)
             print(f"Stopped the {name}", flush=True)
 
 
-def runs(note: Path) -> bool:
-    """Whether the process that holds the lock on `note` is alive."""
-    with note.open() as file:
+def is_running(pid_file: Path) -> bool:
+    """Whether a process holds the lock on `pid_file`."""
+    with pid_file.open() as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -136,8 +140,8 @@ def runs(note: Path) -> bool:
     return False
 
 
-def answers() -> bool:
-    """Whether the service is up."""
+def is_service_up() -> bool:
+    """Whether the service responds."""
     try:
         with urllib.request.urlopen(f"{ADDRESS}/v1/health", timeout=5):
             return True
@@ -146,90 +150,91 @@ def answers() -> bool:
 
 
 def request(path: str, body: dict | None = None, quiet: bool = False, out: Path | None = None) -> dict:
-    """Ask the service with curl, shown as it is typed; without curl on the machine, in Python."""
+    """Print and send a request with curl, or in Python if curl is missing; return the JSON response."""
     command = ["curl", "--silent", "--show-error", f"{ADDRESS}{path}"]
-    if body:  # what `--json` stands for, which needs curl 7.82
+    if body:  # instead of `--json`, which needs curl 7.82
         command += ["--header", "Content-Type: application/json", "--data", json.dumps(body)]
     if not quiet:
         print(f"\n$ {shlex.join(command)}{f' > {out}' if out else ''}", flush=True)
     if shutil.which("curl"):
-        answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        response = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     else:
         data = json.dumps(body).encode() if body else None
-        asked = urllib.request.Request(f"{ADDRESS}{path}", data, {"Content-Type": "application/json"})
-        with urllib.request.urlopen(asked, timeout=60) as got:
-            answer = got.read().decode()
-    content: dict = json.loads(answer)
+        http_request = urllib.request.Request(f"{ADDRESS}{path}", data, {"Content-Type": "application/json"})
+        with urllib.request.urlopen(http_request, timeout=60) as http_response:
+            response = http_response.read().decode()
+    content: dict = json.loads(response)
     if "remedy" in content:
         sys.exit(f"{content['detail']}. {content['remedy']}")
     if out:
-        out.write_text(answer)
+        out.write_text(response)
     return content
 
 
 def follow(path: str) -> dict:
-    """Print the progress of a fit or a study until it has ended; return its result."""
-    said = None
-    print(f"\n$ curl --silent {ADDRESS}{path}    (again and again)", flush=True)
+    """Print the progress of a fit or a study until it ends; return its result."""
+    printed = None
+    print(f"\n$ curl --silent {ADDRESS}{path}    (repeated until the job has ended)", flush=True)
     while True:
         job = request(path, quiet=True)
-        words = progress(job["progress"]) if job["progress"] else None
-        if words and words != said:
-            said = words
-            print(f"  {words}", flush=True)
+        line = progress_line(job["progress"]) if job["progress"] else None
+        if line and line != printed:
+            printed = line
+            print(f"  {line}", flush=True)
         if job["status"] == "done":
             return request(job["links"]["result"])
         if job["status"] in ("failed", "cancelled"):
-            sys.exit(f"The job {job['status']}: {job['problem']}")
+            sys.exit(f"The job has the status '{job['status']}': {job['problem']}")
         time.sleep(0.3)
 
 
-def progress(at: dict) -> str | None:
-    """What a job is doing, in words; None before there is anything to say."""
-    if "added" in at:
-        doing = f"{at['stage']} {at['candidate'] or ''}".strip()
-        return f"{doing} (added so far: {', '.join(at['added']) or 'nothing'})"
-    if at["log10_likelihood"] is None:
+def progress_line(progress: dict) -> str | None:
+    """The progress of a job as text; None while a fit has no candidate yet."""
+    if "added" in progress:
+        stage = f"{STAGES.get(progress['stage'], progress['stage'])} {progress['candidate'] or ''}".strip()
+        return f"{stage} (effects added so far: {', '.join(progress['added']) or 'none'})"
+    if progress["log10_likelihood"] is None:
         return None
-    return at["stage"] if at["stage"] != "search" else (
-        f"search: generation {at['generation']} of at most {at['generations']}, best log10 likelihood "
-        f"{at['log10_likelihood']:.3f}")
+    return STAGES.get(progress["stage"], progress["stage"]) if progress["stage"] != "search" else (
+        f"search: generation {progress['generation']} of at most {progress['generations']}, best log10 likelihood "
+        f"{progress['log10_likelihood']:.3f}")
 
 
-def show_fit(fitted: dict) -> None:
-    """Print what was fitted."""
-    print("\nFitted inputs (multiples of the calibrated values; the output std in s), and 90 % intervals")
-    for one in fitted["intervals"]:
-        low, high = (f"{one[side]:.4g}" if one[side] is not None else "not found" if side in one["unsettled"]
-                     else "open" for side in ("lower", "upper"))
-        print(f"  {one['unknown']:25} {one['estimate']:8.4g}   [{low}, {high}]")
-    before = fitted["before"]
-    print(f"log10 likelihood per ms: {before['log10_likelihood']:.2f} before (the calibrated model with nothing but "
-          f"output noise, {1e3 * before['output_std']:.1f} ms), {fitted['log10_likelihood']:.2f} after")
-    for remark in fitted["remarks"]:
+def print_fit(fit: dict) -> None:
+    """Print the estimates of a fit and its likelihood."""
+    print("\nFitted inputs (multiples of the calibrated values; output std in s) with 90 % intervals")
+    for interval in fit["intervals"]:
+        lower, upper = (f"{interval[side]:.4g}" if interval[side] is not None else
+                        "not found" if side in interval["unsettled"] else "open" for side in ("lower", "upper"))
+        print(f"  {interval['unknown']:25} {interval['estimate']:8.4g}   [{lower}, {upper}]")
+    before = fit["before"]
+    print(f"log10 likelihood per ms: {before['log10_likelihood']:.2f} before the fit (calibrated model with output "
+          f"noise of {1e3 * before['output_std']:.1f} ms only), {fit['log10_likelihood']:.2f} after")
+    for remark in fit["remarks"]:
         print(f"  note: {remark['cause']}. {remark['remedy']}.")
 
 
-def show_study(found: dict) -> None:
-    """Print what is missing, and how much of the gap it closes."""
-    print(f"\n{found['answer']['sentence']}")
-    for one in found["answer"]["coefficients"]:
-        print(f"  {one['coefficient']:25} {one['value']:8.4g}   [{one['lower']:.4g}, {one['upper']:.4g}] {one['unit']}")
-    if found["gap"]:
-        print("Held-out RMS error of the shifting time: before, after it is added, and what a right model would leave")
-        closed = found["gap"]["closures"]["shifting_time"]
-        print("  " + ", ".join(f"{1e3 * closed[name]:.1f} ms" for name in ("rms_before", "rms_after", "rms_expected")))
+def print_study(study: dict) -> None:
+    """Print the missing effect, and the held-out error before and after the model is extended."""
+    print(f"\n{study['answer']['sentence']}")
+    for row in study["answer"]["coefficients"]:
+        print(f"  {row['coefficient']:25} {row['value']:8.4g}   [{row['lower']:.4g}, {row['upper']:.4g}] {row['unit']}")
+    if study["gap"]:
+        error = study["gap"]["closures"]["shifting_time"]
+        before, after, expected = (f"{1e3 * error[f'rms_{which}']:.1f} ms" for which in ("before", "after", "expected"))
+        print(f"Held-out RMS error of the shifting time: {before} before the model is extended, {after} after, "
+              f"{expected} expected for a correct model")
 
 
-def show_both(models: dict, both: dict[str, dict]) -> None:
-    """Print the same fit on the tables before and after, side by side."""
-    fits = {which: one["result"] for which, one in both.items()}
-    rows = {"log10 likelihood per ms": [one["log10_likelihood"] for one in fits.values()]}
-    for place, axis in enumerate(fits["before"]["axes"]):
+def print_refits(models: dict, outputs: dict[str, dict]) -> None:
+    """Print the fits on the tables of the models before and after, side by side."""
+    fits = {which: output["result"] for which, output in outputs.items()}
+    rows = {"log10 likelihood per ms": [fit["log10_likelihood"] for fit in fits.values()]}
+    for index, axis in enumerate(fits["before"]["axes"]):
         rows[f"std of {axis} [{models['before']['units'][axis]}]"] = [
-            one["std"][place] * models[which]["parameters"][axis] for which, one in fits.items()]
-    rows["output noise [ms]"] = [1e3 * one["output_std"] for one in fits.values()]
-    print("\nThe same fit, to shifting times alone, on the table of each model: before, and after it is added")
+            fit["std"][index] * models[which]["parameters"][axis] for which, fit in fits.items()]
+    rows["output std [ms]"] = [1e3 * fit["output_std"] for fit in fits.values()]
+    print("\nThe same fit to shifting times only, on the table of the model before and after the extension")
     for name, values in rows.items():
         print(f"  {name:25} " + " ".join(f"{value:10.4g}" for value in values))
 

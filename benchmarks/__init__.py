@@ -1,1 +1,1 @@
-"""Side-by-side runs against peers; the results are the committed tables in this folder."""
+"""Benchmarks against other methods and codes; the results are the committed tables in this folder."""

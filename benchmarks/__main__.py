@@ -1,7 +1,8 @@
-"""`make bench`: the simulator beside its peers in one run, round after round, into benchmarks/simulator.csv.
+"""`make bench`: the simulator compared with other codes in alternating rounds; writes benchmarks/simulator.csv.
 
-Every method is held to 1e-4 s of the tight ensemble. Rates are simulations a second on one core but where said;
-ratios are taken within a round, so that a busy machine slows both sides.
+The tolerance of each method is chosen for an error of about 1e-4 s against the tight ensemble. Rates are simulations
+per second, on one core unless stated otherwise. Ratios are computed within a round, so that the load of the machine
+affects both sides.
 """
 
 import csv
@@ -28,21 +29,21 @@ CONDITIONS, MODEL = paper_conditions(), Model()
 
 
 def main() -> None:
-    """Measure and write."""
-    whole = points(50)
-    tight = ensemble.shifting_times(MODEL, CONDITIONS, AXES, whole, ensemble.TIGHT)[0]
-    share = np.arange(0, len(whole), 25)
+    """Run the benchmark and write the table."""
+    grid = points(50)
+    tight = ensemble.shifting_times(MODEL, CONDITIONS, AXES, grid, ensemble.TIGHT)[0]
+    subset = np.arange(0, len(grid), 25)
 
-    def ours() -> np.ndarray:
-        return ensemble.shifting_times(MODEL, CONDITIONS, AXES, whole[share], threads=1)[0]
+    def one_core() -> np.ndarray:
+        return ensemble.shifting_times(MODEL, CONDITIONS, AXES, grid[subset], threads=1)[0]
 
-    def ours_all_cores() -> np.ndarray:
-        return ensemble.shifting_times(MODEL, CONDITIONS, AXES, whole)[0]
+    def all_cores() -> np.ndarray:
+        return ensemble.shifting_times(MODEL, CONDITIONS, AXES, grid)[0]
 
-    def scalar(rows: np.ndarray = share) -> np.ndarray:
+    def scalar(rows: np.ndarray = subset) -> np.ndarray:
         vectors = np.tile(MODEL.parameters, (len(rows), 1))
         for column, name in enumerate(AXES):
-            vectors[:, parameters.index(name)] *= whole[rows, column]
+            vectors[:, parameters.index(name)] *= grid[rows, column]
         initial, speed = ensemble.initial_input_speed(vectors, CONDITIONS)
         return scalar_dopri.shifting_times(
             vectors, CONDITIONS.current_profile, CONDITIONS.profile_time, CONDITIONS.profile_current,
@@ -52,36 +53,36 @@ def main() -> None:
     def script() -> np.ndarray:
         times = []
         for point, condition in SCIPY_RUNS:
-            factors = dict(zip(AXES, whole[point], strict=True))
+            factors = dict(zip(AXES, grid[point], strict=True))
             p = {name: value * factors.get(name, 1.0)
                  for name, value in zip(parameters.NAMES, MODEL.parameters, strict=True)}
             times.append(scipy_script.shifting_time(p, CONDITIONS, condition, SCIPY_TOLERANCE))
         return np.array(times)
 
     tight_of_script = np.array([tight[point, condition] for point, condition in SCIPY_RUNS])
-    errors = {"ensemble": np.abs(ours_all_cores() - tight).max(),
-              "scalar": np.abs(scalar(np.arange(len(whole))) - tight).max(),
+    errors = {"ensemble": np.abs(all_cores() - tight).max(),
+              "scalar": np.abs(scalar(np.arange(len(grid))) - tight).max(),
               "script": np.abs(script() - tight_of_script).max()}
-    full, bare = Child("full"), Child("bare")
-    rates: dict[str, list[float]] = {name: [] for name in ("one", "all", "scalar", "script", "full", "bare")}
+    full, bare = CatalogueProcess("full"), CatalogueProcess("bare")
+    measured: dict[str, list[float]] = {name: [] for name in ("one", "all", "scalar", "script", "full", "bare")}
     for number in range(ROUNDS):
-        rates["one"].append(rate(ours))
-        rates["scalar"].append(rate(scalar))
-        rates["script"].append(rate(script))
-        rates["all"].append(rate(ours_all_cores))
-        rates["full"].append(full.rate())
-        rates["bare"].append(bare.rate())
+        measured["one"].append(rate(one_core))
+        measured["scalar"].append(rate(scalar))
+        measured["script"].append(rate(script))
+        measured["all"].append(rate(all_cores))
+        measured["full"].append(full.rate())
+        measured["bare"].append(bare.rate())
         print(f"round {number + 1} of {ROUNDS}", file=sys.stderr)
-    of = {name: np.array(values) for name, values in rates.items()}
+    rates = {name: np.array(values) for name, values in measured.items()}
     rows = [
-        ("ensemble, one core [1/s]", of["one"], errors["ensemble"]),
-        ("ensemble, all cores [1/s]", of["all"], errors["ensemble"]),
-        ("scalar Dormand-Prince 5(4) in numba, one core [1/s]", of["scalar"], errors["scalar"]),
-        ("first scipy script, one core [1/s]", of["script"], errors["script"]),
-        ("ratio: ensemble to scalar Dormand-Prince, one core", of["one"] / of["scalar"], None),
-        ("ratio: ensemble to scipy script, one core", of["one"] / of["script"], None),
-        ("ratio: ensemble on all cores to scipy script", of["all"] / of["script"], None),
-        ("ratio: time with the neutral catalogue to time without any effect", of["bare"] / of["full"], None),
+        ("ensemble, one core [1/s]", rates["one"], errors["ensemble"]),
+        ("ensemble, all cores [1/s]", rates["all"], errors["ensemble"]),
+        ("scalar Dormand-Prince 5(4) in numba, one core [1/s]", rates["scalar"], errors["scalar"]),
+        ("first scipy script, one core [1/s]", rates["script"], errors["script"]),
+        ("ratio: ensemble to scalar Dormand-Prince, one core", rates["one"] / rates["scalar"], None),
+        ("ratio: ensemble to scipy script, one core", rates["one"] / rates["script"], None),
+        ("ratio: ensemble on all cores to scipy script", rates["all"] / rates["script"], None),
+        ("ratio: time with the neutral catalogue to time without any effect", rates["bare"] / rates["full"], None),
     ]
     with Path("benchmarks/simulator.csv").open("w", newline="") as file:
         table = csv.writer(file)
@@ -95,14 +96,14 @@ def main() -> None:
 
 
 def rate(job: Callable[[], np.ndarray]) -> float:
-    """Simulations a second."""
-    begun = time.perf_counter()
+    """Simulations per second of one call."""
+    start = time.perf_counter()
     count = job().size
-    return count / (time.perf_counter() - begun)
+    return count / (time.perf_counter() - start)
 
 
-class Child:
-    """The ensemble in a process of its own, with the `full` or the `bare` catalogue compiled in."""
+class CatalogueProcess:
+    """The ensemble in a separate process, compiled with the `full` or the `bare` catalogue."""
 
     def __init__(self, catalogue: str) -> None:
         self.process = subprocess.Popen([sys.executable, "-m", "benchmarks.catalogue", catalogue], text=True,
@@ -111,7 +112,7 @@ class Child:
         self.process.stdout.readline()
 
     def rate(self) -> float:
-        """Have it run once; simulations a second."""
+        """Simulations per second of one run of the ensemble."""
         assert self.process.stdin
         assert self.process.stdout
         self.process.stdin.write("\n")

@@ -1,6 +1,7 @@
-"""Times the ensemble once for every line read: `python -m benchmarks.catalogue full|bare`.
+"""Time the ensemble once for each line of standard input: `python -m benchmarks.catalogue full|bare`.
 
-`bare` compiles it with no effect at all. Both must be processes of their own: the catalogue is compiled in once.
+With `bare`, the ensemble is compiled without any effect. Each needs its own process, because the catalogue is compiled
+into the ensemble.
 """
 
 import sys
@@ -20,6 +21,6 @@ grid, conditions = points(20), paper_conditions()
 ensemble.shifting_times(Model(), conditions, AXES, grid[:2])
 print("ready", flush=True)
 for _ in sys.stdin:
-    begun = time.perf_counter()
+    start = time.perf_counter()
     ensemble.shifting_times(Model(), conditions, AXES, grid, threads=1)
-    print(len(grid) * len(conditions) / (time.perf_counter() - begun), flush=True)
+    print(len(grid) * len(conditions) / (time.perf_counter() - start), flush=True)

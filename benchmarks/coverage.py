@@ -1,8 +1,8 @@
-"""Whether fits are calibrated: 90 % intervals that hold the truth in 90 % of the fits, and predictions that come true.
+"""Calibration of fits: coverage of the 90 % intervals, and probability integral transforms of the predictions.
 
-Data are drawn from the table at known inputs, and each set is fitted from the default start, as a user would. An
-interval holds the truth where the profile there has dropped by less than at its ends. A prediction comes true where
-held-out times are uniform on the scale of their predicted distribution (Dawid, J. R. Stat. Soc. A 147, 278, 1984).
+Data sets are drawn from the table at known inputs, and each is fitted from the default start. An interval contains the
+true value if the drop of the profile there is smaller than at the ends of the interval. Predictions are calibrated if
+the probability integral transforms (PIT) of held-out times are uniform (Dawid, J. R. Stat. Soc. A 147, 278, 1984).
 """
 
 import argparse
@@ -36,23 +36,24 @@ from slipstick.uncertainty.likelihood import Candidate, InferenceProblem
 
 SETTINGS = FitSettings(order=4, population=24, generations=20, patience=8)
 TRUTH = Candidate(Inputs([0.95, 1.1], [0.06, 0.05]), 0.005)
-PARTED = Candidate(Inputs([0.95, 1.1], [0.3, 0.02], families=("beta", "beta"), support=[[0.6, 1.3], [0.9, 1.3]]), 0.005)
-"""A pressure bias that is mostly either low or high, as no normal input is."""
-FLAT = Candidate(Inputs([0.95, 1.1], [0.15, 0.02], families=("uniform", "uniform")), 0.005)
-"""Another family too, but so near to normal that it takes many sets to tell."""
+BETA = Candidate(Inputs([0.95, 1.1], [0.3, 0.02], families=("beta", "beta"), support=[[0.6, 1.3], [0.9, 1.3]]), 0.005)
+"""Inputs with a bimodal pressure bias, far from a normal distribution."""
+UNIFORM = Candidate(Inputs([0.95, 1.1], [0.15, 0.02], families=("uniform", "uniform")), 0.005)
+"""Inputs whose deviation from a normal distribution is significant in many data sets only."""
 LEVEL = 0.9
 BINS = 10
-_ENDED = 40  # sets whose intervals are followed to their ends: that takes most of the time
-_EVERY = 2  # condition of the table: enough to tell, at half the time
+_WITH_ENDS = 40  # data sets whose complete intervals are computed, which takes most of the time
+_EVERY = 2  # step in the conditions of the table, to save time
 T = TypeVar("T")
-_MANY = 20  # runs of each condition for the information that the combinations are chosen by
+_MANY = 20  # runs per condition for the information matrix that determines the combinations
 
 
 @dataclass(frozen=True)
-class Held:
-    """Of one data set: the `drop` in decades to the truth in each direction, and which ends of each unknown are `open`.
+class SetResult:
+    """The result of one data set.
 
-    Only the first sets have their ends looked for: the others have None.
+    `drop` is the drop of the profile in decades at the true value, for each unknown and combination. `open` contains
+    for each unknown whether the lower and the upper end are open; None if the intervals were not computed.
     """
 
     drop: list[float]
@@ -60,89 +61,95 @@ class Held:
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("--sets", type=int, default=200, help="data sets for the intervals")
-    arguments.add_argument("--predicted", type=int, default=100, help="data sets for the predictions, of each kind")
-    given = arguments.parse_args()
-    command = f"python -m benchmarks.coverage --sets {given.sets} --predicted {given.predicted}"
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sets", type=int, default=200, help="number of data sets for the intervals")
+    parser.add_argument("--predicted", type=int, default=100, help="number of data sets of each kind for predictions")
+    arguments = parser.parse_args()
+    command = f"python -m benchmarks.coverage --sets {arguments.sets} --predicted {arguments.predicted}"
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         write("coverage", ("of", "weights", "true value", "held", "data sets", "coverage", "95 % from", "95 % to",
-                           "open below", "open above"), intervals(_each(pool, held, given.sets)), command)
-        kinds = (("normal inputs, fitted as such", right), ("U-shaped beta inputs, fitted as normal", wrong),
-                 ("uniform inputs, fitted as normal", slightly_wrong))
-        rows = [(kind, *predictions(np.array(_each(pool, task, given.predicted)))) for kind, task in kinds]
+                           "open below", "open above"), intervals(_map(pool, set_result, arguments.sets)), command)
+        kinds = (("normal inputs, fitted as such", normal_levels),
+                 ("U-shaped beta inputs, fitted as normal", beta_levels),
+                 ("uniform inputs, fitted as normal", uniform_levels))
+        rows = [(kind, *predictions(np.array(_map(pool, task, arguments.predicted)))) for kind, task in kinds]
         write("pit", ("data", "p of uniform", *(f"{k / BINS:g} to {(k + 1) / BINS:g}" for k in range(BINS))), rows,
               command)
 
 
-def intervals(sets: Sequence[Held]) -> list[tuple[object, ...]]:
+def intervals(results: Sequence[SetResult]) -> list[tuple[object, ...]]:
     """Rows of coverage.csv: each unknown, then each identified combination."""
     space, rows = search_space(SETTINGS, drawn(TRUTH, 0)), []
-    plain, span = space.to_natural(space.vector(TRUTH)), space.to_natural(space.upper) - space.to_natural(space.lower)
-    for place, direction in enumerate(np.concatenate([np.eye(len(plain)), directions()])):
-        own = place < len(plain)
-        name = space.names[place] if own else f"combination {place - len(plain) + 1}"
-        shares = zip(direction * span, space.names, strict=True)
-        weights = "" if own else " ".join(f"{share:+.3f} {one}" for share, one in shares)
-        inside = sum(one.drop[place] < drop_at_level(LEVEL) for one in sets)
-        low, high = binomtest(inside, len(sets)).proportion_ci(0.95, "exact")
-        looked = [one.open for one in sets if one.open is not None]
-        ends = [f"{sum(one[place][side] for one in looked)} of {len(looked)}" if own else "" for side in (0, 1)]
-        rows.append((name, weights, float(direction @ plain), inside, len(sets), inside / len(sets), low, high, *ends))
+    true = space.to_natural(space.vector(TRUTH))
+    span = space.to_natural(space.upper) - space.to_natural(space.lower)
+    for index, direction in enumerate(np.concatenate([np.eye(len(true)), directions()])):
+        is_unknown = index < len(true)
+        name = space.names[index] if is_unknown else f"combination {index - len(true) + 1}"
+        terms = zip(direction * span, space.names, strict=True)
+        weights = "" if is_unknown else " ".join(f"{weight:+.3f} {unknown}" for weight, unknown in terms)
+        inside = sum(result.drop[index] < drop_at_level(LEVEL) for result in results)
+        low, high = binomtest(inside, len(results)).proportion_ci(0.95, "exact")
+        ends = [result.open for result in results if result.open is not None]
+        counts = [f"{sum(is_open[index][side] for is_open in ends)} of {len(ends)}" if is_unknown else ""
+                  for side in (0, 1)]
+        rows.append((name, weights, float(direction @ true), inside, len(results), inside / len(results), low, high,
+                     *counts))
     return rows
 
 
-def predictions(levels: np.ndarray, parts: int = BINS) -> tuple[float, ...]:
-    """p of uniform levels (sets, n), and the share of each of `parts` equal parts.
+def predictions(levels: np.ndarray, bins: int = BINS) -> tuple[float, ...]:
+    """p value of uniform PIT values `levels` (sets, n), and their relative frequency in each of `bins` equal bins.
 
-    Levels of one set share its fit, so it is the sets that count: Hotelling's test of their mean shares.
+    The PIT values of one set are dependent, because they share a fit. The test is therefore Hotelling's test of the
+    mean frequencies over the sets.
     """
-    places = np.minimum((levels * parts).astype(int), parts - 1)
-    shares = np.array([np.bincount(row, minlength=parts) for row in places]) / levels.shape[1]
-    count, free = len(shares), parts - 1
-    away = shares[:, :free].mean(axis=0) - 1 / parts
-    squared = count * away @ np.linalg.solve(np.cov(shares[:, :free].T), away)
-    return float(f.sf(squared * (count - free) / (free * (count - 1)), free, count - free)), *shares.mean(axis=0)
+    indices = np.minimum((levels * bins).astype(int), bins - 1)
+    frequencies = np.array([np.bincount(row, minlength=bins) for row in indices]) / levels.shape[1]
+    count, free = len(frequencies), bins - 1
+    deviation = frequencies[:, :free].mean(axis=0) - 1 / bins
+    squared = count * deviation @ np.linalg.solve(np.cov(frequencies[:, :free].T), deviation)
+    p_value = float(f.sf(squared * (count - free) / (free * (count - 1)), free, count - free))
+    return p_value, *frequencies.mean(axis=0)
 
 
-def held(seed: int) -> Held:
-    """Fit a data set and hold its intervals against the truth."""
+def set_result(seed: int) -> SetResult:
+    """Fit one data set and compare its intervals with the true values."""
     problem = drawn(TRUTH, seed)
-    space, found = search_space(SETTINGS, problem), fitted(problem)
-    if seed > _ENDED:
-        return Held(drops(problem, found), None)
-    ends = [profile_interval(problem, space, found, direction, LEVEL) for direction in np.eye(len(found))]
-    return Held(drops(problem, found), [(one.lower is None, one.upper is None) for one in ends])
+    space, optimum = search_space(SETTINGS, problem), fitted(problem)
+    if seed > _WITH_ENDS:
+        return SetResult(drops(problem, optimum), None)
+    ends = [profile_interval(problem, space, optimum, direction, LEVEL) for direction in np.eye(len(optimum))]
+    return SetResult(drops(problem, optimum), [(interval.lower is None, interval.upper is None) for interval in ends])
 
 
-def drops(problem: InferenceProblem, found: np.ndarray) -> list[float]:
-    """Decades from a fit down to the truth, for each unknown and each identified combination."""
+def drops(problem: InferenceProblem, optimum: np.ndarray) -> list[float]:
+    """Drop of the profile in decades at the true value, for each unknown and each identified combination."""
     space = search_space(SETTINGS, problem)
     true = space.to_natural(space.vector(TRUTH))
-    return [profile_drop(problem, space, found, direction, float(direction @ true))
-            for direction in np.concatenate([np.eye(len(found)), directions()])]
+    return [profile_drop(problem, space, optimum, direction, float(direction @ true))
+            for direction in np.concatenate([np.eye(len(optimum)), directions()])]
 
 
-def right(seed: int) -> np.ndarray:
-    """Levels of held-out times (n,) for data of the family that is fitted."""
-    return predicted(drawn(TRUTH, seed))
+def normal_levels(seed: int) -> np.ndarray:
+    """PIT values of held-out times (n,) for data from normal inputs, the family of the fit."""
+    return predicted_levels(drawn(TRUTH, seed))
 
 
-def wrong(seed: int) -> np.ndarray:
-    """The same for data of another family."""
-    return predicted(drawn(PARTED, seed))
+def beta_levels(seed: int) -> np.ndarray:
+    """PIT values of held-out times (n,) for data from U-shaped beta inputs."""
+    return predicted_levels(drawn(BETA, seed))
 
 
-def slightly_wrong(seed: int) -> np.ndarray:
-    """The same for data of a family that is nearly the fitted one."""
-    return predicted(drawn(FLAT, seed))
+def uniform_levels(seed: int) -> np.ndarray:
+    """PIT values of held-out times (n,) for data from uniform inputs."""
+    return predicted_levels(drawn(UNIFORM, seed))
 
 
-def predicted(problem: InferenceProblem) -> np.ndarray:
-    """Fit one half of the conditions, and return where the others' times lie in their predicted distributions."""
-    places = np.arange(len(problem.measured_time))
+def predicted_levels(problem: InferenceProblem) -> np.ndarray:
+    """Fit one half of the conditions, and return the PIT values (n,) of the measured times of the other half."""
+    indices = np.arange(len(problem.measured_time))
     halves = [replace(problem, conditions=problem.conditions.take(half), measured_time=problem.measured_time[half])
-              for half in (places[::2], places[1::2])]
+              for half in (indices[::2], indices[1::2])]
     candidate = search_space(SETTINGS, problem).candidate(fitted(halves[0]))
     times = halves[1].model(candidate.inputs.points(standard_normals(2, 1 << 13, 1)), halves[1].conditions)
     levels: np.ndarray = ndtr((halves[1].measured_time - times) / candidate.output_std).mean(axis=0)
@@ -150,21 +157,22 @@ def predicted(problem: InferenceProblem) -> np.ndarray:
 
 
 def fitted(problem: InferenceProblem) -> np.ndarray:
-    """The vector of unknowns that a fit finds, without knowing the truth."""
+    """The vector of unknowns (k,) of a fit from the default start."""
     return np.array(fit.refined_estimate(SETTINGS, problem, fit.final_state(SETTINGS, problem))["vector"])
 
 
 @cache
 def directions() -> np.ndarray:
-    """The combinations (c, k) that data such as these identify, by the information at the truth."""
+    """The combinations (c, k) that such data identify, from the information matrix at the true inputs."""
     problem = drawn(TRUTH, 0, _MANY)
     space = search_space(SETTINGS, problem)
-    runs = combinations(problem, space, space.vector(TRUTH))
-    return np.array([direction_of(space, one.weights) for one in runs if one.std_error * np.sqrt(_MANY) < 0.25])
+    candidates = combinations(problem, space, space.vector(TRUTH))
+    return np.array([direction_of(space, combination.weights) for combination in candidates
+                     if combination.std_error * np.sqrt(_MANY) < 0.25])
 
 
 def drawn(truth: Candidate, seed: int, runs: int = 1, every: int = _EVERY) -> InferenceProblem:
-    """Some conditions of the default table, each measured `runs` times under the truth."""
+    """Every `every`-th condition of the default table, with `runs` measured times each, drawn from the candidate."""
     table = Library(Path(os.environ.get("SLIPSTICK_TABLES", "tables"))).table("nominal")
     model, random = table_model(table, "clip"), np.random.default_rng([2026, seed])
     conditions = table.conditions.take(np.tile(np.arange(0, len(table.conditions), every), runs))
@@ -175,12 +183,12 @@ def drawn(truth: Candidate, seed: int, runs: int = 1, every: int = _EVERY) -> In
                    table.knots)
 
 
-def _each(pool: ProcessPoolExecutor, task: Callable[[int], T], count: int) -> list[T]:
-    done = []
-    for seed, one in enumerate(pool.map(task, range(1, count + 1)), start=1):
-        done.append(one)
+def _map(pool: ProcessPoolExecutor, task: Callable[[int], T], count: int) -> list[T]:
+    results = []
+    for seed, result in enumerate(pool.map(task, range(1, count + 1)), start=1):
+        results.append(result)
         print(f"{task.__name__} {seed}/{count}", flush=True)
-    return done
+    return results
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""Which sparse rule: errors of expansions of the simulator's shifting times against model runs, held out.
+"""Comparison of rules for expansions: errors on held-out runs of the simulator, as a function of the number of runs.
 
     python -m benchmarks.expansion
 
-Normal inputs about nominal, all 216 conditions, 4096 runs held out. Regression samples the density of the squared
-polynomials (slipstick/uncertainty/rules.py), two samples a term or three; plain regression samples the inputs
-themselves. Smolyak rules are chaospy's, on Genz and Keister's nested nodes or on Gauss nodes, and are given the best
-order in hindsight.
+The inputs are normal with nominal means; all 216 conditions and 4096 held-out runs are used. The regression samples
+from the density of the squared polynomials (slipstick/uncertainty/chaos/rules.py), with two or three samples per term.
+The plain regression samples from the density of the inputs. The Smolyak rules are those of chaospy, on nested
+Genz-Keister nodes or on Gauss nodes, and for each the order with the smallest error is selected afterwards.
 """
 
 import csv
@@ -36,7 +36,7 @@ CONDITIONS = paper_conditions()
 
 
 class Case:
-    """The simulator as a function of normal germs, with runs held out."""
+    """The simulator as a function of normal germs, with held-out runs."""
 
     def __init__(self, inputs: int, std: float) -> None:
         self.germs, self.std = (HERMITE,) * inputs, std
@@ -48,12 +48,12 @@ class Case:
         return self.simulator(1 + self.std * germs, CONDITIONS)
 
     def error(self, polynomials: Polynomials, coefficients: np.ndarray) -> np.ndarray:
-        """Root mean square over the runs held out, (216,) s; NaN where a node has no time."""
+        """RMS error over the held-out runs, (216,) s; NaN if a time at a node is NaN."""
         return np.sqrt(np.nanmean((polynomials.at(self.held_out) @ coefficients - self.truth) ** 2, axis=0))
 
 
 def main() -> None:
-    """Measure and write."""
+    """Run the benchmark and write the table."""
     path = Path("benchmarks/sparse_rules.csv")
     with path.open("w", newline="") as file:
         table = csv.writer(file)
@@ -61,13 +61,13 @@ def main() -> None:
                         "conditions lost", "estimate / error: 5 %", "50 %", "95 %"])
         for inputs, std in CASES:
             case = Case(inputs, std)
-            for rule, polynomials, runs, error, estimate in (*ours(case), *plain(case), *smolyak(case)):
-                found = np.isfinite(error)
-                ratios = [] if estimate is None else np.quantile((estimate / error)[found], [0.05, 0.5, 0.95])
+            for rule, polynomials, runs, error, estimate in (*implemented(case), *plain(case), *smolyak(case)):
+                finite = np.isfinite(error)
+                ratios = [] if estimate is None else np.quantile((estimate / error)[finite], [0.05, 0.5, 0.95])
                 terms = polynomials.degrees
                 table.writerow([inputs, std, rule, terms.max(), len(terms), runs,
-                                *(f"{1e3 * np.quantile(error[found], level):.2g}" for level in (0.5, 0.95)),
-                                np.count_nonzero(~found), *(f"{ratio:.2f}" for ratio in ratios)])
+                                *(f"{1e3 * np.quantile(error[finite], level):.2g}" for level in (0.5, 0.95)),
+                                np.count_nonzero(~finite), *(f"{ratio:.2f}" for ratio in ratios)])
             print(f"{inputs} inputs, std {std}", file=sys.stderr)
     print(path.read_text())
 
@@ -75,14 +75,14 @@ def main() -> None:
 Row = tuple[str, Polynomials, int, np.ndarray, Any]
 
 
-def ours(case: Case) -> Iterator[Row]:
-    """What slipstick/uncertainty has."""
+def implemented(case: Case) -> Iterator[Row]:
+    """The rules of slipstick/uncertainty/chaos."""
     inputs = len(case.germs)
     for order in ORDERS[inputs]:
-        thrice = 3 * len(degrees(inputs, order))
+        samples = 3 * len(degrees(inputs, order))
         rules = {"tensor": ExpansionSettings(order, rule="tensor"),
                  "regression": ExpansionSettings(order, rule="regression"),
-                 "regression, three samples a term": ExpansionSettings(order, rule="regression", samples=thrice),
+                 "regression, three samples a term": ExpansionSettings(order, rule="regression", samples=samples),
                  "regression, norm 0.75": ExpansionSettings(order, 0.75, rule="regression")}
         for name, settings in rules.items():
             if name == "tensor" and (order + 1) ** inputs > MOST_RUNS:
@@ -94,7 +94,7 @@ def ours(case: Case) -> Iterator[Row]:
 
 
 def plain(case: Case) -> Iterator[Row]:
-    """Least squares on Sobol points of the inputs, two a term, with its leave-one-out error."""
+    """Least squares on Sobol points of the inputs, two per term, with the leave-one-out error."""
     inputs = len(case.germs)
     for order in ORDERS[inputs]:
         polynomials = Polynomials.of(case.germs, degrees(inputs, order))

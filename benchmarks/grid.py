@@ -1,4 +1,4 @@
-"""The points at which the benchmarks compare: the axes of the default table."""
+"""The points of the benchmarks, on the axes of the default table."""
 
 import numpy as np
 

@@ -1,11 +1,11 @@
-"""How far each way of computing the log10 likelihood is off, on the interpolated table itself: which setting is enough.
+"""Errors of the methods for the log10 likelihood, on the interpolated table.
 
     python -m benchmarks.likelihood
 
-216 conditions of the default table, measured times drawn from each candidate (and the shipped recordings at the fit),
-so that the likelihood is as high as it gets; in the last column the candidate is far from the data. The reference is
-the integral along lines with a rule several times as fine. Errors in decades: of one seed for the deterministic ways,
-root mean square over 8 seeds for those that sample.
+The 216 conditions of the default table are used. The measured times are drawn from each candidate (the first column
+uses the shipped recordings and their fit), except in the last column, where the candidate is far from the data. The
+reference is the integral along lines with a much finer rule. Errors are in decades, from one seed for deterministic
+methods and as the RMS over 8 seeds for sampling methods.
 """
 
 from dataclasses import replace
@@ -49,24 +49,24 @@ DRAWN_FROM = {FAR: CASES["std 0.05 and 0.08, noise 1 ms"]}
 
 
 def main() -> None:
-    """Measure and write."""
+    """Run the benchmark and write the table."""
     shipped = table_problem(LIBRARY.table("nominal"), LIBRARY.recording("measured"), "clip")
     problems = {name: shipped if name == FITTED else drawn(shipped, DRAWN_FROM.get(name, case))
                 for name, case in CASES.items()}
     references = {name: reference(problems[name], case) for name, case in CASES.items()}
     rows = []
-    for what, way, seeds in ways():
-        row: list[object] = [what]
+    for label, method, seeds in methods():
+        row: list[object] = [label]
         for name, case in CASES.items():
-            errors = [way(problems[name], case, seed) - references[name] for seed in seeds]
+            errors = [method(problems[name], case, seed) - references[name] for seed in seeds]
             row.append(float(np.sqrt(np.mean(np.square(errors)))))
         rows.append(row)
         print(*row, sep="\t", flush=True)
     write("likelihood", ["error in decades", *CASES], rows, "python -m benchmarks.likelihood")
 
 
-def ways():
-    """Name, function (problem, candidate, seed) -> log10 likelihood, and seeds of each way."""
+def methods():
+    """Label, function (problem, candidate, seed) -> log10 likelihood, and seeds of each method."""
     yield "auto", lambda p, c, seed: converged(p, c, seed)[0].sum(), SEEDS[:1]
     yield "auto, without knots", lambda p, c, seed: converged(replace(p, knots=None), c, seed)[0].sum(), SEEDS
     yield "exact", lambda p, c, seed: exact(p, c, seed=seed).sum(), SEEDS[:1]
@@ -90,7 +90,7 @@ def sampled(problem: InferenceProblem, candidate: Candidate, count: int, seed: i
 
 
 def drawn(problem: InferenceProblem, case: Candidate) -> InferenceProblem:
-    """The problem with one time a condition measured under the candidate, each with inputs and noise of its own."""
+    """The problem with one measured time per condition, drawn from the candidate with independent inputs and noise."""
     random = np.random.default_rng(20)
     count = len(problem.measured_time)
     times = np.diagonal(problem.model(case.inputs.points(random.standard_normal((count, 2))), problem.conditions))
@@ -98,12 +98,12 @@ def drawn(problem: InferenceProblem, case: Candidate) -> InferenceProblem:
 
 
 def reference(problem: InferenceProblem, case: Candidate) -> float:
-    """The integral with many more nodes across the lines and breakpoints along them."""
-    usual = line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES
-    line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES = 6.0, 24, 8
+    """The log10 likelihood with many more nodes across the lines and breakpoints along them."""
+    defaults = line_rules._NODES_PER_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES
+    line_rules._NODES_PER_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES = 6.0, 24, 8
     line_rules._SCORES = np.arange(-line_rules.WINDOW, line_rules.WINDOW, 0.02)
     quadrature = integration_lines(problem, case)
-    (line_rules._NODES_A_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES) = usual
+    (line_rules._NODES_PER_WIDTH, line_rules._MOST_NODES, line_rules._FEWEST_NODES, line_rules._SCORES) = defaults
     times = times_on_lines(problem, case.inputs, quadrature)
     return float(lines.log10_density(quadrature, times, problem.measured_time, case.output_std).sum())
 

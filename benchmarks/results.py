@@ -1,4 +1,4 @@
-"""Committed results: one small CSV each, its last line the command that made it."""
+"""Output of results: one CSV file per benchmark, whose last row is the command that produced it."""
 
 import csv
 import platform
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def write(name: str, header: Sequence[str], rows: Iterable[Sequence[object]], made_by: str) -> None:
-    """Put the table at benchmarks/NAME.csv and print it."""
+    """Write the table to benchmarks/NAME.csv and print it."""
     path = Path(__file__).with_name(f"{name}.csv")
     with path.open("w", newline="") as file:
         table = csv.writer(file)

@@ -1,6 +1,6 @@
-"""The peer among compiled codes: adaptive Dormand-Prince 5(4) in numba, one engagement at a time.
+"""A compiled code for comparison: adaptive Dormand-Prince 5(4) in numba, one engagement at a time.
 
-Steps end where the current bends; the lock is found on the cubic Hermite interpolant of the last step.
+Steps end at the breakpoints of the current. Lock-up is located on the cubic Hermite interpolant of the last step.
 """
 
 import numpy as np

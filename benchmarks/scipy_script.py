@@ -1,4 +1,4 @@
-"""What one writes first: eqs. 1-4 as a Python right-hand side for scipy's `solve_ivp`, one engagement after another."""
+"""A straightforward implementation: eqs. 1-4 in Python for `solve_ivp` of SciPy, one engagement at a time."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -42,8 +42,8 @@ def shifting_time(p: dict[str, float], conditions: Conditions, i: int, rtol: flo
     y = np.array([0.0, 0.0, p["initial_position"], w, 0.0])
     for start, end, first, last in zip(time, time[1:], current, current[1:]):  # noqa: B905
         slope = (last - first) / (end - start)
-        found = solve_ivp(rates, (start, end), y, args=(slope,), events=locks, rtol=rtol, atol=1e-7, max_step=0.02)
-        if found.status == 1:
-            return found.t[-1]
-        y = found.y[:, -1]
+        solution = solve_ivp(rates, (start, end), y, args=(slope,), events=locks, rtol=rtol, atol=1e-7, max_step=0.02)
+        if solution.status == 1:
+            return solution.t[-1]
+        y = solution.y[:, -1]
     return np.nan

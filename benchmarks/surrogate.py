@@ -1,19 +1,19 @@
-"""Direct simulation, surrogate and table as the model of the same fit, for 2, 3, 5 and 7 uncertain parameters.
+"""The same fit with direct simulation, a surrogate or a table as the model, for 2, 3, 5 and 7 uncertain parameters.
 
     python -m benchmarks.surrogate [PARAMETERS ...]
 
-The shipped recordings, about the model that least squares calibrates on them. All three are the same function up to
-their error: beyond the box, in which every engagement locks, each has its edge. A surrogate whose error exceeds a
-tenth of the output std that it leads to is followed by one about its fit, on which that is refined. Whatever a fit ran
-on, the likelihood of its solution is also taken by direct simulation. Surrogates as `python -m worker surrogate` makes
-them by default; fits with default settings but for the intervals.
+The data are the shipped recordings, and the nominal model is calibrated on them by least squares. All three models
+approximate the same function on the same box, in which every engagement locks, and clip points outside it. If the error
+of a surrogate exceeds a tenth of the fitted output std, a second surrogate is built around the fit, and the fit is
+refined on it. For every fit, the likelihood of its solution is also computed by direct simulation. Surrogates have the
+defaults of `python -m worker surrogate`; fits have default settings, without intervals.
 """
 
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import product as every
+from itertools import product
 from pathlib import Path
 from typing import TypeVar
 
@@ -38,15 +38,15 @@ from worker.surrogate import HELD_OUT, RUNS, build
 
 NESTED = ("pressure_bias", "initial_position", "friction_coefficient", "current_delay", "temperature_gain",
           "current_bias", "current_gain")
-"""The paper's two, then the others that it calls uncertain."""
+"""The two uncertain parameters of the paper's fit, then the other parameters that the paper calls uncertain."""
 HALF_WIDTHS = {2: 0.5, 3: 0.5, 5: 0.5, 7: 0.3}
-"""Of the box about 1, by the number of parameters: with seven, a corner of a box of 0.35 does not lock."""
+"""Half widths of the box around 1, by the number of parameters; for seven, a corner of a box of 0.35 does not lock."""
 GRID = 50
-REACH, NARROWEST = 6.0, 0.02  # stds by which the second box surrounds the fit, and its least half width
-WIDEST, FARTHEST = 1 / 4, 1 / 3  # half widths of it that a refined std, and a step of the mean, may take
-GOOD = 0.1  # error of a surrogate that needs no second one, in output stds
+REACH, NARROWEST = 6.0, 0.02  # half width of the second box in fitted stds, and its lower limit
+WIDEST, FARTHEST = 1 / 4, 1 / 3  # largest refined std and largest change of a mean, in half widths of the second box
+GOOD = 0.1  # largest error of a surrogate without a second one, in output stds
 SETTINGS = FitSettings(intervals=False)
-LEAST = SETTINGS.std_bounds[0][0]
+SMALLEST_STD = SETTINGS.std_bounds[0][0]
 HEADER = ("parameters", "unknowns", "model", "engagements simulated [1e6]", "build: wall [s]",
           "build: processor time [s]", "error [ms RMS]", "worst error [ms]", "fit: wall [s]", "fit: processor time [s]",
           "output std found [ms]", "log10 likelihood found", "the same by direct simulation")
@@ -63,13 +63,14 @@ class Box:
 
     def axes(self, model: Model, count: int = 2) -> tuple[Axis, ...]:
         """An axis of `count` even multipliers for each parameter."""
-        places = [parameters.index(name) for name in self.names]
-        return tuple(Axis(name, np.linspace(low, high, count), model.parameters[at], parameters.PARAMETERS[at].unit)
-                     for name, low, high, at in zip(self.names, self.lower, self.upper, places, strict=True))
+        indices = [parameters.index(name) for name in self.names]
+        return tuple(Axis(name, np.linspace(low, high, count), model.parameters[index],
+                          parameters.PARAMETERS[index].unit)
+                     for name, low, high, index in zip(self.names, self.lower, self.upper, indices, strict=True))
 
 
 class Counted:
-    """The simulator in a box, and how many engagements it was asked for."""
+    """The simulator in a box, with a count of the simulated engagements."""
 
     def __init__(self, model: Model, box: Box) -> None:
         self.simulator, self.box, self.engagements = Simulator(model, box.names), box, 0
@@ -81,13 +82,13 @@ class Counted:
 
 @dataclass
 class Spent:
-    """Wall and processor time in s, in all that `on` was given to do."""
+    """Total wall and processor time in s of all calls of `on`."""
 
     wall: float = 0.0
     processor: float = 0.0
 
     def on(self, work: Callable[[], Result]) -> Result:
-        """Do the work and count it."""
+        """Call `work`, add its times, and return its result."""
         wall, processor = time.perf_counter(), time.process_time()
         result = work()
         self.wall += time.perf_counter() - wall
@@ -96,70 +97,70 @@ class Spent:
 
 
 def main() -> None:
-    """Measure and write."""
+    """Run the benchmark and write the table."""
     recordings, rows = Library(Path("tables")).recording("measured"), []
     model = calibrate(recordings).model
-    chosen = sys.argv[1:] or [str(count) for count in HALF_WIDTHS]
-    for count in map(int, chosen):
+    for count in map(int, sys.argv[1:] or HALF_WIDTHS):
         half = np.full(count, HALF_WIDTHS[count])
         for row in compared(model, recordings, Box(NESTED[:count], 1 - half, 1 + half)):
             rows.append(row)
         made_by = " ".join(["python -m benchmarks.surrogate", *sys.argv[1:]])
-        write("surrogate", HEADER, sorted(rows, key=lambda row: row[0]), made_by)  # as far as it has come
+        write("surrogate", HEADER, sorted(rows, key=lambda row: row[0]), made_by)  # intermediate results, too
 
 
 def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[object]]:
     """The rows of one number of parameters."""
     simulator = Counted(model, box)
-    direct = InferenceProblem(simulator, recordings.conditions, recordings.measured_time, box.lower, box.upper, box.names)
+    direct = InferenceProblem(simulator, recordings.conditions, recordings.measured_time, box.lower, box.upper,
+                              box.names)
 
-    def row(kind: str, problem: InferenceProblem, found: np.ndarray, engagements: int, built: Spent | None,
+    def row(kind: str, problem: InferenceProblem, optimum: np.ndarray, engagements: int, built: Spent | None,
             error: HeldOut | None, spent: Spent) -> list[object]:
-        candidate = search_space(SETTINGS, direct).candidate(found)
-        by_itself, directly = (float(converged(one, candidate)[0].sum()) for one in (problem, direct))
-        return [len(box.names), len(found), kind, engagements / 1e6,
+        candidate = search_space(SETTINGS, direct).candidate(optimum)
+        by_model, by_simulator = (float(converged(each, candidate)[0].sum()) for each in (problem, direct))
+        return [len(box.names), len(optimum), kind, engagements / 1e6,
                 *((built.wall, built.processor) if built else ("", "")),
                 *((1e3 * error.overall_rms, 1e3 * float(error.worst.max())) if error else ("", "")),
-                spent.wall, spent.processor, 1e3 * candidate.output_std, f"{by_itself:.3f}", f"{directly:.3f}"]
+                spent.wall, spent.processor, 1e3 * candidate.output_std, f"{by_model:.3f}", f"{by_simulator:.3f}"]
 
     spent = Spent()
-    found = spent.on(lambda: fitted(direct))
-    yield row("direct simulation", direct, found, simulator.engagements, None, None, spent)
+    optimum = spent.on(lambda: fitted(direct))
+    yield row("direct simulation", direct, optimum, simulator.engagements, None, None, spent)
     if len(box.names) == 2:
         built, spent = Spent(), Spent()
         table = built.on(lambda: gridded(model, recordings.conditions, box))
         by_table = table_problem(table, recordings, "clip")
-        found = spent.on(lambda: fitted(by_table))
-        yield row(f"table of {GRID} x {GRID}", by_table, found, table.times.size, built, None, spent)
+        optimum = spent.on(lambda: fitted(by_table))
+        yield row(f"table of {GRID} x {GRID}", by_table, optimum, table.times.size, built, None, spent)
     built, spent, engagements = Spent(), Spent(), (RUNS + HELD_OUT) * len(recordings)
     surrogate = built.on(lambda: build(model, recordings.conditions, box.axes(model)))
     by_surrogate = table_problem(surrogate, recordings, "clip")
-    found = spent.on(lambda: fitted(by_surrogate))
-    yield row("surrogate", by_surrogate, found, engagements, built, surrogate.error, spent)
-    candidate = search_space(SETTINGS, direct).candidate(found)
+    optimum = spent.on(lambda: fitted(by_surrogate))
+    yield row("surrogate", by_surrogate, optimum, engagements, built, surrogate.error, spent)
+    candidate = search_space(SETTINGS, direct).candidate(optimum)
     if surrogate.error.overall_rms > GOOD * candidate.output_std:
         half = np.maximum(REACH * candidate.inputs.marginal_std, NARROWEST)
-        near = Box(box.names, np.maximum(box.lower, candidate.inputs.mean - half),
-                   np.minimum(box.upper, candidate.inputs.mean + half))
-        second = built.on(lambda: build(model, recordings.conditions, near.axes(model)))
+        second_box = Box(box.names, np.maximum(box.lower, candidate.inputs.mean - half),
+                         np.minimum(box.upper, candidate.inputs.mean + half))
+        second = built.on(lambda: build(model, recordings.conditions, second_box.axes(model)))
         by_second = table_problem(second, recordings, "clip")
-        # Runs beyond the box are clipped, which flatters: neither mean nor std may send many there.
+        # The bounds keep most runs inside the box: clipped runs would raise the likelihood spuriously.
         means, steps = candidate.inputs.mean, FARTHEST * half
-        settings = replace(SETTINGS, std_bounds=tuple((LEAST, WIDEST * width) for width in half),
+        settings = replace(SETTINGS, std_bounds=tuple((SMALLEST_STD, WIDEST * width) for width in half),
                            mean_bounds=tuple(zip(means - steps, means + steps, strict=True)))
-        found = spent.on(lambda: refined_vector(by_second, search_space(settings, by_second), found))
-        yield row("surrogate, then one about its fit", by_second, found, 2 * engagements, built, second.error, spent)
+        optimum = spent.on(lambda: refined_vector(by_second, search_space(settings, by_second), optimum))
+        yield row("surrogate, then one about its fit", by_second, optimum, 2 * engagements, built, second.error, spent)
 
 
 def fitted(problem: InferenceProblem) -> np.ndarray:
-    """The unknowns that a fit finds."""
+    """The vector of unknowns (k,) of a fit."""
     return np.array(fit.refined_estimate(SETTINGS, problem, fit.final_state(SETTINGS, problem))["vector"])
 
 
 def gridded(model: Model, conditions: Conditions, box: Box) -> Grid:
-    """The table of the paper's size over the box."""
+    """A table over the box, with the number of grid points of the paper."""
     axes = box.axes(model, GRID)
-    points = np.array(list(every(*(axis.values for axis in axes))))
+    points = np.array(list(product(*(axis.values for axis in axes))))
     times, status = shifting_times(model, conditions, box.names, points)
     shape = (*(len(axis.values) for axis in axes), len(conditions))
     return Grid(axes, times.reshape(shape), status.reshape(shape), conditions, model)

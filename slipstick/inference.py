@@ -1,4 +1,4 @@
-"""Where models meet the uncertainty: tables, surrogates and the simulator as the problems that `uncertainty/` knows."""
+"""Inference problems (slipstick/uncertainty) for tables, surrogates and the simulator."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,54 +17,56 @@ from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 
 
 def table_model(table: Table, outside: Outside) -> ShiftingTimeModel:
-    """The table as a model, with what holds beyond its edges; it raises `OutsideTable` for the policy `error`."""
+    """The table as a model, with a policy for points outside it. The model may raise `OutsideTable`."""
     return lambda points, conditions: table.restricted(conditions).interpolate(points, outside)
 
 
 def table_problem(table: Table, recordings: Recordings, outside: Outside,
                   chosen: Sequence[str] | None = None) -> InferenceProblem:
-    """Hold the recordings against the table, its axes `chosen` uncertain (all by default) and the others at 1.
+    """The problem of the recordings with a table as the model.
 
-    Raises `InvalidValue` where the table lacks a condition of the recordings, and `UnknownName` on other axes.
+    The uncertain inputs are the axes `chosen` (default all); the other axes are fixed at 1. Raises `InvalidValue` if
+    the table does not contain a condition of the recordings, and `UnknownName` for an unknown axis.
     """
     table.restricted(recordings.conditions)
     axes = [axis.name for axis in table.axes]
-    places = _places(axes, axes if chosen is None else chosen, "axis of the table")
-    model = _Fixed(table_model(table, outside), np.ones(len(axes)), places)
-    knots = None if table.knots is None else tuple(table.knots[place] for place in places)
-    return InferenceProblem(model, recordings.conditions, recordings.measured_time, table.lower[places], table.upper[places],
-                   tuple(axes[place] for place in places), knots)
+    columns = _columns(axes, axes if chosen is None else chosen, "axis of the table")
+    model = _Fixed(table_model(table, outside), np.ones(len(axes)), columns)
+    knots = None if table.knots is None else tuple(table.knots[column] for column in columns)
+    return InferenceProblem(model, recordings.conditions, recordings.measured_time, table.lower[columns],
+                            table.upper[columns], tuple(axes[column] for column in columns), knots)
 
 
 def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str]) -> InferenceProblem:
-    """Hold the recordings against the simulator, with any parameters `chosen` as uncertain.
+    """The problem of the recordings with the simulator as the model, and the parameters `chosen` as uncertain inputs.
 
-    Multipliers beyond the bounds of a parameter are taken at the bound. Raises `UnknownName`, `InvalidValue`.
+    Multipliers outside the bounds of a parameter are clipped. Raises `UnknownName`, `InvalidValue`.
     """
-    places = _places(parameters.NAMES, chosen, "parameter")
-    known = [parameters.PARAMETERS[place] for place in places]
-    lower, upper = np.array([[one.lower, one.upper] for one in known]).T
-    axes = tuple(one.name for one in known)
-    return InferenceProblem(_Clipped(Simulator(model, axes), lower, upper), recordings.conditions, recordings.measured_time,
-                   lower, upper, axes)
+    uncertain = [parameters.PARAMETERS[column] for column in _columns(parameters.NAMES, chosen, "parameter")]
+    lower, upper = np.array([[parameter.lower, parameter.upper] for parameter in uncertain]).T
+    axes = tuple(parameter.name for parameter in uncertain)
+    return InferenceProblem(_Clipped(Simulator(model, axes), lower, upper), recordings.conditions,
+                            recordings.measured_time, lower, upper, axes)
 
 
 @dataclass(frozen=True, eq=False)
 class _Fixed:
-    """A model of some of the inputs of another, the rest held at `values`."""
+    """A model of the inputs `columns` of another model, whose remaining inputs are fixed at `values`."""
 
     model: ShiftingTimeModel
     values: np.ndarray
-    places: list[int]
+    columns: list[int]
 
     def __call__(self, points: np.ndarray, conditions: Any, /) -> np.ndarray:
-        whole = np.tile(self.values, (len(points), 1))
-        whole[:, self.places] = points
-        return self.model(whole, conditions)
+        all_inputs = np.tile(self.values, (len(points), 1))
+        all_inputs[:, self.columns] = points
+        return self.model(all_inputs, conditions)
 
 
 @dataclass(frozen=True, eq=False)
 class _Clipped:
+    """The simulator with its multipliers clipped to `lower`, `upper` (d,)."""
+
     model: Simulator
     lower: np.ndarray
     upper: np.ndarray
@@ -73,9 +75,10 @@ class _Clipped:
         return self.model(np.clip(points, self.lower, self.upper), conditions)
 
 
-def _places(known: Sequence[str], chosen: Sequence[str], kind: str) -> list[int]:
+def _columns(known: Sequence[str], chosen: Sequence[str], kind: str) -> list[int]:
+    """Indices of the chosen names among the known ones."""
     if not chosen or len(set(chosen)) < len(chosen):
-        raise InvalidValue(f"The uncertain inputs are {list(chosen)}", "Name one or more, each once")
+        raise InvalidValue(f"The uncertain inputs are {list(chosen)}", "Give one or more names, each once")
     for name in chosen:
         if name not in known:
             raise UnknownName.of(kind, name, known)

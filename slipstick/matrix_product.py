@@ -1,7 +1,7 @@
-"""A matrix product with the same bits on any number of threads of one kind of processor.
+"""A matrix product with bit-identical results on any number of threads, for one processor type.
 
-BLAS divides a product among its threads and rounds accordingly: a fit resumed on another machine would drift from
-the one it goes on with. One plain loop does not, and costs 1.6 times as much on one core.
+BLAS splits a product among its threads, and the rounding depends on the split. A fit that is resumed on another machine
+would therefore diverge from the original fit. A single plain loop avoids this, at 1.6 times the cost on one core.
 """
 
 import numba
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def matrix_product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The product of (m, k) and (k, n), shape (m, n), in single precision where both are."""
+    """The product of (m, k) and (k, n), shape (m, n), in single precision if both factors are."""
     result = np.zeros((len(left), right.shape[1]), np.result_type(left, right, np.float32))
     _add_product(np.ascontiguousarray(left), np.ascontiguousarray(right), result)
     return result

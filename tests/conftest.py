@@ -19,14 +19,14 @@ from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid
 
 ROOT = Path(__file__).parents[1]
-SWITCHES = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-            "--disable-background-networking", "--disable-component-update", "--disable-sync",
-            "--window-size=1200,1600", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
+BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+                   "--disable-background-networking", "--disable-component-update", "--disable-sync",
+                   "--window-size=1200,1600", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
 
 
 @pytest.fixture(scope="session")
 def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a small real table, `nominal`, and the shipped recordings, `measured`."""
+    """A folder with a small simulated table, `nominal`, and the shipped recordings, `measured`."""
     folder = tmp_path_factory.mktemp("tables")
     model, conditions, grid = Model(), paper_conditions(), np.linspace(0.5, 1.5, 9)
     axes = (Axis("pressure_bias", grid, 1.6, "bar"), Axis("initial_position", grid, 5e-4, "m"))
@@ -40,39 +40,39 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with every ninth of the shipped recordings, `few`: a study of them takes seconds."""
+    """A folder with every ninth engagement of the shipped recordings, `few`, whose study takes seconds."""
     folder = tmp_path_factory.mktemp("recordings")
-    with h5py.File(ROOT / "tables" / "measured.h5") as whole, h5py.File(folder / "few.h5", "w") as part:
-        whole.copy("current_profiles", part)
-        part["signals/time"] = whole["signals/time"][:]
-        part["signals/time"].attrs["units"] = "s"
-        for name in (*(f"conditions/{name}" for name in whole["conditions"]), "shifting_time",
-                     *(f"signals/{name}" for name in whole["signals"] if name != "time")):
-            part[name] = whole[name][::9]
-            part[name].attrs["units"] = whole[name].attrs["units"]
-        part["conditions/run_order"][:] = np.argsort(np.argsort(part["conditions/run_order"]))
+    with h5py.File(ROOT / "tables" / "measured.h5") as shipped, h5py.File(folder / "few.h5", "w") as few:
+        shipped.copy("current_profiles", few)
+        few["signals/time"] = shipped["signals/time"][:]
+        few["signals/time"].attrs["units"] = "s"
+        for name in (*(f"conditions/{name}" for name in shipped["conditions"]), "shifting_time",
+                     *(f"signals/{name}" for name in shipped["signals"] if name != "time")):
+            few[name] = shipped[name][::9]
+            few[name].attrs["units"] = shipped[name].attrs["units"]
+        few["conditions/run_order"][:] = np.argsort(np.argsort(few["conditions/run_order"]))
     return folder
 
 
 @pytest.fixture(scope="session")
 def made() -> Callable[..., dict[str, Any]]:
-    """What the job of a fit leaves, made up: a ridge of two means, an open interval, 90 % of the runs inside."""
+    """A function that makes up the output of a fit job, with a ridge in the likelihood and an open interval."""
     def make(axes: tuple[str, ...] = ("pressure_bias", "initial_position"), n: int = 216) -> dict[str, Any]:
         rng, d, conditions = np.random.default_rng(1), len(axes), paper_conditions().take(np.arange(n))
         measured = rng.uniform(0.4, 1.2, n)
-        predicted, std, grid, time = measured + 0.01 * rng.normal(size=n), 0.01, np.linspace(0.8, 1.2, 21), \
-            np.linspace(0, 1.5, 151)
+        predicted, std = measured + 0.01 * rng.normal(size=n), 0.01
+        grid, time = np.linspace(0.8, 1.2, 21), np.linspace(0, 1.5, 151)
         steps = np.linspace(-0.04, 0.04, 17)
         curve = [[1 + step, 0.3 * step**2 / std**2] for step in np.linspace(-2 * std, 2 * std, 9)]
-        spell = {"mean": [1.0] * d, "std": [0.05] * d, "output_std": std}
+        candidate = {"mean": [1.0] * d, "std": [0.05] * d, "output_std": std}
         unknowns = [f"{kind} of {axis}" for kind in ("mean", "std") for axis in axes] + ["output std"]
         drop = 1e4 * (grid[:, None] + grid - 2) ** 2 + (grid[:, None] - grid) ** 2
-        shafts = {"pressure": 10 * time, "input_speed": 160 - 20 * time, "output_speed": 40 * time,
-                  "output_torque": 300 + 0 * time}
+        signals = {"pressure": 10 * time, "input_speed": 160 - 20 * time, "output_speed": 40 * time,
+                   "output_torque": 300 + 0 * time}
         result = {
             "axes": list(axes), "families": ["normal"] * d, "correlation": None, "method": "genetic", "refined": True,
-            **spell, "log10_likelihood": -269.0, "log10_likelihood_per_condition": [-269.0 / n] * n,
-            "before": {**spell, "log10_likelihood": -300.0}, "searched": {**spell, "log10_likelihood": -269.5},
+            **candidate, "log10_likelihood": -269.0, "log10_likelihood_per_condition": [-269.0 / n] * n,
+            "before": {**candidate, "log10_likelihood": -300.0}, "searched": {**candidate, "log10_likelihood": -269.5},
             "generations": 3, "history": [-300.0, -280.0, -269.4], "mass_outside": 0.01, "remarks": [],
             "intervals": [{"unknown": name, "estimate": 1.0, "lower": 0.99, "upper": 1.01, "unsettled": [],
                            "level": 0.9, "curve": curve} for name in unknowns],
@@ -92,9 +92,9 @@ def made() -> Callable[..., dict[str, Any]]:
             "engagement": {
                 "condition": 0, "time": time.tolist(), "touch": 0.1, "lock": float(measured[0]) + 0.02,
                 "current": (0.3 + 0 * time).tolist(), "gear_ratio": 3.2,
-                "measured": {name: values.tolist() for name, values in shafts.items()},
+                "measured": {name: values.tolist() for name, values in signals.items()},
                 "simulated": {name: values.tolist() for name, values in (
-                    *shafts.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
+                    *signals.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
         return {"result": result, "figure_data": figure_data,
                 "seconds": {"open": 0.2, "search": 18.0, "refine": 6.0, "intervals": 14.0},
                 "processor_seconds": {"open": 0.1, "search": 9.0, "refine": 3.0, "intervals": 7.0}}
@@ -104,7 +104,7 @@ def made() -> Callable[..., dict[str, Any]]:
 
 @pytest.fixture(scope="session")
 def launch() -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
-    """Start `python -m ...` as a process of its own; what still runs at the end is killed."""
+    """A function that starts `python -m ...` as a process; processes still running at the end are killed."""
     started: list[subprocess.Popen[bytes]] = []
 
     def start(*arguments: str, **environment: str) -> subprocess.Popen[bytes]:
@@ -120,15 +120,15 @@ def launch() -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
-    """A real browser that reaches nothing but this machine."""
+    """A real browser that can connect to this machine only."""
     chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if not (chromium and driver):
-        said = "Chromium is missing: apt-get update && apt-get install -y chromium chromium-driver"
-        pytest.fail(said) if os.environ.get("CI") == "true" else pytest.skip(said)
+        reason = "Chromium is missing: apt-get update && apt-get install -y chromium chromium-driver"
+        pytest.fail(reason) if os.environ.get("CI") == "true" else pytest.skip(reason)
     options = webdriver.ChromeOptions()
     options.binary_location = chromium
-    for switch in (*SWITCHES, f"--user-data-dir={tmp_path_factory.mktemp('chromium')}"):
-        options.add_argument(switch)
+    for option in (*BROWSER_OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('chromium')}"):
+        options.add_argument(option)
     options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
     browser = webdriver.Chrome(options, webdriver.ChromeService(driver))
     yield browser
@@ -137,11 +137,11 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chro
 
 @pytest.fixture(scope="session")
 def requested(browser: webdriver.Chrome) -> Callable[[], list[str]]:
-    """The addresses on a network that the browser has asked for since the last call."""
+    """A function that returns the network addresses the browser has requested since its last call."""
     def urls() -> list[str]:
         messages = (json.loads(entry["message"])["message"] for entry in browser.get_log("performance"))
-        asked = [message["params"]["request"]["url"] for message in messages
-                 if message["method"] == "Network.requestWillBeSent"]
-        return [url for url in asked if url.startswith(("http:", "https:", "ws:", "wss:"))]
+        sent = [message["params"]["request"]["url"] for message in messages
+                if message["method"] == "Network.requestWillBeSent"]
+        return [url for url in sent if url.startswith(("http:", "https:", "ws:", "wss:"))]
 
     return urls

@@ -1,7 +1,7 @@
 """What each package may import: an allow-list, so that a new dependency between packages is a decision.
 
-Imports run one way, service -> slipstick <- worker, and inside the core from the simulator outwards. docs/architecture.md
-draws the same picture.
+Imports run one way, service -> slipstick <- worker, and inside the core from the simulator outwards.
+docs/architecture.md draws the same picture.
 """
 
 import ast

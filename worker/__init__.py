@@ -1,1 +1,1 @@
-"""The offline half: builds and verifies tables, calibrates, studies, and runs the jobs that the service takes in."""
+"""Offline commands for tables, calibrations and studies, and the worker that runs the jobs submitted to the service."""

@@ -8,29 +8,31 @@ from collections.abc import Sequence
 from slipstick.errors import SlipstickError
 
 COMMANDS = {
-    "build": "simulate a table of shifting times; killed, the same command goes on where it was",
-    "calibrate": "fit the seven uncertain parameters to recordings by least squares",
-    "serve-jobs": "run the fits and studies that the service takes in; killed, it goes on where it was",
-    "study": "name the physical effect that recordings show and the model lacks, and show the gap shrink",
-    "surrogate": "train a table over any number of parameters on simulations at random points",
-    "verify": "check a table, say what it is, and measure its interpolation against direct simulation",
+    "build": "simulate a table of shifting times on a grid; after an interruption the same command resumes the build",
+    "calibrate": "fit the seven uncertain parameters to recordings by nonlinear least squares",
+    "serve-jobs": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
+    "study": "identify the physical effect that recordings show and the model lacks, and measure the improvement",
+    "surrogate": "train a neural-network table over any number of parameters on simulations at random points",
+    "verify": "check the integrity of a table, describe it, and compare it with direct simulation",
 }
-"""Command -> what it does; `some-name` lives in worker/some_name.py, loaded only when asked for."""
+"""Command -> description. The command `some-name` is the module worker/some_name.py, imported only when it runs."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status, 1 for every error raised on purpose."""
-    listed = "\n".join(f"  {name:12} {does}" for name, does in COMMANDS.items())
-    parser = argparse.ArgumentParser(prog="python -m worker", epilog=f"commands:\n{listed}",
+    """Run one command and return its exit status: 1 for every `SlipstickError`."""
+    listing = "\n".join(f"  {name:12} {description}" for name, description in COMMANDS.items())
+    parser = argparse.ArgumentParser(prog="python -m worker", epilog=f"commands:\n{listing}",
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help="one of those below; COMMAND --help")
+    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND",
+                        help="one of the commands below; COMMAND --help lists its options")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
-    chosen = parser.parse_args(arguments)
-    command = importlib.import_module(f"worker.{chosen.command.replace('-', '_')}")
-    own = argparse.ArgumentParser(prog=f"python -m worker {chosen.command}", description=COMMANDS[chosen.command])
-    command.add_arguments(own)
+    parsed = parser.parse_args(arguments)
+    command = importlib.import_module(f"worker.{parsed.command.replace('-', '_')}")
+    command_parser = argparse.ArgumentParser(prog=f"python -m worker {parsed.command}",
+                                             description=COMMANDS[parsed.command])
+    command.add_arguments(command_parser)
     try:
-        return int(command.run(own.parse_args(chosen.arguments)))
+        return int(command.run(command_parser.parse_args(parsed.arguments)))
     except SlipstickError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

@@ -1,7 +1,7 @@
-"""Build a table chunk by chunk, so that a build killed at any moment goes on where it was.
+"""Build a table in chunks, so that a build killed at any moment resumes where it stopped.
 
-Every finished chunk is a file in a folder beside the table, named after the digest of what is built. The table itself
-is written there too, verified, and moved into place as the last act; then the folder goes.
+Each finished chunk is a file in a folder beside the table, named after the digest of the plan. The complete table is
+written to that folder, verified, and moved to its final path; then the folder is removed.
 """
 
 import fcntl
@@ -23,36 +23,36 @@ from slipstick.table import Grid
 from worker.plan import Plan
 
 Report = Callable[[int, int], None]
-"""Told after every chunk: engagements ready, of them left over from an earlier build."""
+"""Called after every chunk with the number of finished engagements and how many of them an earlier build simulated."""
 
 
 def build(plan: Plan, out: Path, executor: Executor, report: Report) -> Grid:
-    """Simulate `plan` on `executor` and put the table at `out`; return it.
+    """Simulate `plan` on `executor`, write the table to `out` and return it.
 
-    The result does not depend on the executor, nor on how often the build was cut off. Raises `InvalidValue` where
-    another process is building the same table there.
+    The result depends neither on the executor nor on interruptions. Raises `InvalidValue` if another process is
+    building the same table.
     """
     n = len(plan.conditions)
     times = np.empty((int(np.prod(plan.shape)), n))
     status = np.empty(times.shape, dtype=np.uint8)
-    with _sole(out.with_name(f".{out.name}.{plan.digest[:16]}.parts")) as folder:
+    with _locked_folder(out.with_name(f".{out.name}.{plan.digest[:16]}.parts")) as folder:
         missing = []
         for chunk in plan.chunks:
-            found = _read(_file(folder, chunk), (chunk.stop - chunk.start, n))
-            if found:
-                times[chunk], status[chunk] = found
+            stored = _read_chunk(_chunk_path(folder, chunk), (chunk.stop - chunk.start, n))
+            if stored:
+                times[chunk], status[chunk] = stored
             else:
                 missing.append(chunk)
-        ready = left_over = times.size - sum(chunk.stop - chunk.start for chunk in missing) * n
-        report(ready, left_over)
+        done = resumed = times.size - sum(chunk.stop - chunk.start for chunk in missing) * n
+        report(done, resumed)
         for chunk, *result in _simulate(plan, missing, executor):
             times[chunk], status[chunk] = result
-            _write(_file(folder, chunk), times[chunk], status[chunk])
-            ready += times[chunk].size
-            report(ready, left_over)
+            _write_chunk(_chunk_path(folder, chunk), times[chunk], status[chunk])
+            done += times[chunk].size
+            report(done, resumed)
         table = Grid(plan.axes, times.reshape(*plan.shape, n), status.reshape(*plan.shape, n), plan.conditions,
-                     plan.model, f"slipstick {slipstick.__version__}, steps of {plan.accuracy.fine:g} s "
-                     f"at contact and {plan.accuracy.coarse:g} s elsewhere, twice that in calm")
+                     plan.model, f"slipstick {slipstick.__version__}, longest steps {plan.accuracy.fine:g} s near "
+                     f"contact and {plan.accuracy.coarse:g} s elsewhere, twice that while the pressure is smooth")
         table.write(folder / out.name)
         move(folder / out.name, out)
         shutil.rmtree(folder)
@@ -71,17 +71,17 @@ def _simulate(plan: Plan, chunks: list[slice], executor: Executor) -> Iterator[t
             future.cancel()
 
 
-def _file(folder: Path, chunk: slice) -> Path:
+def _chunk_path(folder: Path, chunk: slice) -> Path:
     return folder / f"{chunk.start:010}.npz"
 
 
-def _write(path: Path, times: np.ndarray, status: np.ndarray) -> None:
+def _write_chunk(path: Path, times: np.ndarray, status: np.ndarray) -> None:
     with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez(file, times=times, status=status)
 
 
-def _read(path: Path, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the chunk in the file, None where there is none or it is damaged (zip members carry a CRC)."""
+def _read_chunk(path: Path, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times and status in the file; None if it is missing or damaged, which the CRC of its zip members shows."""
     try:
         with np.load(path, allow_pickle=False) as file:
             times, status = file["times"], file["status"]
@@ -91,16 +91,17 @@ def _read(path: Path, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray] |
 
 
 @contextmanager
-def _sole(folder: Path) -> Iterator[Path]:
-    """Make `folder` and hold its lock, which the kernel releases however this process ends."""
+def _locked_folder(folder: Path) -> Iterator[Path]:
+    """Create `folder` and hold its lock, which the kernel releases however this process ends."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "lock"
     with path.open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            held = path.exists() and os.path.samestat(os.fstat(lock.fileno()), path.stat())
+            # Another build may have removed the folder before the lock was taken.
+            is_locked = path.exists() and os.path.samestat(os.fstat(lock.fileno()), path.stat())
         except BlockingIOError:
-            held = False
-        if not held:
+            is_locked = False
+        if not is_locked:
             raise InvalidValue("Another process is building this table", "Wait until it ends, or give another --out")
         yield folder

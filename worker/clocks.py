@@ -1,21 +1,21 @@
-"""The time that each stage of a long computation took, by the wall and of all threads."""
+"""Wall time and processor time of each stage of a long computation."""
 
 import time
 from collections.abc import Mapping
 from typing import Any
 
-Clocks = tuple[float, float]
+ClockTimes = tuple[float, float]
 
 
-def clocks() -> Clocks:
-    """Of the wall, and of all threads of this process, in s."""
+def clock_times() -> ClockTimes:
+    """Wall time, and processor time of all threads of this process, both in s."""
     return time.perf_counter(), time.process_time()
 
 
-def spent(block: Mapping[str, Any], stage: str, begun: Clocks) -> dict[str, dict[str, float]]:
-    """The `seconds` and `processor_seconds` of `block` by stage, with those of `stage` since `begun` added."""
-    found = {}
-    for name, begin, now in zip(("seconds", "processor_seconds"), begun, clocks(), strict=True):
-        before: dict[str, float] = block.get(name, {})
-        found[name] = {**before, stage: before.get(stage, 0.0) + now - begin}
-    return found
+def stage_times(checkpoint: Mapping[str, Any], stage: str, begin: ClockTimes) -> dict[str, dict[str, float]]:
+    """The `seconds` and `processor_seconds` by stage of `checkpoint`, with the time since `begin` added to `stage`."""
+    updated = {}
+    for name, start, now in zip(("seconds", "processor_seconds"), begin, clock_times(), strict=True):
+        previous: dict[str, float] = checkpoint.get(name, {})
+        updated[name] = {**previous, stage: previous.get(stage, 0.0) + now - start}
+    return updated

@@ -1,7 +1,7 @@
-"""A fit as a durable workflow: killed at any moment, it goes on from its last step, bit for bit.
+"""A fit as a durable workflow: killed at any moment, it resumes after its last step and gives bit-identical results.
 
-The generations of about a second are one step. How many fall into it depends on the clock; the result does not. The
-refinement, each interval, and the pictures' data are further steps.
+A step of the search runs generations for about a second. Their number depends on the clock; the result does not. The
+refinement, each interval and the conclusion with the figure data are further steps.
 """
 
 import time
@@ -20,69 +20,70 @@ from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
-from worker.clocks import clocks, spent
-from worker.jobs import Block, Order, report, require_same
+from worker.clocks import clock_times, stage_times
+from worker.jobs import Checkpoint, Order, report, require_same
 
-_BLOCK_SECONDS = 1.0
+_STEP_SECONDS = 1.0
 _REPORT_SECONDS = 0.5
 
 
 def register(library: Library) -> None:
-    """Teach DBOS the workflow `fit` on the tables and recordings of `library`; call it before the launch.
+    """Register the DBOS workflow `fit` on the tables and recordings of `library`, before `DBOS.launch`.
 
-    A block holds the `state` of the fit, and its `estimate` once refined.
+    A checkpoint holds the `state` of the search, and from the refinement on the `estimate`.
     """
 
     @DBOS.step(name="start")
-    def start(order: Order) -> Block:
-        begun = clocks()
+    def start(order: Order) -> Checkpoint:
+        begin = clock_times()
         task = _open(library, order)
-        return {"state": fit.initial_state(task.settings, task.problem), **spent({}, "open", begun)}
+        return {"state": fit.initial_state(task.settings, task.problem), **stage_times({}, "open", begin)}
 
     @DBOS.step(name="search")
-    def search(order: Order, block: Block) -> Block:
-        begun = clocks()
+    def search(order: Order, checkpoint: Checkpoint) -> Checkpoint:
+        begin = clock_times()
         task = _open(library, order)
-        state = block["state"]
-        while not fit.is_finished(task.settings, state) and time.perf_counter() < begun[0] + _BLOCK_SECONDS:
-            state = fit.next_state(task.settings, _watched(task, state, "search"), state)
-            _report(task, state, "search")
-        return {"state": state, **spent(block, "search", begun)}
+        state = checkpoint["state"]
+        while not fit.is_finished(task.settings, state) and time.perf_counter() < begin[0] + _STEP_SECONDS:
+            state = fit.next_state(task.settings, _reporting_problem(task, state, "search"), state)
+            _report_progress(task, state, "search")
+        return {"state": state, **stage_times(checkpoint, "search", begin)}
 
     @DBOS.step(name="refine")
-    def refine(order: Order, block: Block) -> Block:
-        begun = clocks()
+    def refine(order: Order, checkpoint: Checkpoint) -> Checkpoint:
+        begin = clock_times()
         task = _open(library, order)
-        estimate = fit.refined_estimate(task.settings, _watched(task, block["state"], "refine"), block["state"])
-        return {**block, "estimate": estimate, **spent(block, "refine", begun)}
+        problem = _reporting_problem(task, checkpoint["state"], "refine")
+        estimate = fit.refined_estimate(task.settings, problem, checkpoint["state"])
+        return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "refine", begin)}
 
     @DBOS.step(name="interval")
-    def interval(order: Order, block: Block) -> Block:
-        begun = clocks()
+    def interval(order: Order, checkpoint: Checkpoint) -> Checkpoint:
+        begin = clock_times()
         task = _open(library, order)
-        watched = _watched(task, block["state"], "intervals")
-        estimate = fit.with_next_interval(task.settings, watched, block["estimate"])
-        return {**block, "estimate": estimate, **spent(block, "intervals", begun)}
+        problem = _reporting_problem(task, checkpoint["state"], "intervals")
+        estimate = fit.with_next_interval(task.settings, problem, checkpoint["estimate"])
+        return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "intervals", begin)}
 
     @DBOS.step(name="conclude")
-    def conclude(order: Order, block: Block) -> dict[str, Any]:
-        begun = clocks()
+    def conclude(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
+        begin = clock_times()
         task = _open(library, order)
-        watched = _watched(task, block["state"], "conclude")
-        result = fit.summary(task.settings, watched, block["state"], block["estimate"])
-        shown = figure_data(task.settings, watched, block["estimate"]["vector"], task.model, task.recordings)
-        return {"result": result, "figure_data": shown, **spent(block, "conclude", begun)}
+        problem = _reporting_problem(task, checkpoint["state"], "conclude")
+        result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
+        figures = figure_data(task.settings, problem, checkpoint["estimate"]["vector"], task.model, task.recordings)
+        return {"result": result, "figure_data": figures, **stage_times(checkpoint, "conclude", begin)}
 
     @DBOS.workflow(name="fit", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
         settings = fit.FitSettings.from_dict(order["settings"])
-        block = start(order)
-        while not fit.is_finished(settings, block["state"]):
-            block = search(order, block)
-        block = refine(order, block)
-        while not fit.has_all_intervals(settings, block["estimate"]):
-            block = interval(order, block)
-        return conclude(order, block)
+        checkpoint = start(order)
+        while not fit.is_finished(settings, checkpoint["state"]):
+            checkpoint = search(order, checkpoint)
+        checkpoint = refine(order, checkpoint)
+        while not fit.has_all_intervals(settings, checkpoint["estimate"]):
+            checkpoint = interval(order, checkpoint)
+        return conclude(order, checkpoint)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,26 +94,27 @@ class _Task:
     recordings: Recordings
 
 
-class _Watched:
-    """A model that reports now and then how often it was run."""
+class _ReportingModel:
+    """A model that counts its runs and reports their number every half second."""
 
     def __init__(self, model: ShiftingTimeModel, report: Callable[[int], None]) -> None:
         self.model, self.report = model, report
-        self.runs, self.reported = 0, 0.0
+        self.runs, self.last_report = 0, 0.0
 
     def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
         self.runs += 1
-        if time.perf_counter() > self.reported + _REPORT_SECONDS:
-            self.reported = time.perf_counter()
+        if time.perf_counter() > self.last_report + _REPORT_SECONDS:
+            self.last_report = time.perf_counter()
             self.report(self.runs)
         return self.model(points, conditions)
 
 
-def _watched(task: _Task, state: fit.SearchState, stage: str) -> InferenceProblem:
-    return replace(task.problem, model=_Watched(task.problem.model, lambda runs: _report(task, state, stage, runs)))
+def _reporting_problem(task: _Task, state: fit.SearchState, stage: str) -> InferenceProblem:
+    model = _ReportingModel(task.problem.model, lambda runs: _report_progress(task, state, stage, runs))
+    return replace(task.problem, model=model)
 
 
-def _report(task: _Task, state: fit.SearchState, stage: str, runs: int = 0) -> None:
+def _report_progress(task: _Task, state: fit.SearchState, stage: str, runs: int = 0) -> None:
     report({"stage": stage, "model_runs": runs, **fit.progress(task.settings, task.problem, state)})
 
 

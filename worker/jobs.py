@@ -1,7 +1,7 @@
-"""What every durable job has in common: its queue, its order, and the word on how far it is.
+"""What all durable jobs share: the queue, the order, the checkpoint and the progress report.
 
-A job is a workflow on DBOS: killed at any moment, it goes on from its last step, whose outcome is stored as JSON. What
-was cut off is computed again from the same state, by arithmetic that depends on nothing else.
+A job is a DBOS workflow: killed at any moment, it resumes after its last completed step, whose output is stored as
+JSON. The interrupted step is computed again from the same state, and gives the same result.
 """
 
 from typing import Any
@@ -11,22 +11,22 @@ from dbos import DBOS
 from slipstick.errors import WrongDigest
 
 QUEUE = "jobs"
-"""One for all kinds of jobs: they run one at a time, and the processor time of a step is its own."""
+"""Name of the only queue. Jobs of all kinds run one at a time, so that the processor time of a step is its own."""
 _PROGRESS = "progress"
 
 Order = dict[str, Any]
-"""What a job is to do (service/job_store.py sends it)."""
-Block = dict[str, Any]
-"""What a step leaves: a state, and the time spent so far in each stage (worker/clocks.py)."""
+"""The input of a job, as the service submits it (service/job_store.py)."""
+Checkpoint = dict[str, Any]
+"""The output of a step: a state, and the time spent so far in each stage (worker/clocks.py)."""
 
 
 def report(progress: dict[str, Any]) -> None:
-    """Publish how far the job of the present step is; where it has been cancelled, DBOS raises here: the step ends."""
+    """Publish the progress of the running job. If the job has been cancelled, DBOS raises here and the step ends."""
     DBOS.set_event(_PROGRESS, progress)
 
 
 def require_same(order: Order, kind: str, digest: str, job: str) -> None:
-    """Raise `WrongDigest` where the `kind` of file that a job names is no longer what it was submitted with."""
+    """Raise `WrongDigest` if a file of the job (`kind`: table or recordings) has changed since the submission."""
     if digest != order[f"{kind}_digest"]:
         raise WrongDigest(f"The {kind} '{order[kind]}' changed after the {job} was submitted",
                           f"Submit the {job} again")

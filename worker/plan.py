@@ -1,4 +1,4 @@
-"""What a build is to compute: a model on a grid of multipliers under some conditions, cut into chunks."""
+"""The plan of a build: a model, a grid of multipliers and n conditions, divided into chunks."""
 
 import hashlib
 import json
@@ -15,7 +15,7 @@ from slipstick.clutch.model import Model
 from slipstick.table import Axis
 
 CHUNK = 20_000
-"""Engagements in a chunk, about a twentieth of a second of work: what a killed build may lose."""
+"""Engagements per chunk: about 0.05 s of work, the most that each thread of a killed build has to repeat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,23 +34,23 @@ class Plan:
 
     @property
     def chunks(self) -> list[slice]:
-        """The grid points in pieces, always the same ones for the same plan."""
+        """Slices of the grid points; the same for the same plan."""
         size = max(1, CHUNK // len(self.conditions))
         total = int(np.prod(self.shape))
         return [slice(first, min(first + size, total)) for first in range(0, total, size)]
 
     def points(self, chunk: slice) -> np.ndarray:
         """Multipliers (m, d) at the grid points of `chunk`."""
-        places = np.unravel_index(np.arange(chunk.start, chunk.stop), self.shape)
-        return np.column_stack([axis.values[place] for axis, place in zip(self.axes, places, strict=True)])
+        indices = np.unravel_index(np.arange(chunk.start, chunk.stop), self.shape)
+        return np.column_stack([axis.values[index] for axis, index in zip(self.axes, indices, strict=True)])
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all that the numbers depend on, the program included: chunks are shared only by equals."""
+        """SHA-256 of all that the result depends on, with the simulator source: only equal builds share chunks."""
         columns = [column.tolist() for column in self.conditions.columns(self.model.uses_run_order)]
         axes = [(axis.name, axis.values.tolist()) for axis in self.axes]
-        described = json.dumps([self.model.digest, columns, axes, vars(self.accuracy), CHUNK])
-        hashed = hashlib.sha256(described.encode())
+        description = json.dumps([self.model.digest, columns, axes, vars(self.accuracy), CHUNK])
+        hashed = hashlib.sha256(description.encode())
         for path in sorted(Path(slipstick.clutch.__path__[0]).rglob("*.py")):
             hashed.update(path.read_bytes())
         return hashed.hexdigest()

@@ -1,6 +1,6 @@
-"""A study as a durable workflow: killed at any moment, it goes on from its last step with the same result.
+"""A study as a durable workflow: killed at any moment, it resumes after its last step and gives the same result.
 
-A step is what `study.start`, `study.advance` or the conclusion does: some seconds.
+A step is one call of `study.start`, `study.advance` or `conclude`, and takes some seconds.
 """
 
 from dataclasses import dataclass
@@ -11,50 +11,50 @@ from dbos import DBOS, WorkflowSerializationFormat
 from slipstick.storage.library import Library
 from slipstick.study import study
 from slipstick.study.comparison import Comparison, compare
-from slipstick.study.conclusion import conclude as concluded
-from slipstick.study.evidence import evidence
+from slipstick.study.conclusion import conclude as study_result
+from slipstick.study.evidence import evidence as study_figure_data
 from slipstick.study.progress import progress
 from slipstick.study.settings import StudySettings
-from worker.clocks import clocks, spent
-from worker.jobs import Block, Order, report, require_same
+from worker.clocks import clock_times, stage_times
+from worker.jobs import Checkpoint, Order, report, require_same
 
 
 def register(library: Library) -> None:
-    """Teach DBOS the workflow `study` on the recordings of `library`; call it before the launch.
+    """Register the DBOS workflow `study` on the recordings of `library`, before `DBOS.launch`.
 
-    A block holds the `state` of the study.
+    A checkpoint holds the `state` of the study.
     """
 
     @DBOS.step(name="study.start")
-    def start(order: Order) -> Block:
-        begun = clocks()
+    def start(order: Order) -> Checkpoint:
+        begin = clock_times()
         task = _open(library, order)
-        said = _told(task, None)
-        return {"state": study.start(task.settings, task.comparison), **spent({}, said, begun)}
+        stage = _report_stage(task, None)
+        return {"state": study.start(task.settings, task.comparison), **stage_times({}, stage, begin)}
 
     @DBOS.step(name="study.advance")
-    def advance(order: Order, block: Block) -> Block:
-        begun = clocks()
+    def advance(order: Order, checkpoint: Checkpoint) -> Checkpoint:
+        begin = clock_times()
         task = _open(library, order)
-        said = _told(task, block["state"])
-        state = study.advance(task.settings, task.comparison, block["state"])
-        return {"state": state, **spent(block, said, begun)}
+        stage = _report_stage(task, checkpoint["state"])
+        state = study.advance(task.settings, task.comparison, checkpoint["state"])
+        return {"state": state, **stage_times(checkpoint, stage, begin)}
 
     @DBOS.step(name="study.conclude")
-    def conclude(order: Order, block: Block) -> dict[str, Any]:
-        begun = clocks()
+    def conclude(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
+        begin = clock_times()
         task = _open(library, order)
-        said = _told(task, block["state"])
-        result = concluded(task.settings, task.comparison, block["state"])
-        shown = evidence(task.settings, task.comparison, block["state"])
-        return {"result": result, "figure_data": shown, **spent(block, said, begun)}
+        stage = _report_stage(task, checkpoint["state"])
+        result = study_result(task.settings, task.comparison, checkpoint["state"])
+        figures = study_figure_data(task.settings, task.comparison, checkpoint["state"])
+        return {"result": result, "figure_data": figures, **stage_times(checkpoint, stage, begin)}
 
     @DBOS.workflow(name="study", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
-        block = start(order)
-        while not study.finished(block["state"]):
-            block = advance(order, block)
-        return conclude(order, block)
+        checkpoint = start(order)
+        while not study.finished(checkpoint["state"]):
+            checkpoint = advance(order, checkpoint)
+        return conclude(order, checkpoint)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +63,11 @@ class _Task:
     comparison: Comparison
 
 
-def _told(task: _Task, state: study.State | None) -> str:
-    """Publish what is done now, and return the name of its stage."""
-    said = progress(task.settings, state)
-    report(said)
-    return str(said["stage"])
+def _report_stage(task: _Task, state: study.State | None) -> str:
+    """Publish the progress of the study, and return the stage of the next step."""
+    current = progress(task.settings, state)
+    report(current)
+    return str(current["stage"])
 
 
 def _open(library: Library, order: Order) -> _Task:

@@ -1,10 +1,10 @@
-"""Train a network on simulations: Adam on its layers, then the last layer by least squares.
+"""Train a network on simulations: all layers with Adam, then the last layer by least squares.
 
-    m <- 0.9 m + 0.1 g,   v <- 0.999 v + 0.001 g^2,   w <- w - rate m / (sqrt(v) + 1e-8), both without their bias
+    m <- 0.9 m + 0.1 g,   v <- 0.999 v + 0.001 g^2,   w <- w - rate m / (sqrt(v) + 1e-8), m and v bias-corrected
 
-Every product is the one of slipstick/uncertainty/product.py, so the network does not depend on the number of threads.
-Source: Kingma, Ba: Adam: a method for stochastic optimization, ICLR 2015; the rate falls like a cosine (Loshchilov,
-Hutter: SGDR: stochastic gradient descent with warm restarts, ICLR 2017).
+All matrix products are those of slipstick/matrix_product.py, so that the network does not depend on the number of
+threads. Source: Kingma, Ba: Adam: a method for stochastic optimization, ICLR 2015; the rate decays as a cosine
+(Loshchilov, Hutter: SGDR: stochastic gradient descent with warm restarts, ICLR 2017).
 """
 
 import math
@@ -18,44 +18,47 @@ from slipstick.table.network import Network, sigmoid
 from slipstick.uncertainty.chaos.least_squares import projection
 
 WIDTHS = (64, 64, 64)
-"""Terms of the hidden layers. Wider or deeper by half was no better in the same time."""
+"""Units of the hidden layers. Networks 50 % wider or deeper were no better in the same time."""
 BATCH = 250
+"""Points per step."""
 RATE = 0.01
-"""Of the first steps, once warm."""
-_WARM = 200  # steps, in which Adam's averages fill
-_DECAY, _SQUARE_DECAY = 0.9, 0.999
-_RIDGE = 1e-10  # terms that are nearly the same share what they explain
+"""Initial rate, after the warm-up."""
+_WARM_UP = 200  # steps until Adam's moment estimates are settled
+_DECAY, _SQUARE_DECAY = 0.9, 0.999  # of the first and second moments
+_RIDGE = 1e-10  # makes the least-squares problem well-posed if hidden units are nearly collinear
 
 Layers = list[np.ndarray]
 
 
 def train(inputs: np.ndarray, times: np.ndarray, steps: int, rng: np.random.Generator,
           report: Callable[[int], None]) -> Network:
-    """Fit a network to `times` (m, n) at `inputs` (m, d) of mean 0 and variance 1; `report` hears of every step.
+    """Fit a network to `times` (m, n) in s at `inputs` (m, d) of mean 0 and variance 1.
 
-    An error of a second counts the same in every condition. Single precision does for the hidden layers.
+    All conditions share one scale, so that an error of 1 s has the same weight in each. The hidden layers are trained
+    in single precision, the last layer is solved in double precision. `report` is called with the number of every step.
     """
     mean, scale = times.mean(axis=0), float(times.std(axis=0).mean()) or 1.0
     x, y = inputs.astype(np.float32), ((times - mean) / scale).astype(np.float32)
-    layers = _start((x.shape[1], *WIDTHS, y.shape[1]), rng)
-    averages, squares = [np.zeros_like(one) for one in layers], [np.zeros_like(one) for one in layers]
+    layers = _initial_layers((x.shape[1], *WIDTHS, y.shape[1]), rng)
+    first_moments = [np.zeros_like(layer) for layer in layers]
+    second_moments = [np.zeros_like(layer) for layer in layers]
     for step, rows in enumerate(_batches(len(x), steps, rng), start=1):
-        rate = RATE * min(1.0, step / _WARM) * (1 + math.cos(math.pi * step / steps)) / 2
-        for value, slope, average, square in zip(layers, _gradient(layers, x[rows], y[rows]), averages, squares,
-                                                 strict=True):
-            average += (1 - _DECAY) * (slope - average)
-            square += (1 - _SQUARE_DECAY) * (slope * slope - square)
-            root = np.sqrt(square / (1 - _SQUARE_DECAY**step)) + 1e-8
-            value -= rate / (1 - _DECAY**step) * average / root
+        rate = RATE * min(1.0, step / _WARM_UP) * (1 + math.cos(math.pi * step / steps)) / 2
+        gradients = _gradient(layers, x[rows], y[rows])
+        for layer, gradient, first, second in zip(layers, gradients, first_moments, second_moments, strict=True):
+            first += (1 - _DECAY) * (gradient - first)
+            second += (1 - _SQUARE_DECAY) * (gradient * gradient - second)
+            root = np.sqrt(second / (1 - _SQUARE_DECAY**step)) + 1e-8
+            layer -= rate / (1 - _DECAY**step) * first / root
         report(step)
-    double = [one.astype(float) for one in layers]
-    rough = Network(tuple(double[::2]), tuple(double[1::2]))
-    weight, bias = _last_layer(rough.hidden(inputs), times - mean)
-    return Network((*rough.weights[:-1], weight), (*rough.biases[:-1], bias + mean))
+    double = [layer.astype(float) for layer in layers]
+    trained = Network(tuple(double[::2]), tuple(double[1::2]))
+    weight, bias = _last_layer(trained.hidden(inputs), times - mean)
+    return Network((*trained.weights[:-1], weight), (*trained.biases[:-1], bias + mean))
 
 
-def _start(sizes: tuple[int, ...], rng: np.random.Generator) -> Layers:
-    """Weights and biases in turn, such that every layer begins with values of about one."""
+def _initial_layers(sizes: tuple[int, ...], rng: np.random.Generator) -> Layers:
+    """Random weights and biases in alternation, scaled so that the values of every layer are of order one."""
     layers: Layers = []
     for inputs, outputs in pairwise(sizes):
         layers.append((rng.normal(size=(inputs, outputs)) / math.sqrt(inputs)).astype(np.float32))
@@ -75,27 +78,27 @@ def _batches(count: int, steps: int, rng: np.random.Generator) -> Iterator[np.nd
             done += 1
 
 
-def _gradient(layers: Layers, inputs: np.ndarray, wanted: np.ndarray) -> Layers:
-    """Slopes of the mean over the batch of the sum of squared errors, in the order of `layers`."""
-    values, rises = [inputs], []
+def _gradient(layers: Layers, inputs: np.ndarray, targets: np.ndarray) -> Layers:
+    """Gradient of the sum of squared errors, averaged over the batch, in the order of `layers`."""
+    values, derivatives = [inputs], []
     for weight, bias in zip(layers[:-2:2], layers[1:-2:2], strict=True):
-        before = matrix_product(values[-1], weight) + bias
-        share = sigmoid(before)
-        values.append(before * share)
-        rises.append(share * (1 + before * (1 - share)))
-    error = (2 / len(inputs)) * (matrix_product(values[-1], layers[-2]) + layers[-1] - wanted)
-    slopes: Layers = []
+        argument = matrix_product(values[-1], weight) + bias
+        gate = sigmoid(argument)
+        values.append(argument * gate)
+        derivatives.append(gate * (1 + argument * (1 - gate)))
+    error = (2 / len(inputs)) * (matrix_product(values[-1], layers[-2]) + layers[-1] - targets)
+    gradients: Layers = []
     for number in range(len(values) - 1, -1, -1):
-        slopes = [matrix_product(values[number].T, error), error.sum(axis=0), *slopes]
+        gradients = [matrix_product(values[number].T, error), error.sum(axis=0), *gradients]
         if number:
-            error = matrix_product(error, layers[2 * number].T) * rises[number - 1]
-    return slopes
+            error = matrix_product(error, layers[2 * number].T) * derivatives[number - 1]
+    return gradients
 
 
-def _last_layer(terms: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Weights (t, n) and biases (n,) of least squares on `terms` (m, t), with a ridge."""
-    m, t = len(terms), terms.shape[1] + 1
-    rows = np.vstack([np.column_stack([terms, np.ones(m)]), np.eye(t)])
-    solve = projection(rows, np.concatenate([np.full(m, 1 / m), np.full(t, _RIDGE)]))
-    solved = matrix_product(np.ascontiguousarray(solve[:, :m]), times)
-    return solved[:-1], solved[-1]
+def _last_layer(hidden: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (t, n) and biases (n,) by ridge regression of `times` (m, n) on the last hidden layer `hidden` (m, t)."""
+    m, t = len(hidden), hidden.shape[1] + 1
+    rows = np.vstack([np.column_stack([hidden, np.ones(m)]), np.eye(t)])
+    solution_matrix = projection(rows, np.concatenate([np.full(m, 1 / m), np.full(t, _RIDGE)]))
+    coefficients = matrix_product(np.ascontiguousarray(solution_matrix[:, :m]), times)
+    return coefficients[:-1], coefficients[-1]

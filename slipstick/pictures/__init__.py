@@ -1,4 +1,4 @@
-"""The pictures of a fit, each a Vega-Lite v5 specification made of what the fit left behind and nothing else."""
+"""The pictures of a fit as Vega-Lite v5 specifications, computed from the output of the fit alone."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,23 +8,23 @@ from slipstick.pictures.theme import Spec
 
 __all__ = ["CAPTIONS", "Spec", "pictures"]
 
-_MAKERS = {"comparison": comparison, "inputs": inputs, "profiles": profiles, "densities": densities,
-           "engagement": engagement, "convergence": convergence}
-CAPTIONS = {name: maker.CAPTION for name, maker in _MAKERS.items()}
-"""Name of each picture there can be, in the order of a report -> what it shows."""
+_PICTURES = {"comparison": comparison, "inputs": inputs, "profiles": profiles, "densities": densities,
+             "engagement": engagement, "convergence": convergence}
+CAPTIONS = {name: picture.CAPTION for name, picture in _PICTURES.items()}
+"""Name of each picture, in the order of the report -> caption."""
 
 
 def pictures(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> dict[str, Spec]:
-    """Name -> picture, of those for which the fit left something to draw; the same for the same fit.
+    """Return name -> specification of each picture for which there are data. The same input gives the same pictures.
 
-    `result` is that of a fit, and `figure_data` what the worker computes to show it:
+    `result` is the result of a fit, and `figure_data` the data computed by the worker for its pictures:
 
-        conditions    columns `current_profile`, `motor_speed`, `load_inertia`, `brake_torque`, one value an experiment
-        prediction    columns of the same length: `condition`, its number; `measured`, `before`, `mean`, `std` in s;
-                      `density_time` and `density`, a list each, in s and per ms. Null: it never locks
+        conditions    columns `current_profile`, `motor_speed`, `load_inertia`, `brake_torque`, one value per experiment
+        prediction    columns of the same length: `condition` (its index); `measured`, `before`, `mean`, `std` in s;
+                      lists `density_time` in s and `density` per ms. A time is null if the engagement never locks
         surface       `log10_likelihood` [g1][g2] over the means `first` (g1) and `second` (g2) of two `axes`, or null
-        engagement    one `condition`: signals `measured` (or null) and `simulated`, lists in SI units and bar over
-                      `time`, `current` in A, `touch` and `lock` in s (null: never) and the `gear_ratio`; or null
+        engagement    null, or one `condition`: signals `measured` (or null) and `simulated` as lists over `time`, in SI
+                      units and bar, `current` in A, `touch` and `lock` in s (null if never), and `gear_ratio`
     """
-    drawn = {name: maker.draw(result, figure_data) for name, maker in _MAKERS.items()}
-    return {name: spec for name, spec in drawn.items() if spec is not None}
+    specs = {name: picture.draw(result, figure_data) for name, picture in _PICTURES.items()}
+    return {name: spec for name, spec in specs.items() if spec is not None}

@@ -1,4 +1,4 @@
-"""Measured against simulated shifting times, experiment by experiment (Fig. 5 of the paper), before and after a fit."""
+"""Simulated against measured shifting times of all experiments, before and after a fit (Fig. 5 of the paper)."""
 
 import math
 from collections.abc import Mapping
@@ -7,8 +7,8 @@ from typing import Any
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Shifting times of all experiments: the nominal model before the fit, and the mean of the fitted model "
-           "after it. What is left over after the fit is what the fitted scatter and noise have to explain.")
+CAPTION = ("Shifting times of all experiments. Before: the nominal model. After: the mean of the fitted model. The "
+           "fitted scatter and output noise account for the differences that remain after the fit.")
 
 _COLOURS = {"before": theme.BEFORE, "after": theme.AFTER}
 _HALF = (theme.WIDTH - 112) // 2
@@ -16,51 +16,52 @@ _BINS = 24
 
 
 def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
-    """Simulated over measured time, how the differences spread, and the difference of each experiment."""
-    shown = figure_data["prediction"]
-    rows = [_row(*values) for values in zip(shown["condition"], shown["measured"], shown["before"], shown["mean"],
+    """Return simulated over measured times, a histogram of the differences, and the difference of each experiment."""
+    prediction = figure_data["prediction"]
+    rows = [_row(*values) for values in zip(*(prediction[name] for name in ("condition", "measured", "before", "mean")),
                                             strict=True)]
-    spread = {who: _rms([row[f"difference {who}"] for row in rows]) for who in _COLOURS}
-    lost = sum(row["before"] is None or row["after"] is None for row in rows)
-    title = f"The differences shrink from {_said(spread['before'])} to {_said(spread['after'])} (root mean square)" \
-        if (spread["after"] or math.inf) < (spread["before"] or math.inf) else \
-        f"The differences are {_said(spread['before'])} before and {_said(spread['after'])} after (root mean square)"
+    rms = {stage: _rms([row[f"difference {stage}"] for row in rows]) for stage in _COLOURS}
+    undefined = sum(row["before"] is None or row["after"] is None for row in rows)
+    before, after = (_milliseconds(rms[stage]) for stage in ("before", "after"))
+    title = f"The root-mean-square difference falls from {before} to {after}" \
+        if (rms["after"] or math.inf) < (rms["before"] or math.inf) else \
+        f"The root-mean-square difference is {before} before and {after} after the fit"
     return theme.picture(
-        title, f"{len(rows)} experiments. A positive difference: the model locks later than the bench."
-        + (f" {lost} without a simulated shifting time are not drawn." if lost else ""),
+        title, f"{len(rows)} experiments. Positive differences: the model locks later than the test bench."
+        + (f" Not drawn: {undefined} without a simulated shifting time." if undefined else ""),
         {"spacing": 22, "datasets": {"experiments": rows}, "vconcat": [
             {"spacing": 60, "hconcat": [_scatter(rows), _histogram(rows)]}, _by_experiment()]})
 
 
 def _row(condition: int, measured: float, before: float | None, after: float | None) -> Spec:
-    row: Spec = {"experiment": condition, "measured": theme.number(measured)}
-    for who, simulated in (("before", before), ("after", after)):
-        row[who] = theme.number(simulated)
-        row[f"difference {who}"] = theme.number(None if row[who] is None else 1e3 * (row[who] - measured), 4)
+    row: Spec = {"experiment": condition, "measured": theme.rounded(measured)}
+    for stage, simulated in (("before", before), ("after", after)):
+        row[stage] = theme.rounded(simulated)
+        row[f"difference {stage}"] = theme.rounded(None if row[stage] is None else 1e3 * (row[stage] - measured), 4)
     return row
 
 
 def _rms(values: list[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return math.sqrt(sum(value**2 for value in known) / len(known)) if known else None
+    finite = [value for value in values if value is not None]
+    return math.sqrt(sum(value**2 for value in finite) / len(finite)) if finite else None
 
 
-def _said(spread: float | None) -> str:
-    return "no known value" if spread is None else f"{spread:.3g} ms"
+def _milliseconds(value: float | None) -> str:
+    return "an undefined value" if value is None else f"{value:.3g} ms"
 
 
 def _points(x: Spec, y: str, title: str) -> list[Spec]:
     return [{"data": {"name": "experiments"}, "mark": {"type": "point", "size": 16, "filled": True, "opacity": 0.75},
-             "encoding": {"x": x, "y": {"field": y.format(who), "type": "quantitative", "title": title,
+             "encoding": {"x": x, "y": {"field": y.format(stage), "type": "quantitative", "title": title,
                                         "scale": {"zero": False}},
-                          "color": {**theme.whose(_COLOURS), "datum": who},
+                          "color": {**theme.series_colour(_COLOURS), "datum": stage},
                           "tooltip": [{"field": name, "type": "quantitative"} for name in
-                                      ("experiment", "measured", who, f"difference {who}")]}} for who in _COLOURS]
+                                      ("experiment", "measured", stage, f"difference {stage}")]}} for stage in _COLOURS]
 
 
 def _scatter(rows: list[Spec]) -> Spec:
-    known = [row[who] for row in rows for who in ("measured", *_COLOURS) if row[who] is not None]
-    ends = [{"t": min(known)}, {"t": max(known)}]
+    times = [row[name] for row in rows for name in ("measured", *_COLOURS) if row[name] is not None]
+    ends = [{"t": min(times)}, {"t": max(times)}]
     axis: Spec = {"field": "t", "type": "quantitative", "scale": {"zero": False}, "axis": {"tickCount": 6}}
     line = {"data": {"values": ends}, "mark": {"type": "line", "color": theme.FAINT, "strokeWidth": 1},
             "encoding": {"x": axis, "y": axis}}
@@ -69,23 +70,24 @@ def _scatter(rows: list[Spec]) -> Spec:
 
 
 def _histogram(rows: list[Spec]) -> Spec:
-    differences = {who: [row[f"difference {who}"] for row in rows if row[who] is not None] for who in _COLOURS}
-    known = [value for values in differences.values() for value in values]
-    low, high = min(known, default=0.0), max(known, default=1.0)
+    differences = {stage: [row[f"difference {stage}"] for row in rows if row[stage] is not None] for stage in _COLOURS}
+    pooled = [value for values in differences.values() for value in values]
+    low, high = min(pooled, default=0.0), max(pooled, default=1.0)
     width = (high - low) / _BINS or 1.0
     bars = []
-    for who, values in differences.items():
+    for stage, values in differences.items():
         counts = [0] * _BINS
         for value in values:
             counts[min(int((value - low) / width), _BINS - 1)] += 1
-        bars += [{"who": who, "from": theme.number(low + place * width), "to": theme.number(low + (place + 1) * width),
-                  "count": count} for place, count in enumerate(counts) if count]
+        bars += [{"series": stage, "from": theme.rounded(low + index * width),
+                  "to": theme.rounded(low + (index + 1) * width), "count": count}
+                 for index, count in enumerate(counts) if count]
     return {"width": _HALF, "height": 260, "data": {"values": bars},
             "mark": {"type": "rect", "opacity": 0.6},
             "encoding": {"x": {"field": "from", "type": "quantitative", "title": "simulated − measured [ms]",
                                "axis": {"grid": False}},
                          "x2": {"field": "to"}, "y": {"field": "count", "type": "quantitative", "title": "experiments"},
-                         "y2": {"datum": 0}, "color": {**theme.whose(_COLOURS), "field": "who"}}}
+                         "y2": {"datum": 0}, "color": {**theme.series_colour(_COLOURS), "field": "series"}}}
 
 
 def _by_experiment() -> Spec:

@@ -1,4 +1,4 @@
-"""The predicted density of every experiment with its measured time in it (Fig. 7 of the paper)."""
+"""The predicted density of the shifting time of every experiment, with the measured time (Fig. 7 of the paper)."""
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby, pairwise
@@ -10,52 +10,54 @@ from scipy.interpolate import PchipInterpolator
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("The wider the shape, the more likely that shifting time under the fitted inputs and noise; the dot is what "
-           "was measured. Times are counted from the predicted mean of each experiment, so that all can be read.")
+CAPTION = ("Each shape is the density of the shifting time of one experiment, predicted with the fitted inputs and "
+           "output noise: the wider the shape, the more likely the time. Each dot is a measured time. All times are "
+           "relative to the predicted mean of their experiment.")
 
-_ROW = 36  # experiments side by side
+_ROW = 36  # experiments per row
 _HEIGHT = 105
-_HALF_WIDTH = 0.46  # of the widest shape, in experiments
-_NEGLIGIBLE = 0.015  # of the largest density: thinner than a line
-_CENTRAL = 0.9
-_ORDER = "experiments, by motor speed, load inertia and brake torque"
-_INSIDE, _OUTSIDE = "inside its central 90 %", "outside"
+_HALF_WIDTH = 0.46  # of the widest shape, as a share of the distance between experiments
+_NEGLIGIBLE = 0.015  # of the largest density: narrower than a line
+_CENTRAL = 0.9  # probability of the central interval
+_ORDER = "experiments, ordered by motor speed, load inertia and brake torque"
+_INSIDE, _OUTSIDE = "inside the central 90 % interval", "outside"
 
 
 def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
-    """Rows of shapes, one an experiment: a row for each current profile."""
-    shown, conditions = figure_data["prediction"], figure_data["conditions"]
-    places = [place for place, mean in enumerate(shown["mean"]) if theme.number(mean) is not None]
-    if not places:
+    """Return rows of shapes, one per experiment, grouped by current profile; None without predictions."""
+    prediction, conditions = figure_data["prediction"], figure_data["conditions"]
+    locking = [index for index, mean in enumerate(prediction["mean"]) if theme.rounded(mean) is not None]
+    if not locking:
         return None
-    widest = max(value for place in places for value in shown["density"][place])
-    shapes = {place: _shape(place, shown, widest) for place in places}
-    dots = {place: _dot(place, shown) for place in places}
-    panels = [_panel(title, [shapes[place] for place in chunk], [dots[place] for place in chunk],
-                     [conditions["motor_speed"][place] for place in chunk])
-              for title, chunk in _chunks(places, conditions)]
+    largest = max(value for index in locking for value in prediction["density"][index])
+    shapes = {index: _shape(index, prediction, largest) for index in locking}
+    dots = {index: _dot(index, prediction) for index in locking}
+    panels = [_panel(title, [shapes[index] for index in row], [dots[index] for index in row],
+                     [conditions["motor_speed"][index] for index in row])
+              for title, row in _rows(locking, conditions)]
     for panel in panels[:-1]:
         panel["layer"][-1]["encoding"]["x"]["title"] = None
     outside = sum(dot["where"] == _OUTSIDE for dot in dots.values())
-    lost = len(shown["mean"]) - len(places)
+    omitted = len(prediction["mean"]) - len(locking)
     return theme.picture(
-        f"{outside} of {len(places)} measured times lie outside the central 90 % predicted for them; "
-        f"{round((1 - _CENTRAL) * len(places))} would be expected",
-        "Shapes: predicted density, the same scale everywhere. Dots: measured. Zero is the predicted mean of each."
-        + (f" {lost} that may never lock left out." if lost else ""),
+        f"{outside} of {len(locking)} measured times lie outside their predicted central 90 % intervals; "
+        f"the expected number is {round((1 - _CENTRAL) * len(locking))}",
+        "Shapes: predicted densities, on a common scale. Dots: measured times. Zero: predicted mean of each experiment."
+        + (f" Not drawn: {omitted} that may never lock." if omitted else ""),
         {"spacing": 14, "vconcat": panels, "resolve": {"scale": {"y": "shared"}}})
 
 
-def _chunks(places: Sequence[int], conditions: Mapping[str, Any]) -> list[tuple[str, list[int]]]:
+def _rows(experiments: Sequence[int], conditions: Mapping[str, Any]) -> list[tuple[str, list[int]]]:
+    """Return the rows of the picture: title and experiments, one or more rows per current profile."""
     profile, *rest = (conditions[name] for name in ("current_profile", "motor_speed", "load_inertia", "brake_torque"))
-    ordered = sorted(places, key=lambda place: (profile[place], *(column[place] for column in rest)))
-    groups = [(number, list(group)) for number, group in groupby(ordered, key=lambda place: profile[place])]
+    ordered = sorted(experiments, key=lambda index: (profile[index], *(column[index] for column in rest)))
+    groups = [(number, list(group)) for number, group in groupby(ordered, key=lambda index: profile[index])]
     return [(f"current profile {number}", group[first:first + _ROW])
             for number, group in groups for first in range(0, len(group), _ROW)]
 
 
 def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float]) -> Spec:
-    y: Spec = {"field": "y", "type": "quantitative", "title": "from mean [ms]", "axis": {"tickCount": 4}}
+    y: Spec = {"field": "y", "type": "quantitative", "title": "time − mean [ms]", "axis": {"tickCount": 4}}
     x: Spec = {"type": "quantitative", "scale": {"domain": [-0.7, max(len(dots), 12) - 0.3], "nice": False},
                "axis": {"labels": False, "ticks": False, "grid": False, "domain": False}}
     where: Spec = {"field": "where", "type": "nominal"}
@@ -77,41 +79,41 @@ def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequ
          "mark": {"type": "point", "filled": True, "size": 26, "opacity": 1},
          "encoding": {
              "x": {"field": "x", "type": "quantitative", "title": _ORDER}, "y": y,
-             "color": {**theme.whose({_INSIDE: theme.INK, _OUTSIDE: theme.ALARM}), **where},
+             "color": {**theme.series_colour({_INSIDE: theme.INK, _OUTSIDE: theme.ALARM}), **where},
              "shape": {**where, "scale": {"domain": [_INSIDE, _OUTSIDE], "range": ["circle", "diamond"]}},
              "tooltip": [{"field": name, "type": "quantitative"}
                          for name in ("experiment", "measured", "predicted")]}}]}
 
 
-def _shape(place: int, shown: Mapping[str, Any], widest: float) -> Spec:
-    outline = [(1e3 * (time - shown["mean"][place]), _HALF_WIDTH * density / widest) for time, density in
-               zip(shown["density_time"][place], shown["density"][place], strict=True)
-               if density > _NEGLIGIBLE * widest]
-    return {"experiment": shown["condition"][place], "y": [theme.number(y, 4) for y, _ in outline],
+def _shape(index: int, prediction: Mapping[str, Any], largest: float) -> Spec:
+    outline = [(1e3 * (time - prediction["mean"][index]), _HALF_WIDTH * density / largest) for time, density in
+               zip(prediction["density_time"][index], prediction["density"][index], strict=True)
+               if density > _NEGLIGIBLE * largest]
+    return {"experiment": prediction["condition"][index], "y": [theme.rounded(y, 4) for y, _ in outline],
             "half": [half for _, half in outline]}
 
 
-def _dot(place: int, shown: Mapping[str, Any]) -> Spec:
-    measured, mean = shown["measured"][place], shown["mean"][place]
-    return {"experiment": shown["condition"][place], "y": theme.number(1e3 * (measured - mean), 4),
-            "measured": theme.number(measured), "predicted": theme.number(mean),
-            "where": _INSIDE if _inside(shown, place) else _OUTSIDE}
+def _dot(index: int, prediction: Mapping[str, Any]) -> Spec:
+    measured, mean = prediction["measured"][index], prediction["mean"][index]
+    return {"experiment": prediction["condition"][index], "y": theme.rounded(1e3 * (measured - mean), 4),
+            "measured": theme.rounded(measured), "predicted": theme.rounded(mean),
+            "where": _INSIDE if _is_inside(prediction, index) else _OUTSIDE}
 
 
 def _speeds(speed: Sequence[float]) -> list[Spec]:
-    """A faint line where the motor speed changes, and the speed above."""
-    changes = [x for x, (one, other) in enumerate(pairwise(speed)) if one != other]
+    """Return a faint line at each change of motor speed, and the speeds as labels."""
+    changes = [x for x, (before, after) in enumerate(pairwise(speed)) if before != after]
     marks = [{"x": x + 0.5, "speed": f"{speed[x]:.0f} rad/s"} for x in [*changes, len(speed) - 1]]
-    at: Spec = {"x": {"field": "x", "type": "quantitative"}}
-    return [{"data": {"values": marks[:-1]}, "mark": {"type": "rule", "color": "#c3cad0"}, "encoding": at},
+    encoding: Spec = {"x": {"field": "x", "type": "quantitative"}}
+    return [{"data": {"values": marks[:-1]}, "mark": {"type": "rule", "color": "#c3cad0"}, "encoding": encoding},
             {"data": {"values": marks}, "mark": {"type": "text", "align": "right", "dx": -4, "color": theme.FAINT},
-             "encoding": {**at, "y": {"value": -7}, "text": {"field": "speed"}}}]
+             "encoding": {**encoding, "y": {"value": -7}, "text": {"field": "speed"}}}]
 
 
-def _inside(shown: Mapping[str, Any], place: int) -> bool:
-    """Whether the measured time lies between the 5 % and 95 % quantiles of its density."""
-    time = np.array(shown["density_time"][place])
-    with np.errstate(over="ignore"):  # where the density all but vanishes; the slope there comes out as 0
-        share = PchipInterpolator(time, shown["density"][place]).antiderivative()
-    below = share(np.clip(shown["measured"][place], time[0], time[-1])) / share(time[-1])
-    return bool((1 - _CENTRAL) / 2 <= below <= (1 + _CENTRAL) / 2)
+def _is_inside(prediction: Mapping[str, Any], index: int) -> bool:
+    """Return whether the measured time lies between the 5 % and 95 % quantiles of its density."""
+    time = np.array(prediction["density_time"][index])
+    with np.errstate(over="ignore"):  # PCHIP divides by slopes that nearly vanish; its derivative there is correctly 0
+        integral = PchipInterpolator(time, prediction["density"][index]).antiderivative()
+    probability = integral(np.clip(prediction["measured"][index], time[0], time[-1])) / integral(time[-1])
+    return bool((1 - _CENTRAL) / 2 <= probability <= (1 + _CENTRAL) / 2)

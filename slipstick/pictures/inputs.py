@@ -1,4 +1,4 @@
-"""The fitted inputs on the plane of two of them, over the likelihood of their means (Fig. 6 of the paper)."""
+"""The fitted distribution of two inputs, and the likelihood as a function of their means (Fig. 6 of the paper)."""
 
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
@@ -11,156 +11,161 @@ from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 from slipstick.uncertainty import Inputs
 
-CAPTION = ("Shades: how many decades of likelihood are lost where the two means are moved there and all else is kept "
-           "as fitted; the darkest is their 90 % region, if all else is so. The frame: how far the likelihood was "
-           "computed. Curves: half, and nine in ten, of the runs have their inputs inside, if the fit is right.")
+CAPTION = ("Shades: the decades of likelihood lost when the two means are moved to a point and all other unknowns "
+           "keep their fitted values. Under that condition, the darkest shade is the 90 % region of the two means. "
+           "Frame: the region in which the likelihood was computed. Curves: regions that contain the inputs of 50 % "
+           "and 90 % of the runs, according to the fit.")
 
 _BANDS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
-"""Decades below the best at which a shade begins. Within 1 lie 90 % for two unknowns (chi-square: ln 10)."""
+"""Decades below the best at which each shade begins; 1 bounds the 90 % region of two unknowns (chi-square: ln 10)."""
 _LABELS = [f"{low:g} to {high:g}" for low, high in pairwise(_BANDS)] + [f"{_BANDS[-1]:g}+"]
-_SUBTITLE = "Curves: half, and nine in ten, of the runs have their inputs inside. Dot: fitted means. Cross: nominal."
-_MASSES = (0.5, 0.9)
-_CELLS = 285, 420  # of the shading, across and up
-_DEEPEST = 1000.0  # decades: further down all is alike
+_SUBTITLE = "Curves enclose the inputs of 50 % and 90 % of the runs. Dot: fitted means. Cross: nominal values."
+_PROBABILITIES = (0.5, 0.9)
+_CELLS = 285, 420  # of the shading, in x and y
+_DEEPEST = 1000.0  # decades below the best: lower values are clipped
 _WIDTH, _HEIGHT = 570, 420
-Summit = Literal["ridge", "open", "peak"]
-_TITLES: dict[Summit, str] = {
-    "ridge": "A ridge: the recordings fix a combination of {0} and {1}, hardly each by itself",
-    "open": "The recordings leave {0} and {1} open within the frame",
-    "peak": "The recordings fix both {0} and {1}"}
-_SLENDER = 3.0  # a region this many times as long as it is wide is a ridge
-_STEPS = 120
-_MARGIN = 0.03  # of an axis
+SurfaceShape = Literal["ridge", "open", "peak"]
+_TITLES: dict[SurfaceShape, str] = {
+    "ridge": "A ridge: the recordings determine a combination of {0} and {1}, but hardly each alone",
+    "open": "The recordings do not limit {0} and {1} within the frame",
+    "peak": "The recordings determine both {0} and {1}"}
+_RIDGE_RATIO = 3.0  # of length to width, above which a region is a ridge
+_STEPS = 120  # per curve
+_MARGIN = 0.03  # as a share of the axis
 
 
 def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
-    """The plane of the surface's two means, or of the first two inputs; with one input, its density."""
+    """Return the plane of the inputs of the surface or, without one, of the first two; for one input, its density."""
     axes, surface = list(result["axes"]), figure_data["surface"]
     pair = [axes.index(name) for name in (surface["axes"] if surface else axes[:2])]
     if len(pair) < 2:
         return _density(result, pair[0])
-    names = [theme.plain(axes[place]) for place in pair]
-    encoding: Spec = {at: {"field": at, "type": "quantitative", "title": f"{name} [multiple of nominal]",
-                           "scale": {"nice": False, "zero": False}, "axis": {"tickCount": 6, "grid": False}}
-                      for at, name in zip("xy", names, strict=True)}
+    names = [theme.in_words(axes[index]) for index in pair]
+    encoding: Spec = {channel: {"field": channel, "type": "quantitative", "title": f"{name} [multiple of nominal]",
+                                "scale": {"nice": False, "zero": False}, "axis": {"tickCount": 6, "grid": False}}
+                      for channel, name in zip("xy", names, strict=True)}
     title, subtitle, layers = f"The fitted {names[0]} and {names[1]}", _SUBTITLE, curves(result, pair)
     if surface is not None:
-        x, y, drops = smooth(surface)
-        for at, edges in (("x", x), ("y", y)):
-            held = (edges[0], edges[-1], 1.0, *(row[at] for row in layers[0]["data"]["values"]))
-            encoding[at]["scale"] |= {"domain": reach(held)}
+        x, y, drops = interpolated_drops(surface)
+        for channel, edges in (("x", x), ("y", y)):
+            values = (edges[0], edges[-1], 1.0, *(row[channel] for row in layers[0]["data"]["values"]))
+            encoding[channel]["scale"] |= {"domain": padded_domain(values)}
         layers[:0] = [shading(x, y, drops), frame(x, y)]
-        title = _TITLES[summit(x, y, drops)].format(*names)
+        title = _TITLES[surface_shape(x, y, drops)].format(*names)
         if len(axes) > 2:
-            subtitle += " All other inputs are kept as fitted."
+            subtitle += " All other unknowns keep their fitted values."
     return theme.picture(title, subtitle, {"width": _WIDTH, "height": _HEIGHT, "encoding": encoding, "layer": layers})
 
 
-def smooth(surface: Mapping[str, Any],
-           cells: tuple[int, int] = _CELLS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges of fine `cells` c, r along both axes, (c + 1,) and (r + 1,), and decades below the best in each, (c, r).
+def interpolated_drops(surface: Mapping[str, Any],
+                       cells: tuple[int, int] = _CELLS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Interpolate the log-likelihood on (c, r) fine `cells`.
 
-    Infinitely many where the nearest point has no likelihood.
+    Returns their edges in x (c + 1,) and y (r + 1,), and the decades below the best in each cell (c, r), infinite if
+    the likelihood at the nearest grid point is zero.
     """
     values = np.array([[-np.inf if value is None else value for value in row]
                        for row in surface["log10_likelihood"]], dtype=float)
     first, second = np.array(surface["first"]), np.array(surface["second"])
-    x, y = (np.linspace(along[0], along[-1], n + 1) for along, n in zip((first, second), cells, strict=True))
-    across, up = (x[:-1] + x[1:]) / 2, (y[:-1] + y[1:]) / 2
-    # Cubic: what drops as a square is then interpolated as it is, also across a ridge narrower than the grid.
-    lost = ~np.isfinite(values)
-    filled = np.where(lost, np.min(values[~lost]), np.maximum(values, np.max(values) - _DEEPEST))
-    fine = RectBivariateSpline(first, second, filled)(across, up)
-    nearest = np.ix_(np.abs(across[:, None] - first).argmin(axis=1), np.abs(up[:, None] - second).argmin(axis=1))
-    drops: np.ndarray = np.where(lost[nearest], np.inf, np.max(fine) - fine)
+    x, y = (np.linspace(grid[0], grid[-1], n + 1) for grid, n in zip((first, second), cells, strict=True))
+    x_centre, y_centre = (x[:-1] + x[1:]) / 2, (y[:-1] + y[1:]) / 2
+    # A cubic spline reproduces a quadratic drop exactly, even across a ridge narrower than the grid spacing.
+    undefined = ~np.isfinite(values)
+    filled = np.where(undefined, np.min(values[~undefined]), np.maximum(values, np.max(values) - _DEEPEST))
+    fine = RectBivariateSpline(first, second, filled)(x_centre, y_centre)
+    nearest = np.ix_(np.abs(x_centre[:, None] - first).argmin(axis=1),
+                     np.abs(y_centre[:, None] - second).argmin(axis=1))
+    drops: np.ndarray = np.where(undefined[nearest], np.inf, np.max(fine) - fine)
     return x, y, drops
 
 
-def summit(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Summit:
-    """A ridge where the region within a decade of the best is much longer than wide, open where it meets an edge."""
+def surface_shape(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> SurfaceShape:
+    """Classify the region within a decade of the best: ridge if elongated, open if it touches an edge, else peak."""
     inside = drops <= _BANDS[1]
     points = np.argwhere(inside) * [x[1] - x[0], y[1] - y[0]]
     if len(points) > 2:
         lengths = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points.T)), 0.0))
-        if lengths[1] > _SLENDER * lengths[0]:
+        if lengths[1] > _RIDGE_RATIO * lengths[0]:
             return "ridge"
     return "open" if inside[[0, -1]].any() or inside[:, [0, -1]].any() else "peak"
 
 
-def reach(held: Iterable[float]) -> list[float | None]:
-    """The domain of an axis that holds these values, with a margin."""
-    low, high = min(held := list(held)), max(held)
+def padded_domain(values: Iterable[float]) -> list[float | None]:
+    """Return the domain of an axis that contains the values, with a margin."""
+    low, high = min(values := list(values)), max(values)
     margin = _MARGIN * (high - low)
-    return [theme.number(low - margin), theme.number(high + margin)]
+    return [theme.rounded(low - margin), theme.rounded(high + margin)]
 
 
 def frame(x: np.ndarray, y: np.ndarray) -> Spec:
-    """The outline of a plane whose cells have the edges x and y."""
-    corners = dict(zip(("x", "x2", "y", "y2"), map(theme.number, (x[0], x[-1], y[0], y[-1])), strict=True))
+    """Return the outline of a plane whose cells have the edges x and y."""
+    corners = dict(zip(("x", "x2", "y", "y2"), map(theme.rounded, (x[0], x[-1], y[0], y[-1])), strict=True))
     return {"data": {"values": [corners]}, "mark": {"type": "rect", "fill": None, "stroke": theme.FAINT,
                                                     "strokeWidth": 0.6},
             "encoding": {"x2": {"field": "x2"}, "y2": {"field": "y2"}}}
 
 
 def shading(x: np.ndarray, y: np.ndarray, drops: np.ndarray) -> Spec:
-    """Rows of the plane, cut where the shade changes: cells of the edges x and y, so many decades below the best."""
-    # Each row reaches under the next one, or the background is seen between them.
-    tops, runs = [*y[2:], y[-1]], []
+    """Return rectangles of constant shade for cells with edges x and y and `drops` (c, r) in decades below the best."""
+    # Each row extends below the next one, so that the background does not show between them.
+    tops, rectangles = [*y[2:], y[-1]], []
     for band, low, high in zip((np.searchsorted(_BANDS, drops, side="right") - 1).T, y[:-1], tops, strict=True):
         cuts = [0, *(np.flatnonzero(np.diff(band)) + 1), len(band)]
-        runs += [{"x": theme.number(x[begin]), "x2": theme.number(x[end]), "y": theme.number(low),
-                  "y2": theme.number(high), "band": _LABELS[band[begin]]} for begin, end in pairwise(cuts)]
+        rectangles += [{"x": theme.rounded(x[begin]), "x2": theme.rounded(x[end]), "y": theme.rounded(low),
+                        "y2": theme.rounded(high), "band": _LABELS[band[begin]]} for begin, end in pairwise(cuts)]
     shade = {"field": "band", "type": "nominal", "scale": {"domain": _LABELS, "range": list(theme.SHADES)},
              "legend": {"orient": "right", "title": ["decades below", "the best"], "symbolType": "square",
                         "symbolSize": 160, "titleFontWeight": "normal", "titleColor": theme.MEASURED,
                         "symbolStrokeWidth": 0}}
-    return {"data": {"values": runs}, "mark": "rect",
+    return {"data": {"values": rectangles}, "mark": "rect",
             "encoding": {"x2": {"field": "x2"}, "y2": {"field": "y2"}, "color": shade}}
 
 
 def curves(result: Mapping[str, Any], pair: list[int], nominal: tuple[float, float] = (1.0, 1.0)) -> list[Spec]:
-    """The curves that hold a share of the runs, as images of circles of the normal scores; the means; nominal.
+    """Return curves that enclose a share of the runs, and points at the fitted means and the nominal values.
 
-    Values are multiples of nominal, times what `nominal` is to be on the axes.
+    The curves are the images of circles of standard normals. Multiples of nominal are scaled by `nominal`, the nominal
+    values in the units of the axes.
     """
     inputs, scale, rows = _inputs(result, pair), np.array(nominal), []
     angles = np.linspace(0, 2 * np.pi, _STEPS + 1)
-    for mass in _MASSES:
-        circle = np.sqrt(-2 * np.log(1 - mass)) * np.column_stack([np.cos(angles), np.sin(angles)])
-        rows += [{"x": theme.number(x), "y": theme.number(y), "mass": f"{100 * mass:.0f} %", "order": order}
+    for probability in _PROBABILITIES:
+        circle = np.sqrt(-2 * np.log(1 - probability)) * np.column_stack([np.cos(angles), np.sin(angles)])
+        rows += [{"x": theme.rounded(x), "y": theme.rounded(y), "share": f"{100 * probability:.0f} %", "order": order}
                  for order, (x, y) in enumerate(scale * inputs.points(circle))]
-    order = {"order": {"field": "order", "type": "quantitative"}, "detail": {"field": "mass"}}
-    # White below ink: seen on the darkest shade and on the lightest.
+    order = {"order": {"field": "order", "type": "quantitative"}, "detail": {"field": "share"}}
+    # A white line below the dark one keeps the curve visible on every shade.
     lines = [{"data": {"values": rows}, "mark": {"type": "line", "color": colour, "strokeWidth": width,
                                                  "strokeJoin": "round"}, "encoding": order}
              for colour, width in (("white", 4), (theme.INK, 1.6))]
-    at_nominal, mean = ({"x": theme.number(x), "y": theme.number(y)} for x, y in (scale, scale * inputs.mean))
-    marks = [{"data": {"values": [at]}, "mark": {"type": "point", "filled": True, "stroke": "white", "opacity": 1,
+    at_nominal, mean = ({"x": theme.rounded(x), "y": theme.rounded(y)} for x, y in (scale, scale * inputs.mean))
+    marks = [{"data": {"values": [point]}, "mark": {"type": "point", "filled": True, "stroke": "white", "opacity": 1,
                                                  "strokeWidth": 1.2, **look}}
-             for at, look in ((at_nominal, {"shape": "cross", "size": 130, "color": theme.BEFORE}),
+             for point, look in ((at_nominal, {"shape": "cross", "size": 130, "color": theme.BEFORE}),
                               (mean, {"shape": "circle", "size": 110, "color": theme.INK}))]
     return [*lines, *marks]
 
 
-def _inputs(result: Mapping[str, Any], chosen: list[int]) -> Inputs:
+def _inputs(result: Mapping[str, Any], columns: list[int]) -> Inputs:
+    """Return the fitted joint distribution of the inputs in these columns."""
     correlation, support = result.get("correlation"), result.get("support")
-    return Inputs(np.array(result["mean"])[chosen], np.array(result["std"])[chosen],
-                  families=tuple(result["families"][place] for place in chosen),
-                  correlation=None if correlation is None else np.array(correlation)[np.ix_(chosen, chosen)],
-                  support=None if support is None else np.array(support)[chosen])
+    return Inputs(np.array(result["mean"])[columns], np.array(result["std"])[columns],
+                  families=tuple(result["families"][column] for column in columns),
+                  correlation=None if correlation is None else np.array(correlation)[np.ix_(columns, columns)],
+                  support=None if support is None else np.array(support)[columns])
 
 
-def _density(result: Mapping[str, Any], place: int) -> Spec:
-    """The density of one input over its value, nominal marked."""
-    scores, name = np.linspace(-3.5, 3.5, 201)[:, None], theme.plain(result["axes"][place])
-    values = _inputs(result, [place]).points(scores)[:, 0]
+def _density(result: Mapping[str, Any], column: int) -> Spec:
+    """Return the density of one input, with its nominal value marked."""
+    normals, name = np.linspace(-3.5, 3.5, 201)[:, None], theme.in_words(result["axes"][column])
+    values = _inputs(result, [column]).points(normals)[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        density = np.exp(-scores[:, 0] ** 2 / 2) / np.sqrt(2 * np.pi) / np.gradient(values, scores[:, 0])
-    rows = [{"x": float(x), "density": theme.number(y)} for x, y in zip(values, density, strict=True)]
+        density = np.exp(-normals[:, 0] ** 2 / 2) / np.sqrt(2 * np.pi) / np.gradient(values, normals[:, 0])
+    rows = [{"x": float(x), "density": theme.rounded(y)} for x, y in zip(values, density, strict=True)]
     x = {"field": "x", "type": "quantitative", "title": f"{name} [multiple of nominal]", "scale": {"zero": False}}
     return theme.picture(
-        f"The fitted {name} scatters by {result['std'][place]:.3g} about {result['mean'][place]:.3g} times nominal",
-        "Density of the fitted input. Dashed: nominal.",
+        f"Fitted {name}: mean {result['mean'][column]:.3g}, std {result['std'][column]:.3g} (multiples of nominal)",
+        "Density of the fitted input. Dashed: nominal value.",
         {"width": theme.WIDTH, "height": 240, "layer": [
             {"data": {"values": rows}, "mark": {"type": "area", "color": theme.AFTER, "opacity": 0.25, "line": {
                 "color": theme.AFTER}}, "encoding": {"x": x, "y": {

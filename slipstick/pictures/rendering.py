@@ -1,7 +1,7 @@
-"""Pictures as SVG or PNG, drawn without a browser, a network or fonts of the system (vl-convert brings its own).
+"""Render pictures as SVG or PNG without a browser, a network or system fonts, by vl-convert with its bundled fonts.
 
-Each is drawn in a process of its own: the library holds the interpreter while it draws, half a second in which a
-service would answer nobody.
+Each picture is rendered in a separate process: the library holds the global interpreter lock for about half a second,
+during which a service could not respond.
 """
 
 import json
@@ -16,18 +16,18 @@ from slipstick.pictures.theme import Spec
 
 Form = Literal["svg", "png"]
 
-_DRAW = Path(__file__).with_name("drawing.py")
-_SECONDS = 60
-_ONE_AT_A_TIME = Lock()  # a quarter of a gigabyte each
+_SCRIPT = Path(__file__).with_name("drawing.py")
+_TIMEOUT = 60  # s
+_ONE_AT_A_TIME = Lock()  # each process needs a quarter of a gigabyte
 
 
 def render(spec: Spec, form: Form) -> bytes:
-    """The picture as SVG (UTF-8) or PNG; the same bytes for the same picture."""
+    """Return the picture as SVG (UTF-8) or PNG. The same picture gives the same bytes."""
     return _render(json.dumps(spec), form)
 
 
 @lru_cache(maxsize=64)
 def _render(picture: str, form: Form) -> bytes:
     with _ONE_AT_A_TIME:
-        return subprocess.run([sys.executable, "-I", str(_DRAW), form], input=picture.encode(), stdout=subprocess.PIPE,
-                              timeout=_SECONDS, check=True).stdout
+        return subprocess.run([sys.executable, "-I", str(_SCRIPT), form], input=picture.encode(),
+                              stdout=subprocess.PIPE, timeout=_TIMEOUT, check=True).stdout

@@ -1,24 +1,24 @@
-"""The one look of all pictures: colours that the colour-blind and a grey print tell apart, fonts, sizes, numbers."""
+"""The theme of all pictures: fonts, sizes, and colours that stay distinct in greyscale and for the colour-blind."""
 
 import math
 import textwrap
 from typing import Any
 
 Spec = dict[str, Any]
-"""A Vega-Lite v5 specification, or a part of one."""
+"""A Vega-Lite v5 specification, or part of one."""
 
 SCHEMA = "https://vega.github.io/schema/vega-lite/v5.json"
 WIDTH = 720
-"""Width in px of the plot of a whole picture, without its axis."""
+"""Width in px of the plot area of a full-width picture."""
 
 INK, FAINT, GRID = "#1f2a33", "#66727d", "#e6e9ec"
 MEASURED, BEFORE, AFTER, ALARM = "#3d4852", "#e0843a", "#1f5fa8", "#a3195b"
-"""What was measured, the model before and after a fit, and what deserves a look."""
+"""Colours of measurements, of the model before and after a fit, and of values to be checked."""
 PHASES = {"fill": "#f6f0e4", "slip": "#dfe9f4", "stick": "#f0f2f4"}
 SHADES = ("#0b3c78", "#2463a6", "#5a8fc4", "#92b8dc", "#c3d8ec", "#e3edf6", "#f5f8fb")
-"""From the best to the worst."""
+"""Colours of likelihood bands, from the best to the worst."""
 
-_COLUMNS = 112  # characters of a subtitle that fit in the width of a picture
+_COLUMNS = 112  # characters per line of a subtitle, to fit the width of a picture
 _CONFIG: Spec = {
     "font": "Helvetica, Arial, sans-serif",
     "view": {"stroke": None},
@@ -35,26 +35,26 @@ _CONFIG: Spec = {
 
 
 def picture(title: str, subtitle: str, body: Spec) -> Spec:
-    """Return `body`, a view with its data, as a whole picture under a title that says what is seen."""
+    """Return the full specification of `body`, a view with its data. The title states the finding."""
     return {"$schema": SCHEMA, "background": "white", "padding": 12, "config": _CONFIG,
             "title": {"text": title, "subtitle": textwrap.wrap(subtitle, _COLUMNS)}, **body}
 
 
-def whose(colours: dict[str, str]) -> Spec:
-    """A colour scale that names whose values are drawn, in the order of its legend."""
+def series_colour(colours: dict[str, str]) -> Spec:
+    """Return the colour encoding of named series -> colour, in the order of the legend."""
     return {"type": "nominal", "title": None, "scale": {"domain": list(colours), "range": list(colours.values())}}
 
 
-def number(value: float | None, digits: int = 5) -> float | None:
-    """Round to significant digits, so that a picture stays small; None where there is no finite number."""
+def rounded(value: float | None, digits: int = 5) -> float | None:
+    """Round to significant digits to limit the size of a picture; None if the value is None or not finite."""
     return None if value is None or not math.isfinite(value) else float(f"{value:.{digits}g}")
 
 
 def milliseconds(seconds: float) -> str:
-    """A time in words."""
+    """Return a time with its unit, in whole ms."""
     return f"{1e3 * seconds:.0f} ms"
 
 
-def plain(name: str) -> str:
-    """The name of an input or an unknown as words."""
+def in_words(name: str) -> str:
+    """Return the name of an input or unknown with spaces instead of underscores."""
     return name.replace("_", " ")

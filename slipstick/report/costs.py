@@ -1,4 +1,4 @@
-"""Table II of the paper, with the numbers of this fit beside it."""
+"""Table II of the paper with the costs and likelihoods of this fit added."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,67 +6,75 @@ from typing import Any
 from slipstick.report.words import duration, signed
 
 PAPER = {"classic": (277.0 * 3600, -269.0), "genetic": (1.65 * 3600, -273.0)}
-"""Seconds and log10 likelihood of both methods (Table II and section III.B)."""
+"""Cost in s and log10 likelihood of both methods (Table II and section III.B)."""
 
-HEAD = ("method", "cost, paper", "log10 L, paper", "processor time, here", "log10 L, here")
-_NOTE = ("The recordings of the paper are not public, so its likelihoods and those here are of different data: compare "
-         "the ratio of the costs, and how far apart the methods end. The paper's costs are of a desktop PC (8 × Core "
-         "i7-6900K), on unstated cores; here they are processor time of all threads, for opening, search and "
-         "refinement. Neither counts the table.")
-_ALONE = "Only one method was run here. A report with ?beside= and the id of a fit by the other fills in both."
+HEAD = ("method", "cost (paper)", "log10 L (paper)", "processor time (here)", "log10 L (here)")
+_NOTE = ("The recordings of the paper are not public, so the likelihoods of the paper and those here belong to "
+         "different data. Compare the ratio of the costs and the difference in likelihood between the methods. The "
+         "costs in the paper were measured on a desktop PC (8 × Core i7-6900K); the number of cores used is not "
+         "stated. The costs here are the processor time of all threads for opening, search and refinement. Neither "
+         "includes building the table.")
+_SINGLE_METHOD = ("Only one method was run here. To fill in the rows of the other method, request the report with "
+                  "?beside=ID, where ID is a fit of the same problem by the other method.")
 
-_THEN = "… and refined on the exact likelihood"
+_REFINED_ROW = "… refined on the exact likelihood"
 _SEARCH, _REFINEMENT = ("open", "search"), ("open", "search", "refine")
-Run = tuple[float, float]
-"""Seconds, and the log10 likelihood they led to."""
+CostAndLikelihood = tuple[float, float]
+"""Cost in s and log10 likelihood."""
 
 
-def rows(output: Mapping[str, Any], beside: Mapping[str, Any] | None) -> list[tuple[str, str, str, str, str]]:
-    """One row a method and stage, and one for the difference; a cell stays empty where nothing was run."""
-    runs = {run["result"]["method"]: run for run in (beside, output) if run is not None}
-    classic, genetic = (runs.get(method) for method in PAPER)
+def rows(output: Mapping[str, Any], other_method: Mapping[str, Any] | None) -> list[tuple[str, str, str, str, str]]:
+    """Return one row per method and stage, and a last row that compares the methods.
+
+    Cells of a stage that was not run are empty. `other_method` is the output of the same fit by the other method.
+    """
+    outputs = {fit["result"]["method"]: fit for fit in (other_method, output) if fit is not None}
+    classic, genetic = (outputs.get(method) for method in PAPER)
     refined = _refined(classic), _refined(genetic)
     return [
-        ("Classic: quasi-Monte Carlo + grid search", *_said(PAPER["classic"]), *_said(_searched(classic))),
-        (_THEN, "", "", *_said(refined[0])),
-        ("Proposed: expansions + genetic algorithm", *_said(PAPER["genetic"]), *_said(_searched(genetic))),
-        (_THEN, "", "", *_said(refined[1])),
-        ("Classic against proposed", *_ratio(PAPER["classic"], PAPER["genetic"]), *_ratio(*refined))]
+        ("Classic: quasi-Monte Carlo + grid search", *_cells(PAPER["classic"]), *_cells(_searched(classic))),
+        (_REFINED_ROW, "", "", *_cells(refined[0])),
+        ("Proposed: expansions + genetic algorithm", *_cells(PAPER["genetic"]), *_cells(_searched(genetic))),
+        (_REFINED_ROW, "", "", *_cells(refined[1])),
+        ("Classic relative to proposed", *_comparison(PAPER["classic"], PAPER["genetic"]), *_comparison(*refined))]
 
 
-def notes(output: Mapping[str, Any], beside: Mapping[str, Any] | None) -> list[str]:
-    """What to know before comparing the rows."""
-    said = [_NOTE]
-    for run in (beside, output):
-        if run is not None and run["result"]["method"] == "classic":
-            values = round(run["result"]["generations"] ** (1 / len(run["result"]["axes"])))
-            unknowns = len(run["result"]["combinations"][0]["weights"])
-            said.append(f"The classic grid here has {values} values of each of the {unknowns} unknowns, "
-                        f"{values**unknowns:,} candidates; one twice as fine costs {2**unknowns:,} times as much.")
-    return said if beside is not None else [*said, _ALONE]
+def notes(output: Mapping[str, Any], other_method: Mapping[str, Any] | None) -> list[str]:
+    """Return the notes below the table: what is comparable, and the size of the classic grid."""
+    texts = [_NOTE]
+    for fit in (other_method, output):
+        if fit is not None and fit["result"]["method"] == "classic":
+            values = round(fit["result"]["generations"] ** (1 / len(fit["result"]["axes"])))
+            unknowns = len(fit["result"]["combinations"][0]["weights"])
+            texts.append(f"The classic grid here has {values} values of each of the {unknowns} unknowns, "
+                         f"{values**unknowns:,} candidates in total. A grid twice as fine costs {2**unknowns:,} times "
+                         "as much.")
+    return texts if other_method is not None else [*texts, _SINGLE_METHOD]
 
 
-def _searched(run: Mapping[str, Any] | None) -> Run | None:
-    return None if run is None else _run(run, run["result"]["searched"]["log10_likelihood"], _SEARCH)
+def _searched(fit: Mapping[str, Any] | None) -> CostAndLikelihood | None:
+    return None if fit is None else _cost(fit, fit["result"]["searched"]["log10_likelihood"], _SEARCH)
 
 
-def _refined(run: Mapping[str, Any] | None) -> Run | None:
-    if run is None or not run["result"]["refined"]:
+def _refined(fit: Mapping[str, Any] | None) -> CostAndLikelihood | None:
+    if fit is None or not fit["result"]["refined"]:
         return None
-    return _run(run, run["result"]["log10_likelihood"], _REFINEMENT)
+    return _cost(fit, fit["result"]["log10_likelihood"], _REFINEMENT)
 
 
-def _run(run: Mapping[str, Any], likelihood: float | None, stages: tuple[str, ...]) -> Run | None:
-    return None if likelihood is None else (sum(run["processor_seconds"].get(stage, 0.0) for stage in stages),
-                                          likelihood)
+def _cost(fit: Mapping[str, Any], likelihood: float | None, stages: tuple[str, ...]) -> CostAndLikelihood | None:
+    if likelihood is None:
+        return None
+    return sum(fit["processor_seconds"].get(stage, 0.0) for stage in stages), likelihood
 
 
-def _said(run: Run | None) -> tuple[str, str]:
-    return ("", "") if run is None else (duration(run[0]), signed(run[1]))
+def _cells(cost: CostAndLikelihood | None) -> tuple[str, str]:
+    return ("", "") if cost is None else (duration(cost[0]), signed(cost[1]))
 
 
-def _ratio(one: Run | None, other: Run | None) -> tuple[str, str]:
-    if one is None or other is None:
+def _comparison(classic: CostAndLikelihood | None, genetic: CostAndLikelihood | None) -> tuple[str, str]:
+    """Return the ratio of the costs and the difference of the log10 likelihoods."""
+    if classic is None or genetic is None:
         return "", ""
-    times = one[0] / other[0]
-    return f"{times:,.0f} ×" if times > 100 else f"{times:.3g} ×", f"{signed(one[1] - other[1])} decades"
+    ratio = classic[0] / genetic[0]
+    return (f"{ratio:,.0f} ×" if ratio > 100 else f"{ratio:.3g} ×"), f"{signed(classic[1] - genetic[1])} decades"

@@ -1,134 +1,150 @@
-"""What a fit found, in sentences and numbers: plain text, which the page then marks up."""
+"""The results of a fit in sentences and numbers, as plain text."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations as pairs
 from typing import Any
 
-from slipstick.pictures.theme import plain
+from slipstick.pictures.theme import in_words
 
 Result = Mapping[str, Any]
 
-_SLIGHT = 0.2  # of the largest weight: smaller ones are left out of a combination in words
-_TERMS = 3  # of a combination in words
+_SMALLEST_WEIGHT = 0.2  # of the largest: unknowns with smaller weights are not listed
+_TERMS = 3  # unknowns listed per combination
+_SIDES = ("lower", "upper")
 
 
 def headline(result: Result, conditions: int, recordings: str) -> str:
-    """What was fitted to what."""
-    inputs = listed([plain(axis) for axis in result["axes"]])
+    """Return the title of the report: the inputs and the recordings they were fitted to."""
+    inputs = listed([in_words(axis) for axis in result["axes"]])
     return f"{inputs[0].upper()}{inputs[1:]} fitted to {conditions} engagements of “{recordings}”"
 
 
-def gain(result: Result) -> str:
-    """The log10 likelihood before and after, and how far apart they are."""
+def improvement(result: Result) -> str:
+    """Return the log10 likelihood before and after the fit, and the difference."""
     before, after = result["before"]["log10_likelihood"], result["log10_likelihood"]
     if after is None:
-        return "The fitted inputs leave at least one engagement without any likelihood."
+        return "With the fitted inputs, at least one engagement has zero likelihood."
     if before is None:
-        return f"log10 likelihood {signed(after)}; the nominal model leaves at least one engagement without any."
-    return (f"log10 likelihood {signed(before)} before, {signed(after)} after: the fit makes the recordings "
-            f"{after - before:.1f} decades (factors of ten) more likely than the nominal model does, given the noise "
-            "that suits it.")
+        return (f"log10 likelihood {signed(after)} after the fit. With the nominal model, at least one engagement has "
+                "zero likelihood.")
+    return (f"log10 likelihood {signed(before)} before the fit, {signed(after)} after it: the recordings are "
+            f"{after - before:.1f} decades (factors of ten) more likely with the fitted inputs than with the nominal "
+            "model, whose output noise is matched to its residuals.")
 
 
 def identified(result: Result) -> list[tuple[str, str]]:
-    """Which unknowns the recordings limit, and which they leave open."""
+    """Return which unknowns the recordings limit, and on which side."""
     intervals = result["intervals"]
-    closed = [plain(one["unknown"]) for one in intervals if None not in (one["lower"], one["upper"])]
+    closed = [in_words(interval["unknown"]) for interval in intervals if not _open_sides(interval)]
     level = f"{100 * intervals[0]['level']:.0f} %" if intervals else ""
-    found = [(f"Limited on both sides ({level}):", listed(closed) + ".")] if closed else []
-    for sides, missing in (("above only", {"lower"}), ("below only", {"upper"}), ("on neither side",
-                                                                                 {"lower", "upper"})):
-        some = [plain(one["unknown"]) for one in intervals
-                if {side for side in ("lower", "upper") if one[side] is None} == missing]
-        if some:
-            found.append((f"Limited {sides}:", listed(some) + "."))
-    unsettled = [plain(one["unknown"]) for one in intervals if one["unsettled"]]
-    return [*found, ("An end was not found:", listed(unsettled) + ".")] if unsettled else found
+    items = [(f"Limited on both sides ({level}):", listed(closed) + ".")] if closed else []
+    for lead, sides in (("Limited above only:", {"lower"}), ("Limited below only:", {"upper"}),
+                        ("Not limited on either side:", {"lower", "upper"})):
+        unknowns = [in_words(interval["unknown"]) for interval in intervals if _open_sides(interval) == sides]
+        if unknowns:
+            items.append((lead, listed(unknowns) + "."))
+    unsettled = [in_words(interval["unknown"]) for interval in intervals if interval["unsettled"]]
+    return [*items, ("End of the interval not found:", listed(unsettled) + ".")] if unsettled else items
 
 
 def remarks(result: Result) -> list[tuple[str, str]]:
-    """What is the case, and what helps; what the same helps against is said together."""
+    """Return (causes, remedy) of the remarks. Remarks with the same remedy are merged."""
     causes: dict[str, list[str]] = {}
-    for one in result["remarks"]:
-        causes.setdefault(one["remedy"], []).append(f"{one['cause']}.")
-    return [(" ".join(said), f"{remedy}.") for remedy, said in causes.items()]
+    for remark in result["remarks"]:
+        causes.setdefault(remark["remedy"], []).append(f"{remark['cause']}.")
+    return [(" ".join(sentences), f"{remedy}.") for remedy, sentences in causes.items()]
 
 
 def combinations(result: Result) -> list[tuple[str, str]]:
-    """The combinations of unknowns, the best known first."""
-    return [("Identified:" if one["identified"] else "Not identified:",
-             f"{_weighed(one['weights'])}, {_known(one)}.") for one in result["combinations"]]
+    """Return the combinations of unknowns with their uncertainty, the best identified first."""
+    return [("Identified:" if combination["identified"] else "Not identified:",
+             f"{_weighted_sum(combination['weights'])}, {_uncertainty(combination)}.")
+            for combination in result["combinations"]]
 
 
 def numbers(result: Result) -> Iterator[tuple[str, str, str, str]]:
-    """Rows of: unknown, before, fitted, interval."""
-    intervals, before = {one["unknown"]: one for one in result["intervals"]}, result["before"]
+    """Yield rows of unknown, value before the fit, fitted value and interval."""
+    intervals, before = {interval["unknown"]: interval for interval in result["intervals"]}, result["before"]
     for kind in ("mean", "std"):
-        for place, (axis, family) in enumerate(zip(result["axes"], result["families"], strict=True)):
-            yield (f"{kind} of {plain(axis)}" + (f" ({family})" if kind == "mean" else ""),
-                   number(before[kind][place]), number(result[kind][place]),
+        for index, (axis, family) in enumerate(zip(result["axes"], result["families"], strict=True)):
+            yield (f"{kind} of {in_words(axis)}" + (f" ({family})" if kind == "mean" else ""),
+                   number(before[kind][index]), number(result[kind][index]),
                    _interval(intervals.get(f"{kind} of {axis}")))
     yield ("output std [ms]", number(before["output_std"], 1e3), number(result["output_std"], 1e3),
            _interval(intervals.get("output std"), 1e3))
     for first, second in pairs(range(len(result["axes"])), 2) if result["correlation"] else ():
         name = f"correlation of {result['axes'][first]} and {result['axes'][second]}"
-        yield plain(name), "0", number(result["correlation"][first][second]), _interval(intervals.get(name))
-    for name, one in intervals.items():
+        yield in_words(name), "0", number(result["correlation"][first][second]), _interval(intervals.get(name))
+    for name, interval in intervals.items():
         if name.startswith("partial"):
-            yield plain(name), "0", number(one["estimate"]), _interval(one)
+            yield in_words(name), "0", number(interval["estimate"]), _interval(interval)
 
 
 def listed(names: list[str]) -> str:
-    """Names as they stand in a sentence."""
+    """Join names with commas and "and"."""
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
 
 
 def duration(seconds: float) -> str:
-    """A time that was spent."""
+    """Return a time in s, min or h, to three significant digits."""
     if seconds < 120:
         return f"{seconds:.3g} s"
     return f"{seconds / 60:.3g} min" if seconds < 3600 else f"{seconds / 3600:.3g} h"
 
 
 def signed(value: float, digits: int = 2) -> str:
-    """A number to so many decimals, with a true minus sign, and none before a zero."""
+    """Return a number with fixed decimals and a true minus sign; a rounded zero has no sign."""
     return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
 def number(value: float | None, scale: float = 1.0) -> str:
-    """To four digits; nothing where there is none."""
+    """Return `scale * value` to four significant digits; empty for None."""
     return "" if value is None else f"{scale * value:.4g}".replace("-", "−")
 
 
-def _known(combination: Mapping[str, Any]) -> str:
-    """How well, as shares of the range."""
-    if combination["std_error"] >= 1 and combination["interval"] is None:
-        return "not at all within the range"
+def _open_sides(interval: Mapping[str, Any]) -> set[str]:
+    """Return the sides without an end."""
+    return {side for side in _SIDES if interval[side] is None}
+
+
+def _uncertainty(combination: Mapping[str, Any]) -> str:
+    """Return the interval relative to the estimate, or else the standard error, as a share of the range."""
     interval = combination["interval"]
-    if interval is None:
-        return f"to ±\u00a0{100 * combination['std_error']:.2g}\u00a0% of the range"
-    low, high = ("open" if interval[side] is None else
-                 f"{sign}{signed(100 * abs(interval[side] - interval['estimate']), 1)}"
-                 for side, sign in (("lower", "−"), ("upper", "+")))
-    return f"from {low} to {high}\u00a0% of the range ({100 * interval['level']:.0f}\u00a0%)"
+    if interval is not None:
+        low, high = ("" if interval[side] is None else
+                     f"{sign}{signed(100 * abs(interval[side] - interval['estimate']), 1)}\u00a0%"
+                     for side, sign in (("lower", "−"), ("upper", "+")))
+        ends = _ends(low, high, interval["unsettled"])
+        return f"{100 * interval['level']:.0f}\u00a0% interval as a share of the range: {ends}"
+    if combination["std_error"] >= 1:
+        return "standard error larger than the range"
+    return f"standard error {100 * combination['std_error']:.2g}\u00a0% of the range"
 
 
-def _weighed(weights: Mapping[str, float]) -> str:
+def _weighted_sum(weights: Mapping[str, float]) -> str:
     ordered = sorted(weights.items(), key=lambda entry: -abs(entry[1]))
-    kept = [(name, weight) for name, weight in ordered if abs(weight) > _SLIGHT * abs(ordered[0][1])]
+    kept = [(name, weight) for name, weight in ordered if abs(weight) > _SMALLEST_WEIGHT * abs(ordered[0][1])]
     if len(kept) == 1:
-        return plain(kept[0][0])
-    text = " ".join(f"{'−' if weight < 0 else '+'} {abs(weight):.2f} × {plain(name)}" for name, weight in kept[:_TERMS])
+        return in_words(kept[0][0])
+    text = " ".join(f"{'−' if weight < 0 else '+'} {abs(weight):.2f} × {in_words(name)}"
+                    for name, weight in kept[:_TERMS])
     return text.removeprefix("+ ") + (" …" if len(kept) > _TERMS else "")
 
 
-def _interval(one: Mapping[str, Any] | None, scale: float = 1.0) -> str:
-    if one is None:
+def _interval(interval: Mapping[str, Any] | None, scale: float = 1.0) -> str:
+    if interval is None:
         return ""
-    low, high = (number(one[side], scale) for side in ("lower", "upper"))
+    low, high = (number(interval[side], scale) for side in _SIDES)
+    return _ends(low, high, interval["unsettled"])
+
+
+def _ends(low: str, high: str, unsettled: Collection[str]) -> str:
+    """Return the ends of an interval, of which one or both may be empty: open, or not found if `unsettled` names it."""
     if low and high:
         return f"{low} to {high}"
-    below, above = ("not found" if side in one["unsettled"] else "open" for side in ("lower", "upper"))
-    if low or high:
-        return f"from {low}, {above}" if low else f"{below}, to {high}"
+    below, above = ("end not found" if side in unsettled else "open" for side in _SIDES)
+    if low:
+        return f"from {low} ({above} above)"
+    if high:
+        return f"up to {high} ({below} below)"
     return below if below == above else f"{below} below, {above} above"

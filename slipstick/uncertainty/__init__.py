@@ -1,7 +1,7 @@
 """Parametric uncertainty (section III): uncertain inputs, polynomial chaos, likelihood, and fits.
 
-This package knows one protocol, `model(points, conditions) -> shifting times`: a table, a surrogate and the simulator
-all satisfy it.
+The package depends on one protocol only, `model(points, conditions) -> shifting times`, which tables, surrogates and
+the simulator implement.
 """
 
 from slipstick.uncertainty.inputs import Inputs

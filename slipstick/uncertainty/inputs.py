@@ -1,9 +1,10 @@
-"""Uncertain inputs as functions of independent standard normals normals (section III.A, Table I).
+"""Uncertain inputs as functions of independent standard normals u (section III.A, Table I).
 
-    z = C normals,    x_i = Q_i(z_i)
+    z = C u,    x_i = Q_i(z_i)
 
-Q_i is the family of input i as a map from a normal score, C the Cholesky factor of the scores' correlation: a
-Gaussian copula (Nataf 1962), and for normal inputs the paper's x = mean + L normals with L = diag(std) C.
+z are the normal scores of the inputs, C is the Cholesky factor of their correlation, and Q_i maps the score of input i
+to its value according to the family of the input. This is a Gaussian copula (Nataf 1962). For normal inputs it reduces
+to x = mean + L u of the paper, with L = diag(std) C.
 """
 
 from dataclasses import dataclass
@@ -27,12 +28,12 @@ from slipstick.uncertainty.chaos.germs import Germ
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """d inputs in multiples of nominal: `mean` (d,) and either `std` (d,) or `mixing` (d, d), L as it stands.
+    """d inputs in multiples of nominal, given by `mean` (d,) and either `std` (d,) or `mixing` (d, d).
 
-    `families`, one an input, are normal unless said otherwise; `support` (d, 2) is that of beta inputs.
-    `correlation` (d, d) is that of the normal scores, and of the inputs where they are normal. The entries of
-    `mixing`, for normal inputs only, mix germs: entry (1, 2) is the paper's sigma12, which is no covariance; the
-    covariance is L L^T. A std of 0 holds an input fixed. Raises `InvalidValue`.
+    `families` has one entry per input; the default is normal. `support` (d, 2) holds the bounds of beta inputs.
+    `correlation` (d, d) is the correlation of the normal scores, and thus of the inputs if these are normal. `mixing`
+    is the matrix L itself, for normal inputs only. Its entry (1, 2) is sigma12 of the paper, which is not a
+    covariance: the covariance is L L^T. An input with a std of 0 is fixed. Raises `InvalidValue`.
     """
 
     mean: np.ndarray
@@ -43,7 +44,7 @@ class Inputs:
     support: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        """Take lists as well as arrays, and check shapes, signs and families once."""
+        """Convert lists to arrays, and check shapes, signs and families."""
         for name in ("mean", "std", "mixing", "correlation", "support"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
@@ -51,8 +52,8 @@ class Inputs:
         self._check_shapes()
         if self.correlation is not None:
             self._check_correlation()
-        for number, family in enumerate(self.families):
-            self._check_family(number, family)
+        for index, family in enumerate(self.families):
+            self._check_family(index, family)
 
     @property
     def dimension(self) -> int:
@@ -70,7 +71,7 @@ class Inputs:
 
     @cached_property
     def factor(self) -> np.ndarray:
-        """The matrix C of z = C normals, shape (d, d)."""
+        """The matrix C of z = C u, shape (d, d)."""
         if self.mixing is not None:
             std = np.where(self.marginal_std == 0, 1.0, self.marginal_std)
             factor: np.ndarray = self.mixing / std[:, None]
@@ -79,53 +80,54 @@ class Inputs:
 
     @cached_property
     def independent(self) -> bool:
-        """Whether each input has a germ of its own."""
+        """Whether the inputs are mutually independent."""
         return bool(np.array_equal(self.factor, np.diag(np.diag(self.factor))))
 
     @cached_property
     def germs(self) -> tuple[Germ, ...]:
-        """The germ of each input; standard normals where the inputs depend on one another."""
+        """The germ of each input; dependent inputs have standard normal germs."""
         if not self.independent:
             return (HERMITE,) * self.dimension
-        return tuple(germ_of(family, *self._moments(number)) for number, family in enumerate(self.families))
+        return tuple(germ_of(family, *self._moments(index)) for index, family in enumerate(self.families))
 
     def points(self, normals: np.ndarray) -> np.ndarray:
         """Inputs at the standard normals (m, d): shape (m, d)."""
-        own = self.independent and self.mixing is None
-        return self.at_scores(normals if own else np.einsum("mj,ij->mi", normals, self.factor))
+        has_unit_factor = self.independent and self.mixing is None
+        return self.at_scores(normals if has_unit_factor else np.einsum("mj,ij->mi", normals, self.factor))
 
     def at_scores(self, scores: np.ndarray) -> np.ndarray:
         """Inputs at their normal scores (m, d): shape (m, d)."""
         if set(self.families) == {"normal"}:
             points: np.ndarray = self.mean + self.marginal_std * scores
             return points
-        return np.column_stack([from_score(family, scores[:, number], *self._moments(number))
-                                for number, family in enumerate(self.families)])
+        return np.column_stack([from_score(family, scores[:, index], *self._moments(index))
+                                for index, family in enumerate(self.families)])
 
     def germs_of(self, normals: np.ndarray) -> np.ndarray:
         """The germs at the standard normals (m, d): shape (m, d)."""
-        return np.column_stack([germ.of_normal(normals[:, number]) for number, germ in enumerate(self.germs)])
+        return np.column_stack([germ.of_normal(normals[:, index]) for index, germ in enumerate(self.germs)])
 
     def at_germs(self, germs: np.ndarray) -> np.ndarray:
         """Inputs at the germs (m, d): shape (m, d)."""
-        own = np.array([germ != HERMITE for germ in self.germs])  # of these, x = mean + std xi
+        is_linear = np.array([germ != HERMITE for germ in self.germs])  # x = mean + std xi
         points: np.ndarray = self.mean + self.marginal_std * germs
-        return points if np.all(own) else np.where(own, points, self.points(np.where(own, 0.0, germs)))
+        return points if np.all(is_linear) else np.where(is_linear, points,
+                                                         self.points(np.where(is_linear, 0.0, germs)))
 
-    def scores(self, number: int, values: np.ndarray) -> np.ndarray:
-        """Normal scores of values (m,) of one input with a positive std: shape (m,)."""
-        return to_score(self.families[number], values, *self._moments(number))
+    def scores(self, index: int, values: np.ndarray) -> np.ndarray:
+        """Normal scores of values (m,) of the input `index`, whose std is positive: shape (m,)."""
+        return to_score(self.families[index], values, *self._moments(index))
 
-    def _moments(self, number: int) -> tuple[float, float, np.ndarray]:
-        support = np.array([-np.inf, np.inf]) if self.support is None else self.support[number]
-        return float(self.mean[number]), float(self.marginal_std[number]), support
+    def _moments(self, index: int) -> tuple[float, float, np.ndarray]:
+        support = np.array([-np.inf, np.inf]) if self.support is None else self.support[index]
+        return float(self.mean[index]), float(self.marginal_std[index]), support
 
     def _check_shapes(self) -> None:
         if (self.std is None) == (self.mixing is None):
             raise InvalidValue("Inputs need either the std or the mixing matrix",
-                               "Give `std` for independent inputs, or `mixing` for the whole matrix L")
+                               "Give `std` for independent inputs, or `mixing` for the full matrix L")
         if self.mean.ndim != 1 or self.dimension == 0:
-            raise InvalidValue(f"The mean has shape {self.mean.shape}", "Give one number an input")
+            raise InvalidValue(f"The mean has shape {self.mean.shape}", "Give one number per input")
         d = self.dimension
         for name, shape in (("std", (d,)), ("mixing", (d, d)), ("correlation", (d, d)), ("support", (d, 2))):
             array = getattr(self, name)
@@ -138,37 +140,38 @@ class Inputs:
         if self.std is not None and np.any(self.std < 0):
             raise InvalidValue("A std is negative", "Give a std of 0 or more")
         if len(self.families) != d:
-            raise InvalidValue(f"There are {len(self.families)} families for {d} inputs", "Give one an input, or none")
+            raise InvalidValue(f"There are {len(self.families)} families for {d} inputs",
+                               "Give one family per input, or none")
 
     def _check_correlation(self) -> None:
         if self.mixing is not None:
-            raise InvalidValue("The mixing matrix holds the correlation already", "Give `std` and `correlation`")
+            raise InvalidValue("The mixing matrix already contains the correlation", "Give `std` and `correlation`")
         assert self.correlation is not None
         symmetric = np.allclose(self.correlation, self.correlation.T, atol=1e-12)
         if not (symmetric and np.allclose(np.diag(self.correlation), 1.0, atol=1e-12)):
             raise InvalidValue("The correlation is not symmetric with ones on its diagonal",
                                "Give the correlation of the normal scores, not a covariance")
         if np.linalg.eigvalsh(self.correlation)[0] <= 0:
-            raise InvalidValue("The correlation is not positive definite: no inputs have it",
-                               "Choose correlations that are possible together, each between -1 and 1")
+            raise InvalidValue("The correlation matrix is not positive definite",
+                               "Give correlations that are possible together, each between -1 and 1")
 
-    def _check_family(self, number: int, family: Family) -> None:
-        mean, std = self.mean[number], self.marginal_std[number]
+    def _check_family(self, index: int, family: Family) -> None:
+        mean, std = self.mean[index], self.marginal_std[index]
         if family not in FAMILIES:
             raise InvalidValue(f"There is no family '{family}'", f"Choose among {', '.join(FAMILIES)}")
         if family != "normal" and self.mixing is not None:
-            raise InvalidValue(f"A mixing matrix makes normal inputs, not {family} ones",
-                               "Give `std`, and `correlation` where they depend on one another")
+            raise InvalidValue(f"A mixing matrix describes normal inputs, not {family} inputs",
+                               "Give `std`, and `correlation` if the inputs are dependent")
         if family in POSITIVE and mean <= 0:
             raise InvalidValue(f"The mean of a {family} input is {mean:g}", "Give a positive mean")
         if family != "beta":
             return
-        *_, support = self._moments(number)
+        *_, support = self._moments(index)
         low, high = support
         if not (np.isfinite([low, high]).all() and low < mean < high):
             raise InvalidValue(f"A beta input with mean {mean:g} cannot have the support {low:g} to {high:g}",
                                "Give a `support` (lower, upper) around the mean")
         if std > 0 and min(beta_shape(mean, std, support)) <= 0:
-            most = np.sqrt((mean - low) * (high - mean))
+            largest = np.sqrt((mean - low) * (high - mean))
             raise InvalidValue(f"No beta input from {low:g} to {high:g} with mean {mean:g} has the std {std:g}",
-                               f"Give a std below {most:.4g}, or a wider support")
+                               f"Give a std below {largest:.4g}, or a wider support")

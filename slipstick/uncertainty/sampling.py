@@ -1,4 +1,4 @@
-"""Seeded samples of standard normals, and the density of measured times by sampling."""
+"""Seeded quasi-random standard normals, and the density of measured times by averaging over samples."""
 
 from functools import lru_cache
 
@@ -7,26 +7,26 @@ from scipy.stats import qmc
 
 from slipstick.errors import InvalidValue
 
-_NEGLIGIBLE = -700.0  # natural log: a sample this far below the nearest adds nothing, and subnormal numbers are slow
+_NEGLIGIBLE = -700.0  # natural log relative to the largest term; smaller terms are subnormal, which is slow
 
 
 @lru_cache(maxsize=8)
 def standard_normals(dimension: int, count: int, seed: int) -> np.ndarray:
-    """Scrambled Sobol points of N(0, I), shape (count, dimension), read-only; the same for the same seed.
+    """Scrambled Sobol points of N(0, I), shape (count, dimension), read-only and reproducible from the seed.
 
-    Raises `InvalidValue` unless `count` is a power of two: other counts of Sobol points are out of balance.
+    Raises `InvalidValue` unless `count` is a power of two, which the balance of Sobol points requires.
     """
     if count < 1 or count & (count - 1):
-        raise InvalidValue(f"{count} samples are no power of two", "Take 1024, 2048, 4096 and so on")
-    germs: np.ndarray = qmc.MultivariateNormalQMC(np.zeros(dimension), rng=seed).random(count)
-    germs.flags.writeable = False
-    return germs
+        raise InvalidValue(f"The number of samples, {count}, is not a power of two", "Take 1024, 2048, 4096 and so on")
+    normals: np.ndarray = qmc.MultivariateNormalQMC(np.zeros(dimension), rng=seed).random(count)
+    normals.flags.writeable = False
+    return normals
 
 
 def log10_mean_density(outputs: np.ndarray, times: np.ndarray, output_std: float) -> np.ndarray:
     """log10 of the mean over m samples of N(times; outputs, output_std^2), per ms: shape (n,).
 
-    Shapes: `outputs` (m, n) s, `times` (n,) s. NaN samples count as 0; -inf where all are NaN.
+    Shapes: `outputs` (m, n) s, `times` (n,) s. A NaN sample has a density of 0; the result is -inf if all are NaN.
     """
     exponents = (outputs - times) / output_std
     exponents *= exponents

@@ -42,5 +42,5 @@ def test_intervals_cover_the_truth_at_their_nominal_rate(pool: ProcessPoolExecut
 
 
 def test_predictions_are_calibrated_and_those_of_a_wrong_family_are_not(pool: ProcessPoolExecutor) -> None:
-    assert coverage.predictions(np.array(list(pool.map(coverage.right, PREDICTION_SEEDS))), PARTS)[0] > LOWEST_P
-    assert coverage.predictions(np.array(list(pool.map(coverage.wrong, PREDICTION_SEEDS))), PARTS)[0] < 0.01
+    assert coverage.predictions(np.array(list(pool.map(coverage.normal_levels, PREDICTION_SEEDS))), PARTS)[0] > LOWEST_P
+    assert coverage.predictions(np.array(list(pool.map(coverage.beta_levels, PREDICTION_SEEDS))), PARTS)[0] < 0.01

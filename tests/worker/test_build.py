@@ -25,14 +25,14 @@ ROOT = Path(__file__).parents[2]
 AXES = ("pressure_bias=0.8:1.2:6", "initial_position=0.9:1.1:3", "friction_coefficient=0.7:1.3:4")
 
 
-def plan_of(conditions, axes=AXES, model=None, accuracy=DEFAULT):
+def make_plan(conditions, axes=AXES, model=None, accuracy=DEFAULT):
     model = model or Model()
     return Plan(model, conditions, tuple(read_axis(text, model) for text in axes), accuracy)
 
 
-def built(plan, out, executor=None):
+def build_table(plan, out, executor=None):
     with executor or ThreadPoolExecutor(2) as pool:
-        return building.build(plan, out, pool, lambda ready, left_over: None)
+        return building.build(plan, out, pool, lambda done, resumed: None)
 
 
 @pytest.fixture(autouse=True)
@@ -40,36 +40,37 @@ def small_chunks(monkeypatch):
     monkeypatch.setattr("worker.plan.CHUNK", 60)
 
 
-def test_holds_what_the_simulator_says_at_every_grid_point(few, tmp_path):
-    plan = plan_of(few)
-    table = built(plan, tmp_path / "a.h5")
+def test_the_table_equals_the_simulator_at_every_grid_point(six_conditions, tmp_path):
+    plan = make_plan(six_conditions)
+    table = build_table(plan, tmp_path / "a.h5")
     assert len(plan.chunks) == 8
     a, b, c = (axis.values for axis in plan.axes)
     points = np.array([[x, y, z] for x in a for y in b for z in c])
-    times, status = shifting_times(Model(), few, [axis.name for axis in plan.axes], points)
+    times, status = shifting_times(Model(), six_conditions, [axis.name for axis in plan.axes], points)
     assert np.array_equal(table.times.reshape(-1, 6), times, equal_nan=True)
     assert np.array_equal(table.status.reshape(-1, 6), status)
-    assert np.array_equal(table(points, few), times, equal_nan=True)
+    assert np.array_equal(table(points, six_conditions), times, equal_nan=True)
     assert Table.open(tmp_path / "a.h5").digest == table.digest
     assert [path.name for path in tmp_path.iterdir()] == ["a.h5"]
 
 
-def test_any_executor_gives_the_same_table(few, tmp_path):
-    plan = plan_of(few)
+def test_the_table_does_not_depend_on_the_executor(six_conditions, tmp_path):
+    plan = make_plan(six_conditions)
     spawned = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
-    digests = {built(plan, tmp_path / "a.h5", executor).digest for executor in (ThreadPoolExecutor(1), None, spawned)}
+    executors = (ThreadPoolExecutor(1), None, spawned)
+    digests = {build_table(plan, tmp_path / "a.h5", executor).digest for executor in executors}
     assert len(digests) == 1
 
 
-def test_engagements_that_never_lock_are_kept_as_such(few, tmp_path):
-    table = built(plan_of(few, ["pressure_bias=1:8:4"]), tmp_path / "a.h5")
+def test_engagements_that_never_lock_are_nan_with_a_status(six_conditions, tmp_path):
+    table = build_table(make_plan(six_conditions, ["pressure_bias=1:8:4"]), tmp_path / "a.h5")
     assert np.count_nonzero(table.status == NEVER_LOCKED) > 0
     assert np.array_equal(np.isnan(table.times), table.status != 0)
 
 
-def interrupted(plan, out, after):
-    """Build until `after` chunks are on disk, then fail."""
-    def stop(ready, left_over):
+def interrupted_chunks(plan, out, after):
+    """Interrupt a build when `after` chunks are on disk; return their files."""
+    def stop(done, resumed):
         if len(list(out.parent.glob(".*.parts/*.npz"))) >= after:
             raise KeyboardInterrupt
 
@@ -78,9 +79,9 @@ def interrupted(plan, out, after):
     return sorted(out.parent.glob(".*.parts/*.npz"))
 
 
-def test_a_damaged_or_empty_chunk_is_computed_again(few, tmp_path):
-    plan, out = plan_of(few), tmp_path / "a.h5"
-    chunks = interrupted(plan, out, after=4)
+def test_damaged_and_empty_chunks_are_simulated_again(six_conditions, tmp_path):
+    plan, out = make_plan(six_conditions), tmp_path / "a.h5"
+    chunks = interrupted_chunks(plan, out, after=4)
     content = bytearray(chunks[0].read_bytes())
     content[len(content) // 4] ^= 1
     chunks[0].write_bytes(content)
@@ -90,33 +91,33 @@ def test_a_damaged_or_empty_chunk_is_computed_again(few, tmp_path):
         table = building.build(plan, out, pool, lambda *report: reports.append(report))
     assert reports[0] == (2 * 60, 2 * 60)
     assert reports[-1] == (table.times.size, 2 * 60)
-    assert table.digest == built(plan, tmp_path / "b.h5").digest
+    assert table.digest == build_table(plan, tmp_path / "b.h5").digest
 
 
-def test_chunks_of_another_build_are_not_taken(few, tmp_path):
-    plan, out = plan_of(few), tmp_path / "a.h5"
-    others = [plan_of(few.take([0, 1, 2, 3, 4, 0])), plan_of(few, accuracy=TIGHT),
-              plan_of(few, ("pressure_bias=0.8:1.201:6", *AXES[1:])),
-              plan_of(few, model=Model().with_parameters({"gear_ratio": 3.1}))]
+def test_chunks_of_a_different_build_are_not_reused(six_conditions, tmp_path):
+    plan, out = make_plan(six_conditions), tmp_path / "a.h5"
+    others = [make_plan(six_conditions.take([0, 1, 2, 3, 4, 0])), make_plan(six_conditions, accuracy=TIGHT),
+              make_plan(six_conditions, ("pressure_bias=0.8:1.201:6", *AXES[1:])),
+              make_plan(six_conditions, model=Model().with_parameters({"gear_ratio": 3.1}))]
     assert len({plan.digest, *(other.digest for other in others)}) == 5
-    interrupted(plan, out, after=4)
+    interrupted_chunks(plan, out, after=4)
     reports = []
     with ThreadPoolExecutor(1) as pool:
         building.build(others[0], out, pool, lambda *report: reports.append(report))
     assert reports[0] == (0, 0)
 
 
-def test_two_builds_of_one_table_at_once_are_refused(few, tmp_path):
-    plan, out = plan_of(few), tmp_path / "a.h5"
-    folder = interrupted(plan, out, after=2)[0].parent
+def test_concurrent_builds_of_the_same_table_are_refused(six_conditions, tmp_path):
+    plan, out = make_plan(six_conditions), tmp_path / "a.h5"
+    folder = interrupted_chunks(plan, out, after=2)[0].parent
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         with pytest.raises(InvalidValue, match="Another process is building this table"):
-            built(plan, out)
-    built(plan, out)
+            build_table(plan, out)
+    build_table(plan, out)
 
 
-def test_a_build_killed_again_and_again_ends_in_the_same_table(tmp_path, monkeypatch):
+def test_a_repeatedly_killed_build_gives_the_same_table(tmp_path, monkeypatch):
     out, axes = tmp_path / "a.h5", ("pressure_bias=0.5:1.5:30", "initial_position=0.5:1.5:30")
     command = [sys.executable, "-m", "worker", "build", "--threads", "1", "--out", out, "--axis", axes[0],
                "--axis", axes[1]]
@@ -126,14 +127,14 @@ def test_a_build_killed_again_and_again_ends_in_the_same_table(tmp_path, monkeyp
                 time.sleep(0.002)
             worker.send_signal(signal.SIGKILL)
         assert not out.exists()
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert "from before" in done.stderr
+    completed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "from an earlier run" in completed.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["a.h5"]
     monkeypatch.undo()
-    assert Table.open(out).digest == built(plan_of(paper_conditions(), axes), tmp_path / "b.h5").digest
+    assert Table.open(out).digest == build_table(make_plan(paper_conditions(), axes), tmp_path / "b.h5").digest
 
 
-def test_the_command_takes_a_model_and_conditions(tmp_path, capsys):
+def test_the_command_reads_a_model_and_conditions(tmp_path, capsys):
     model = Model().with_parameters({"gear_ratio": 3.0}).with_effect("quadratic_load_drag", {})
     (tmp_path / "calibrated.json").write_text(json.dumps({"model": model.spec(), "chi_square": 1.0}))
     (tmp_path / "bench.csv").write_text(
@@ -147,21 +148,22 @@ def test_the_command_takes_a_model_and_conditions(tmp_path, capsys):
     assert table.digest in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("arguments", "says"), [
+@pytest.mark.parametrize(("arguments", "message"), [
     (["--axis", "presure_bias=0.5:1.5:5"], "Did you mean 'pressure_bias'"),
     (["--axis", "pressure_bias=0.5:1.5"], "Write NAME=LOW:HIGH:COUNT"),
     (["--axis", "pressure_bias=1.5:0.5:5"], "do not increase"), (["--axis", "pressure_bias=0.5:1.5:1"], "has 1 value"),
     (["--axis", "pressure_bias=0.5:nan:3"], "do not increase or are not finite"),
-    (["--axis", "pressure_bias=0.5:1.5:-3"], "is no axis"), (["--threads", "0"], "0 threads"),
-    (["--model", "missing.json"], "holds no model"), (["--conditions", "missing.csv"], "recordings file 'missing.csv'"),
+    (["--axis", "pressure_bias=0.5:1.5:-3"], "is not a valid axis"), (["--threads", "0"], "0 threads"),
+    (["--model", "missing.json"], "Cannot read a model"),
+    (["--conditions", "missing.csv"], "recordings file 'missing.csv'"),
 ])
-def test_a_command_that_makes_no_sense_is_refused_with_a_remedy(arguments, says, tmp_path, capsys):
+def test_invalid_options_are_refused_with_a_remedy(arguments, message, tmp_path, capsys):
     assert main(["build", "--out", str(tmp_path / "a.h5"), *arguments]) == 1
-    assert says in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
-def test_models_that_are_none_are_refused(tmp_path):
+def test_invalid_model_files_are_refused(tmp_path):
     path = tmp_path / "model.json"
     for content in ("[]", "{", "{}", '{"model": 3}', json.dumps({**Model().spec(), "torque_converter": {}})):
         path.write_text(content)
@@ -172,7 +174,7 @@ def test_models_that_are_none_are_refused(tmp_path):
         read_model(path)
 
 
-def test_what_cannot_be_built_is_refused_before_anything_is_simulated(tmp_path: Path) -> None:
+def test_builds_that_cannot_succeed_are_refused_before_the_simulation(tmp_path: Path) -> None:
     recordings = tmp_path / "measured.h5"
     recordings.write_bytes((Path(__file__).parents[2] / "tables" / "measured.h5").read_bytes())
     content = recordings.read_bytes()

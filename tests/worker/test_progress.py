@@ -8,18 +8,18 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_log_is_not_flooded_and_ends_with_the_rate():
+def test_a_log_has_few_lines_and_ends_with_the_rate():
     log = io.StringIO()
     progress = Progress(1000, "engagements", log)
     for done in range(200, 1001):
         progress(done, 200)
     first, last = log.getvalue().splitlines()
-    assert first == "200 of 1,000 engagements, 200 from before"
-    assert last.startswith("1,000 of 1,000 engagements, 200 from before, ")
-    assert " a second, " in last
+    assert first == "200 of 1,000 engagements, 200 from an earlier run"
+    assert last.startswith("1,000 of 1,000 engagements, 200 from an earlier run, ")
+    assert " per second, " in last
 
 
-def test_a_terminal_keeps_one_line():
+def test_a_terminal_shows_one_updated_line():
     terminal = Terminal()
     progress = Progress(10, "engagements", terminal)
     for done in (0, 5, 10):

@@ -1,4 +1,4 @@
-"""The command `study`: the answer as text, JSON, a page and a model, and what it refuses."""
+"""The command `study`: its results as text, JSON, a report and a model, and the input that it refuses."""
 
 import json
 import shutil
@@ -16,8 +16,8 @@ from slipstick.study.comparison import compare
 from slipstick.study.settings import StudySettings
 from slipstick.table import Table
 from worker.__main__ import main
-from worker.study import studied
-from worker.study_text import page
+from worker.study import study_output
+from worker.study_text import study_text
 
 SETTINGS = {"catalogue": ["stribeck_friction", "centrifugal_pressure"], "shortlist": 2, "significance": 0.99,
             "smallest": 0.0, "most_effects": 1}
@@ -29,21 +29,21 @@ def settings(tmp_path: Path) -> Path:
     return tmp_path / "settings.json"
 
 
-def test_a_study_says_what_is_missing_and_leaves_a_model_to_build(
+def test_a_study_identifies_the_missing_effect_and_writes_a_model_to_build(
         few_recordings: Path, settings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    recordings, model, table = few_recordings / "few.h5", tmp_path / "made" / "model.json", tmp_path / "extended.h5"
+    recordings, model, table = few_recordings / "few.h5", tmp_path / "new" / "model.json", tmp_path / "extended.h5"
     status = main(["study", str(recordings), "--settings", str(settings), "--out", str(tmp_path / "result.json"),
                    "--report", str(tmp_path / "report.html"), "--extended", str(model)])
     assert status == 0
-    said = capsys.readouterr()
+    printed = capsys.readouterr()
     result = json.loads((tmp_path / "result.json").read_text())
     answer = result["result"]["answer"]
     assert answer["effects"] == ["stribeck_friction"]
-    assert said.out.startswith(answer["sentence"])
-    for part in ("friction: strength", "90 % interval", "p ≤", "Centrifugal pressure head", "Where model and bench",
-                 "by the control", "cannot say", f"--model {model}"):
-        assert part in " ".join(said.out.split())
-    assert "candidate 2 of" in said.err
+    assert printed.out.startswith(answer["sentence"])
+    for part in ("friction: strength", "90 % interval", "p ≤", "Centrifugal pressure head",
+                 "Where model and recordings", "closed by control", "Limitations", f"--model {model}"):
+        assert part in " ".join(printed.out.split())
+    assert "candidate 2 of" in printed.err
     assert list(result["seconds"]) == ["fit", "screen", "candidates", "choose", "conclude"]
     assert (tmp_path / "report.html").read_text().startswith("<!doctype html>")
 
@@ -53,38 +53,38 @@ def test_a_study_says_what_is_missing_and_leaves_a_model_to_build(
     assert list(Table.open(table).model.effects) == ["stribeck_friction"]
 
 
-def test_shifting_times_alone_make_a_study_that_says_so(
+def test_a_study_of_shifting_times_only_states_it(
         few_recordings: Path, settings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    whole = Recordings.open(few_recordings / "few.h5")
-    conditions = whole.conditions
+    recordings = Recordings.open(few_recordings / "few.h5")
+    conditions = recordings.conditions
     columns = np.column_stack([conditions.current_profile, conditions.motor_speed, conditions.load_inertia,
-                               conditions.brake_torque, whole.measured_time])
+                               conditions.brake_torque, recordings.measured_time])
     header = "current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]"
     np.savetxt(tmp_path / "few.csv", columns, ["%d", "%.9g", "%g", "%g", "%.9g"], ",", header=header, comments="")
     assert main(["study", str(tmp_path / "few.csv"), "--settings", str(settings), "--out", str(tmp_path / "few.json"),
                  "--report", str(tmp_path / "few.html")]) == 0
-    said = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert "NaN" not in (tmp_path / "few.json").read_text()
     assert "shifting times only" in (tmp_path / "few.html").read_text()
-    assert "With shifting times only" in said
-    assert "Where model" not in said
+    assert "With shifting times only" in printed
+    assert "Where model" not in printed
 
 
-def test_what_asks_for_an_effect_and_gets_none_is_not_called_nothing(few_recordings: Path) -> None:
+def test_an_unexplained_residual_is_not_reported_as_nothing_missing(few_recordings: Path) -> None:
     times = replace(Recordings.open(few_recordings / "few.h5"), signals=None)
-    said = {}
+    sentences = {}
     for significance in (0.99, 0.001):
-        wrong = {**SETTINGS, "catalogue": ["falling_load_friction"], "significance": significance}
-        answer = studied(StudySettings.from_dict(wrong), compare(times, 0.003))["result"]["answer"]
+        settings = {**SETTINGS, "catalogue": ["falling_load_friction"], "significance": significance}
+        answer = study_output(StudySettings.from_dict(settings), compare(times, 0.003))["result"]["answer"]
         assert answer["kind"] == "none"
-        said[significance] = answer["sentence"]
-    assert said[0.99].startswith("Something asks for an effect, and none that is known predicts")
-    assert said[0.001] == "Nothing is missing that these recordings could show"
+        sentences[significance] = answer["sentence"]
+    assert sentences[0.99].startswith("Something asks for an effect, and none that is known predicts")
+    assert sentences[0.001] == "Nothing is missing that these recordings could show"
 
 
-def test_a_tie_tells_what_to_measure_next(few_recordings: Path) -> None:
+def test_a_tie_suggests_experiments(few_recordings: Path) -> None:
     times = replace(Recordings.open(few_recordings / "few.h5"), signals=None)
-    output = studied(StudySettings.from_dict(SETTINGS), compare(times, 0.003))
+    output = study_output(StudySettings.from_dict(SETTINGS), compare(times, 0.003))
     assert output["result"]["further"] == []
     tie = {"effects": ["stribeck_friction", "centrifugal_pressure"], "experiments": [
         {"current_profile": 3, "motor_speed": 238.76, "load_inertia": 4.8, "brake_torque": 16.0, "recorded": False,
@@ -92,30 +92,30 @@ def test_a_tie_tells_what_to_measure_next(few_recordings: Path) -> None:
         {"current_profile": 0, "motor_speed": 104.72, "load_inertia": 6.0, "brake_torque": 20.0, "recorded": True,
          "apart": 0.1, "signal": "shifting_time", "repetitions": 12}]}
     output["result"]["further"] = [tie]
-    said = page(output["result"], output["figure_data"], 0.9)
-    lines = [" ".join(line.split()) for line in said.splitlines()]
-    assert "To tell slip-speed-dependent friction and centrifugal pressure head apart, run:" in said
+    text = study_text(output["result"], output["figure_data"], 0.9)
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    assert "To tell slip-speed-dependent friction and centrifugal pressure head apart, run:" in text
     assert "3 238.8 4.8 16 no 0.21 shifting time more than 1000" in lines
     assert "0 104.7 6 20 yes 0.1 shifting time 12" in lines
 
 
-@pytest.mark.parametrize(("content", "said"), [
+@pytest.mark.parametrize(("content", "message"), [
     ('{"shortlist": 0}', "Give at least 1"),
     ('{"catalogue": ["stribek_friction"]}', "Did you mean 'stribeck_friction'?"),
     ('{"short_list": 3}', "Did you mean 'shortlist'?"),
     ('{"scatter": ["current_gain"], "parameters": ["pressure_bias"]}', "Known: pressure_bias"),
-    ('{"level": "high"}', "holds no settings of a study"),
-    ("[1]", "holds no settings of a study"),
-    ("{", "holds no settings of a study")])
-def test_nonsense_in_the_settings_is_refused(
-        few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, said: str) -> None:
+    ('{"level": "high"}', "Cannot read study settings"),
+    ("[1]", "Cannot read study settings"),
+    ("{", "Cannot read study settings")])
+def test_invalid_settings_are_refused(
+        few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, message: str) -> None:
     (tmp_path / "settings.json").write_text(content)
     assert main(["study", str(few_recordings / "few.h5"), "--settings", str(tmp_path / "settings.json")]) == 1
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("options", [("--out", "measured.h5"), ("--report", "report.json"), ("--extended", "model")])
-def test_a_result_does_not_go_where_something_else_may_be(
+def test_results_do_not_replace_other_files(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, str]) -> None:
     option, name = options
     assert main(["study", str(few_recordings / "few.h5"), option, str(tmp_path / name)]) == 1
@@ -123,19 +123,19 @@ def test_a_result_does_not_go_where_something_else_may_be(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_signal_without_noise_is_refused_with_the_remedy(
+def test_a_signal_without_noise_is_refused(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.copy(few_recordings / "few.h5", tmp_path / "still.h5")
-    with h5py.File(tmp_path / "still.h5", "r+") as file:
+    shutil.copy(few_recordings / "few.h5", tmp_path / "constant.h5")
+    with h5py.File(tmp_path / "constant.h5", "r+") as file:
         file["signals/pressure"][...] = 1.0
-    assert main(["study", str(tmp_path / "still.h5")]) == 1
+    assert main(["study", str(tmp_path / "constant.h5")]) == 1
     assert "pressure shows no noise" in capsys.readouterr().err
 
 
-def test_a_model_that_drifts_is_built_only_for_conditions_in_their_order(
+def test_a_drifting_model_is_built_only_for_conditions_with_a_run_order(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    effect = next(one for one in CATALOGUE if one.uses_run_order)
-    coefficients = {one.name: one.typical for one in effect.coefficients}
+    effect = next(effect for effect in CATALOGUE if effect.uses_run_order)
+    coefficients = {coefficient.name: coefficient.typical for coefficient in effect.coefficients}
     (tmp_path / "model.json").write_text(json.dumps(Model().with_effect(effect.name, coefficients).spec()))
     build = ["build", "--model", str(tmp_path / "model.json"), "--axis", "pressure_bias=0.9:1.1:2",
              "--out", str(tmp_path / "table.h5")]

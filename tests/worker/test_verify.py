@@ -13,54 +13,54 @@ from worker.building import build
 from worker.plan import Plan
 
 
-def built(axes, conditions, out):
+def build_table(axes, conditions, out):
     plan = Plan(Model(), conditions, tuple(read_axis(text, Model()) for text in axes), DEFAULT)
     with ThreadPoolExecutor(2) as pool:
-        return build(plan, out, pool, lambda ready, left_over: None)
+        return build(plan, out, pool, lambda done, resumed: None)
 
 
 def number(pattern, output):
     return float(re.search(pattern, output)[1].replace(",", ""))
 
 
-def test_the_default_table_is_within_its_target(tmp_path, capsys):
-    table = built(PAPER_AXES, paper_conditions(), tmp_path / "a.h5")
+def test_the_default_table_is_within_its_error_target(tmp_path, capsys):
+    table = build_table(PAPER_AXES, paper_conditions(), tmp_path / "a.h5")
     assert main(["verify", str(tmp_path / "a.h5"), "--points", "400"]) == 0
     output = capsys.readouterr().out
     assert number(r"error: ([\d.]+) ms RMS", output) <= 0.05
     assert abs(number(r"([+-][\d.]+) decades", output)) < 0.5
-    for said in (table.digest, table.model.digest, table.conditions.digest, "540,000 locked", "1.6 bar", "0.0005 m"):
-        assert said in output
+    for part in (table.digest, table.model.digest, table.conditions.digest, "540,000 locked", "1.6 bar", "0.0005 m"):
+        assert part in output
 
 
-def test_the_error_is_that_of_the_table(few, tmp_path, capsys):
+def test_the_printed_error_is_that_of_the_table(six_conditions, tmp_path, capsys):
     axes = ("pressure_bias=0.6:1.4:4", "initial_position=0.8:1.2:3")
-    table = built(axes, few, tmp_path / "a.h5")
+    table = build_table(axes, six_conditions, tmp_path / "a.h5")
     points = np.random.default_rng(7).uniform(table.lower, table.upper, (50, 2))
     names = [axis.name for axis in table.axes]
-    difference = table.interpolate(points) - shifting_times(Model(), few, names, points, TIGHT)[0]
+    difference = table.interpolate(points) - shifting_times(Model(), six_conditions, names, points, TIGHT)[0]
     assert main(["verify", str(tmp_path / "a.h5"), "--points", "50", "--seed", "7"]) == 0
     output = capsys.readouterr().out
     rms = 1e3 * np.sqrt(np.mean(difference**2))
-    assert rms > 0.2  # a coarse grid, else this test says nothing
+    assert rms > 0.2  # the grid is coarse enough for a meaningful comparison
     assert number(r"error: ([\d.]+) ms RMS", output) == pytest.approx(rms, abs=1e-4)
-    assert number(r"([\d.]+) ms at most", output) == pytest.approx(1e3 * np.abs(difference).max(), abs=1e-3)
-    assert "not measured on these recordings" in output  # the table has six of their conditions
+    assert number(r"([\d.]+) ms maximum", output) == pytest.approx(1e3 * np.abs(difference).max(), abs=1e-3)
+    assert "not computed for these recordings" in output  # the table has only six of their conditions
 
 
-def test_what_never_locks_is_counted_apart(few, tmp_path, capsys):
-    built(["pressure_bias=1:8:4"], few, tmp_path / "a.h5")
+def test_engagements_that_never_lock_are_counted_separately(six_conditions, tmp_path, capsys):
+    build_table(["pressure_bias=1:8:4"], six_conditions, tmp_path / "a.h5")
     assert main(["verify", str(tmp_path / "a.h5"), "--points", "50"]) == 0
-    assert number(r"([\d,]+) without a time", capsys.readouterr().out) > 0
+    assert number(r"([\d,]+) engagements have no shifting time", capsys.readouterr().out) > 0
 
 
-def test_a_bad_file_ends_in_status_1(few, tmp_path, capsys):
+def test_a_damaged_or_missing_file_exits_with_status_1(six_conditions, tmp_path, capsys):
     path = tmp_path / "a.h5"
-    table = built(["pressure_bias=0.8:1.2:3"], few, path)
+    table = build_table(["pressure_bias=0.8:1.2:3"], six_conditions, path)
     assert main(["verify", str(path), "--points", "0"]) == 0
     content = path.read_bytes()
-    place = content.index(table.times[1, 1].tobytes())
-    path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1:])
+    position = content.index(table.times[1, 1].tobytes())
+    path.write_bytes(content[:position] + bytes([content[position] ^ 1]) + content[position + 1:])
     assert main(["verify", str(path)]) == 1
     assert main(["verify", str(tmp_path / "b.h5")]) == 1
     error = capsys.readouterr().err

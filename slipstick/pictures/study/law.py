@@ -1,64 +1,66 @@
-"""Measured torque over pressure against the plates' slip, with the law of the model through it."""
+"""Measured torque over pressure as a function of the plate slip, and the friction law of the models."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from slipstick.pictures import theme
-from slipstick.pictures.study.words import models
+from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each dot is an average over 16 ms of one engagement while its plates slip: the torque on the clutch's side "
-           "of the gear, less that of the oil film, over the force of the measured pressure on the plates. Line and "
-           "shade: median, and from a tenth below to a tenth above, at equal slip. The model's lines are the same "
-           "ratio in its own simulation. The plates slow down from right to left.")
+CAPTION = ("Each dot is an average over 16 ms of one engagement while its plates slip: the measured torque on the "
+           "clutch"
+           "side of the gear, minus the torque of the oil film, divided by the contact pressure that follows from the "
+           "measured oil pressure. The measured line and shade are the median and the range from the 10 % to the 90 % "
+           "quantile at equal slip. The lines of the models show the same ratio in their simulations. During an "
+           "engagement the slip decreases, from right to left.")
 
 _SCALE = 1e4  # N m/Pa -> 1e-4 N m/Pa
-_SUBTITLE = "The friction coefficient that the bench shows, and the one that the model has."
-_SLIGHT = 2.0  # per cent: as good as no change with slip
-_FEWEST = 3  # bins that make a curve
+_SUBTITLE = "The friction coefficient derived from the signals of the test bench, and that of the models."
+_NEGLIGIBLE = 2.0  # percent: smaller changes with slip are not reported
+_FEWEST = 3  # bins of a curve
 _HEIGHT = 330
-_MARGIN, _LEAST = 0.25, 0.02  # of what the shade covers, and of the friction: shown above and below
+_MARGIN, _LEAST_MARGIN = 0.25, 0.02  # above and below the shade, as shares of its height and of the friction
 
 
 def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
-    """The cloud, its median, and the models; None without signals, or with too few."""
-    shown = figure_data["law"]
-    if shown is None or len(shown["bins"]["at"]) < _FEWEST:
+    """Return measurements, their median and the models; None without signals, or with too few bins."""
+    law = figure_data["law"]
+    if law is None or len(law["bins"]["at"]) < _FEWEST:
         return None
-    bins, cloud, who = shown["bins"], shown["cloud"], models(result, figure_data)
-    colours = {"measured": theme.MEASURED, **dict(who.values())}
+    bins, cloud, models = law["bins"], law["cloud"], model_series(result, figure_data)
+    colours = {"measured": theme.MEASURED, **dict(models.values())}
     low, high = _SCALE * min(bins["low"]), _SCALE * max(bins["high"])
-    margin = max(_MARGIN * (high - low), _LEAST * high)
+    margin = max(_MARGIN * (high - low), _LEAST_MARGIN * high)
     y: Spec = {"field": "friction", "type": "quantitative", "title": "torque over pressure [10⁻⁴ N m/Pa]",
-               "scale": {"domain": [theme.number(low - margin), theme.number(high + margin)], "nice": False}}
+               "scale": {"domain": [theme.rounded(low - margin), theme.rounded(high + margin)], "nice": False}}
     x: Spec = {"field": "slip", "type": "quantitative", "title": "slip of the plates [rad/s]", "axis": {"grid": False},
-               "scale": {"nice": False, "domain": [0, theme.number(max(bins["at"]) * 1.03)]}}
-    colour = theme.whose(colours)
+               "scale": {"nice": False, "domain": [0, theme.rounded(max(bins["at"]) * 1.03)]}}
+    colour = theme.series_colour(colours)
     dots = {"data": {"values": _rows(cloud["slip"], friction=cloud["friction"])},
             "mark": {"type": "point", "filled": True, "size": 7, "opacity": 0.35, "color": theme.FAINT, "clip": True},
             "encoding": {"x": x, "y": y}}
     band = {"data": {"values": _rows(bins["at"], friction=bins["low"], high=bins["high"])},
             "mark": {"type": "area", "color": theme.MEASURED, "opacity": 0.16, "clip": True},
             "encoding": {"x": x, "y": y, "y2": {"field": "high"}}}
-    lines = [(name, shown["model"][key], 2.4) for key, (name, _) in who.items()]
-    drawn = [{"data": {"values": _rows(line["at"], friction=line["median"])},
+    lines = [(label, law["model"][key], 2.4) for key, (label, _) in models.items()]
+    curves = [{"data": {"values": _rows(line["at"], friction=line["median"])},
               "mark": {"type": "line", "strokeWidth": width, "clip": True},
-              "encoding": {"x": x, "y": y, "color": {**colour, "datum": name, "legend": {"symbolType": "stroke"}}}}
-             for name, line, width in [("measured", bins, 5.0), *lines]]
-    return theme.picture(_title(result, shown), _SUBTITLE, {
-        "width": theme.WIDTH, "height": _HEIGHT, "layer": [dots, band, *drawn]})
+              "encoding": {"x": x, "y": y, "color": {**colour, "datum": label, "legend": {"symbolType": "stroke"}}}}
+             for label, line, width in [("measured", bins, 5.0), *lines]]
+    return theme.picture(_title(law), _SUBTITLE, {
+        "width": theme.WIDTH, "height": _HEIGHT, "layer": [dots, band, *curves]})
 
 
-def _title(result: Mapping[str, Any], shown: Mapping[str, Any]) -> str:
-    median = shown["bins"]["median"]
+def _title(law: Mapping[str, Any]) -> str:
+    median = law["bins"]["median"]
     rise = 100 * (median[0] / median[-1] - 1)
-    if abs(rise) < _SLIGHT:
-        return "Torque over pressure hardly depends on slip on the bench"
+    if abs(rise) < _NEGLIGIBLE:
+        return "On the test bench, torque over pressure hardly depends on slip"
     verb = "grows" if rise > 0 else "falls"
-    return f"As the plates slow down, torque over pressure {verb} by {abs(rise):.0f} % on the bench"
+    return f"On the test bench, torque over pressure {verb} by {abs(rise):.0f} % as the slip decreases"
 
 
 def _rows(slip: list[float], **columns: list[float]) -> list[Spec]:
-    return [{"slip": theme.number(at, 4), **{name: theme.number(_SCALE * value, 5)
+    return [{"slip": theme.rounded(at, 4), **{name: theme.rounded(_SCALE * value, 5)
                                             for name, value in zip(columns, values, strict=True)}}
             for at, *values in zip(slip, *columns.values(), strict=True)]

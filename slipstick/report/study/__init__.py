@@ -1,3 +1,3 @@
-"""The parts of a study's report: the page, its sentences, its limits, and what further experiments would decide."""
+"""The report of a study: page, sentences, limitations, and further experiments that resolve ties."""
 
 __all__ = ["fits", "further", "limits", "page", "words"]

@@ -1,48 +1,49 @@
-"""The same fit on the tables of a study's two models: what the scatter and the noise had to make up for before."""
+"""Comparison of the same fit on the tables of the two models of a study, without and with the added effects."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from slipstick.pictures.study import CAPTIONS
-from slipstick.pictures.theme import plain
-from slipstick.report.markup import pairs, paragraph, section, table
+from slipstick.pictures.theme import in_words
+from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import figure
 from slipstick.report.words import number, signed
 
 Fits = Mapping[str, Mapping[str, Any]]
 
-_TITLE = "The same fit on both tables"
-_NOTE = ("Shifting times only, fitted alike on the table of each model. What a model lacks, scatter of its inputs and "
-         "output noise make up for.")
-_HOW = ("Not in this report yet: build a table of each model (GET {0}/model?which=before and ?which=after) with "
-        "“python -m worker build --model FILE --conditions RECORDINGS --out TABLE”, submit the same fit on both by "
-        "POST /v1/fits, and ask for GET {0}/report?before=FIT&after=FIT.")
+_TITLE = "The same fit on the tables of both models"
+_NOTE = ("Both fits have the same settings and use shifting times only. If a model lacks an effect, the scatter of its "
+         "inputs and the output noise grow to compensate.")
+_INSTRUCTIONS = (
+    "This report does not contain the fits. To add them, build a table of each model (GET {0}/model?which=before and "
+    "?which=after) with “python -m worker build --model FILE --conditions RECORDINGS --out TABLE”, submit the same "
+    "fit on both tables with POST /v1/fits, and request GET {0}/report?before=FIT&after=FIT.")
 
 
-def same_fit(study: Mapping[str, Any], result: Mapping[str, Any], fits: Fits | None, drawn: bool) -> str:
-    """The section: numbers, where they come from, and the picture where it is `drawn`; without `fits`, how to get it.
+def same_fit(study: Mapping[str, Any], result: Mapping[str, Any], fits: Fits | None, has_picture: bool) -> str:
+    """Return the section with numbers, provenance and picture; without `fits`, the instructions to add them.
 
-    `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit. Nothing where nothing was added.
+    `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit. Empty if no effect was added.
     """
     if not result["answer"]["effects"]:
         return ""
     if fits is None:
-        address = study.get("links", {}).get("self", "/v1/studies/ID")  # the command line knows no address
-        return section(_TITLE, paragraph(_HOW.format(address), "note"))
+        address = study.get("links", {}).get("self", "/v1/studies/ID")  # the command line has no address
+        return section(_TITLE, paragraph(_INSTRUCTIONS.format(address), "note"))
     return section(
         _TITLE, table(("", *fits), numbers(result, fits)), paragraph(_NOTE, "note"),
-        pairs((key, f"fit {fit['id']}, table {fit['table']}, SHA-256 {fit['table_digest']}")
+        definitions((key, f"fit {fit['id']}, table {fit['table']}, SHA-256 {fit['table_digest']}")
               for key, fit in fits.items()),
-        figure("surfaces", CAPTIONS["surfaces"]) if drawn else "")
+        figure("surfaces", CAPTIONS["surfaces"]) if has_picture else "")
 
 
 def numbers(result: Mapping[str, Any], fits: Fits) -> Iterator[tuple[str, ...]]:
-    """Rows of: quantity, its value in each fit. Inputs in their units: the two models differ in what is nominal."""
-    levels = [fit["result"]["log10_likelihood"] for fit in fits.values()]
-    yield "log10 likelihood", *("−∞" if level is None else signed(level) for level in levels)
+    """Yield rows of a quantity and its value in each fit, in units, because the nominal values of the models differ."""
+    likelihoods = [fit["result"]["log10_likelihood"] for fit in fits.values()]
+    yield "log10 likelihood", *("−∞" if value is None else signed(value) for value in likelihoods)
     for kind in ("mean", "std"):
-        for place, axis in enumerate(next(iter(fits.values()))["result"]["axes"]):
-            values = (result["models"][key]["parameters"][axis] * fit["result"][kind][place]
+        for index, axis in enumerate(next(iter(fits.values()))["result"]["axes"]):
+            values = (result["models"][key]["parameters"][axis] * fit["result"][kind][index]
                       for key, fit in fits.items())
-            yield f"{kind} of {plain(axis)} [{result['models']['before']['units'][axis]}]", *map(number, values)
+            yield f"{kind} of {in_words(axis)} [{result['models']['before']['units'][axis]}]", *map(number, values)
     yield "output noise [ms]", *(number(fit["result"]["output_std"], 1e3) for fit in fits.values())

@@ -1,32 +1,33 @@
-"""The experiments that would tell the effects of a tie apart, in sentences and numbers."""
+"""Experiments that would distinguish tied effects, in sentences and numbers."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from slipstick.pictures.study.words import phrase
-from slipstick.pictures.theme import plain
+from slipstick.pictures.theme import in_words
 
 HEAD = ("current profile", "motor speed [rad/s]", "load inertia [kg m²]", "brake torque [N m]", "recorded",
-        "apart [noise levels]", "seen most in", "runs")
-NOTE = ("Apart: how far the first of them and the one nearest to it predict apart, RMS over all compared values, after "
-        "a refit of what scatters from run to run. Runs: how often to repeat the experiment until the right one is "
-        "ahead by five standard errors, with all else refitted. Levels go up to a fifth beyond the recorded range.")
+        "separation [noise levels]", "largest in", "runs")
+NOTE = ("Separation: RMS difference over all compared values between the predictions with the first effect and with "
+        "the effect nearest to it, after refitting the run-to-run scatter. Runs: expected number of repetitions until "
+        "the correct effect leads by five standard errors, with all parameters refitted. Levels extend up to a fifth "
+        "beyond the recorded range.")
 
 
-def lead(one: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:
-    """What the table under it is for, of an entry of `further`."""
-    tied = phrase(figure_data, one["effects"])
-    if not one["experiments"]:
-        return f"Models with {tied} lock up under no common condition near these."
-    if all(each["repetitions"] is None for each in one["experiments"]):
-        return f"No experiment near these would tell {tied} apart. The best there are:"
-    return f"To tell {tied} apart, run:"
+def lead(tie: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:
+    """Return the sentence above the table of a tie (an entry of `further`)."""
+    effects = phrase(figure_data, tie["effects"])
+    if not tie["experiments"]:
+        return f"There is no condition near the recorded ones under which the models with {effects} all lock up."
+    if all(experiment["repetitions"] is None for experiment in tie["experiments"]):
+        return f"No experiment near the recorded conditions would distinguish {effects}. The best ones are:"
+    return f"To distinguish {effects}, run:"
 
 
-def rows(one: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    """An experiment each, the best first."""
-    for each in one["experiments"]:
-        yield (str(each["current_profile"]), *(f"{each[name]:.4g}" for name in
-                                               ("motor_speed", "load_inertia", "brake_torque")),
-               "yes" if each["recorded"] else "no", f"{each['apart']:.2g}", plain(each["signal"]),
-               "more than 1000" if each["repetitions"] is None else str(each["repetitions"]))
+def rows(tie: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Yield one row per experiment, the best first."""
+    for experiment in tie["experiments"]:
+        yield (str(experiment["current_profile"]),
+               *(f"{experiment[name]:.4g}" for name in ("motor_speed", "load_inertia", "brake_torque")),
+               "yes" if experiment["recorded"] else "no", f"{experiment['apart']:.2g}", in_words(experiment["signal"]),
+               "more than 1000" if experiment["repetitions"] is None else str(experiment["repetitions"]))

@@ -1,4 +1,4 @@
-"""The report of a study: the answer and how sure it is, where it shows, what adding it closes, and the limits."""
+"""The report of a study: answer, support, location of the misfit, closed gap, pictures and limitations."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,47 +6,49 @@ from typing import Any
 from slipstick.pictures.study import CAPTIONS, study_pictures
 from slipstick.pictures.study.words import phrase, title
 from slipstick.report.markup import listing, paragraph, section, table
-from slipstick.report.shell import document, figures, origin
+from slipstick.report.shell import document, figures, provenance
 from slipstick.report.study import further as study_further
 from slipstick.report.study import words
 from slipstick.report.study.fits import Fits, same_fit
 from slipstick.report.study.limits import caveats, limits
 
-_GAP = ("on conditions not seen, RMS", "before", "after", "right model", "gap closed (90 %)")
-_RANKING = ("candidate", "block", "gain [decades]", "ahead [s.e.]", "behind [s.e.]", "share", "BIC")
-_CLOSED = ("Closed: 1 − (after² − right²) / (before² − right²), where right is what sensor noise and scatter from run "
-           "to run leave of the model with the effect. Before is the best refit without it, on the same data and "
-           "folds.")
-_RANKED = ("Gain: held-out log10 likelihood per experiment above the fit without the candidate. Ahead: how sure the "
-           "experiments are of it, in standard errors, each counted as log(1 + nats) so that no one drowns the others. "
-           "Behind: how far it trails the best, counted alike; tied below two, before what later rounds added. "
-           "Share: how often it is the best in a bootstrap. BIC: change, with one observation an experiment; less is "
-           "better.")
+_GAP = ("RMS error on held-out conditions", "before", "after", "correct model", "gap closed (90 %)")
+_RANKING = ("candidate", "block", "improvement [decades]", "ahead [s.e.]", "behind [s.e.]", "share", "BIC")
+_FITTED = ("", "no effect added", "all effects added")
+_CLOSED = ("Gap closed: 1 − (after² − correct²) / (before² − correct²). Before: the best refit without the effect, on "
+           "the same data and folds. After: the model with the effect. Correct model: the error that sensor noise and "
+           "run-to-run scatter alone would cause, according to the model with the effect.")
+_RANKED = ("Improvement: held-out log10 likelihood per experiment relative to the fit without the candidate. Ahead: "
+           "the improvement in standard errors over experiments, each counted as log(1 + nats) so that none "
+           "dominates. Behind: the standard errors by which the candidate trails the best, counted in the same way; "
+           "candidates below two are tied, but effects added in later rounds may distinguish them. Share: share of "
+           "bootstrap samples in which the candidate is the best. BIC: change relative to the fit without the "
+           "candidate, with one observation per experiment; lower is better.")
 
 
 def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits | None = None) -> str:
-    """The whole page.
+    """Return the HTML page of a study. The same input gives the same page.
 
-    `study` is the JSON of a study (id, recordings, digest, settings, times), `output` what its job left (`result`,
-    `figure_data`, `seconds`, `processor_seconds`), `fits` under `before` and `after` the fit on the table of that model:
-    id, table, table_digest, `result`, `figure_data`. The same input gives the same page.
+    `study` is the JSON of the study (id, recordings, digest, settings, times), and `output` the output of its job
+    (`result`, `figure_data`, `seconds`, `processor_seconds`). `fits` maps `before` and `after` to the fit on the table
+    of that model: id, table, table_digest, `result`, `figure_data`.
     """
     result, figure_data = output["result"], output["figure_data"]
-    drawn, fitted = study_pictures(result, figure_data, fits), list(words.fits(result))
+    specs, parameters = study_pictures(result, figure_data, fits), list(words.fits(result))
     return document("study", study["id"], result["answer"]["sentence"], [
         paragraph(words.lead(result, figure_data), "lead"), listing(caveats(result, figure_data)),
-        section("What was found", _coefficients(study, result, figure_data), listing(words.rounds(result, figure_data))),
-        section("Experiments that would tell them apart", *_further(result, figure_data)),
-        section("Where model and bench disagree most", listing(words.where(figure_data))),
-        section("What adding it closes", _gap(result, figure_data)),
-        same_fit(study, result, fits, "surfaces" in drawn),
-        figures([name for name in drawn if name != "surfaces"], CAPTIONS),
+        section("Findings", _coefficients(study, result, figure_data), listing(words.rounds(result, figure_data))),
+        section("Experiments that would distinguish the tied effects", *_further(result, figure_data)),
+        section("Where model and test bench disagree most", listing(words.where(figure_data))),
+        section("Gap closed by the added effects", _gap(result, figure_data)),
+        same_fit(study, result, fits, "surfaces" in specs),
+        figures([name for name in specs if name != "surfaces"], CAPTIONS),
         section("Candidates", *_rankings(result, figure_data)),
-        section("The fit", table(("", "with nothing added", "with all")[:len(fitted[0])], fitted)),
-        section("What it cannot say", listing(limits(figure_data))),
-        origin(study, output, [
+        section("Fitted parameters, scatter and noise", table(_FITTED[:len(parameters[0])], parameters)),
+        section("Limitations", listing(limits(figure_data))),
+        provenance(study, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
-            ("experiments", str(result["experiments"])), ("settings digest", result["settings_digest"])])], drawn)
+            ("experiments", str(result["experiments"])), ("settings digest", result["settings_digest"])])], specs)
 
 
 def _coefficients(study: Mapping[str, Any], result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:
@@ -55,13 +57,13 @@ def _coefficients(study: Mapping[str, Any], result: Mapping[str, Any], figure_da
 
 
 def _further(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> list[str]:
-    """A table a tie."""
-    found = []
-    for one in result["further"]:
-        found.append(paragraph(study_further.lead(one, figure_data)))
-        if one["experiments"]:
-            found += [table(study_further.HEAD, study_further.rows(one)), paragraph(study_further.NOTE, "note")]
-    return found
+    """Return one table per tie."""
+    parts = []
+    for tie in result["further"]:
+        parts.append(paragraph(study_further.lead(tie, figure_data)))
+        if tie["experiments"]:
+            parts += [table(study_further.HEAD, study_further.rows(tie)), paragraph(study_further.NOTE, "note")]
+    return parts
 
 
 def _gap(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:
@@ -70,15 +72,15 @@ def _gap(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> str:
     control = result["gap"]["control"]
     if control is None:
         return table(_GAP, words.gap(result)) + paragraph(_CLOSED, "note")
-    named = f"Control: {title(figure_data, control['effect'])}, the best candidate that acts on another quantity."
-    return table((*_GAP, "by the control"), words.gap(result)) + paragraph(f"{_CLOSED} {named}", "note")
+    note = f"Control: {title(figure_data, control['effect'])}, the best candidate that acts on another quantity."
+    return table((*_GAP, "by the control"), words.gap(result)) + paragraph(f"{_CLOSED} {note}", "note")
 
 
 def _rankings(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> list[str]:
-    """A table a round, under what had been added before."""
-    found = []
-    for one in result["rounds"]:
-        if one["ranking"]:
-            added = f"With {phrase(figure_data, one['added'])} added:" if one["added"] else ""
-            found += [paragraph(added) if added else "", table(_RANKING, words.ranking(one))]
-    return [*found, paragraph(_RANKED, "note")] if found else []
+    """Return one table per round, below the effects added before."""
+    parts = []
+    for entry in result["rounds"]:
+        if entry["ranking"]:
+            added = f"With {phrase(figure_data, entry['added'])} added:" if entry["added"] else ""
+            parts += [paragraph(added) if added else "", table(_RANKING, words.ranking(entry))]
+    return [*parts, paragraph(_RANKED, "note")] if parts else []

@@ -1,10 +1,10 @@
-"""What a study found, in sentences and numbers: plain text, which the page then marks up."""
+"""The results of a study in sentences and numbers, as plain text."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from slipstick.pictures.study.words import BLOCKS, phrase, title
-from slipstick.pictures.theme import plain
+from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report.words import listed, signed
 
@@ -12,205 +12,220 @@ Result = Mapping[str, Any]
 FigureData = Mapping[str, Any]
 
 _CHANNELS = {name: (unit, 1.0) for name, unit in SIGNAL_UNITS.items()} | {"shifting_time": ("ms", 1e3)}
-"""Each compared channel -> the unit it is told in, and that over the unit of the result."""
+"""Compared channel -> displayed unit, and the factor from the unit of the result to it."""
 _UNITS = {"current_profile": "", "motor_speed": " rad/s", "load_inertia": " kg m²", "brake_torque": " N m"}
-_DECADE = 2.302585  # natural units of log-likelihood
-_CHANCE = 0.05  # p-value beyond which nothing is asked for
-_LEAST_P = 1e-3  # that replicates can show
+_DECADE = 2.302585  # nats per decade
+_SIGNIFICANCE = 0.05  # largest significant p-value
+_LEAST_P = 1e-3  # smallest p-value that the number of replicates can resolve
 
 
 def lead(result: Result, figure_data: FigureData) -> str:
-    """How sure the answer is, and what it is worth, in two or three sentences."""
+    """Return the support of the answer, and how it improves the predictions, in two or three sentences."""
     first, n, added = result["rounds"][0], result["experiments"], result["answer"]["effects"]
     if result["answer"]["kind"] == "not converged":
-        return "The fit without any effect did not come to an end, so that nothing can be read from what it leaves."
+        return "The fit without any effect did not converge, so its residuals cannot be interpreted."
     if not added and result["answer"]["kind"] == "unlisted":
-        return (f"Something is left unexplained ({_p(first['p_value'])}), and every effect of the catalogue leaves too "
-                f"much of it to be named. {_best(first)}")
-    quiet = first["p_value"] > _CHANCE
-    if not added and (quiet or not first["ranking"]):
-        return (f"What {n} experiments leave unexplained asks for no effect of the catalogue more than chance would "
-                f"({_p(first['p_value'])}), or for one too small to matter.")
+        return (f"A misfit remains ({_p(first['p_value'])}), and every effect of the catalogue leaves too much "
+                f"of it unexplained to be named. {_best(first)}")
+    significant = first["p_value"] <= _SIGNIFICANCE
+    if not added and not (significant and first["ranking"]):
+        return (f"In {n} experiments, no effect of the catalogue is both significant and large enough to matter "
+                f"({_p(first['p_value'])}).")
     if not added:
-        return (f"Something is left unexplained ({_p(first['p_value'])}), but no effect of the catalogue surely "
-                f"predicts experiments better that its fit has not seen. {_best(first)}")
-    one = _placed(first, added[0])
-    if one is None:
-        return (f"No effect of the catalogue explains enough of what is missing; a bare term in the "
-                f"{figure_data['effects'][added[0]]['quantity']} stands for it. The term describes what is missing and "
-                f"does not name it. {_closed(result)}")
-    return (f"With {phrase(figure_data, added[:1])} added, the model predicts conditions that its fit has not seen better "
-            f"than the best fit without it, by {one['sure']:.0f} standard errors over {n} experiments; it is the best "
-            f"candidate in {_share(one)} of bootstrap samples. {_closed(result)} {_often(result)}")
+        return (f"A significant misfit remains ({_p(first['p_value'])}), but no effect of the catalogue significantly "
+                f"improves the prediction of held-out experiments. {_best(first)}")
+    candidate = _candidate(first, added[0])
+    if candidate is None:
+        return ("No effect of the catalogue explains enough of the misfit; an open term in the "
+                f"{figure_data['effects'][added[0]]['quantity']} represents it. The term describes the missing effect "
+                f"but does not identify it. {_closed(result)}")
+    return (f"With {phrase(figure_data, added[:1])} added, the model predicts held-out conditions better than the "
+            f"best fit without it, by {candidate['sure']:.0f} standard errors over {n} experiments. The effect is the "
+            f"best candidate in {_share(candidate)} of bootstrap samples. {_closed(result)} {_reliability(result)}")
 
 
-def _often(result: Result) -> str:
-    """How often such a name was right."""
-    right, kind = result["answer"]["confidence"], result["answer"]["evidence"]
-    meant = {"clear": "no effect that is not tied with it comes near", "a rival near": "another effect comes near",
-             "something left over": "something is left over that nothing explains"}[kind]
-    return f"Where effects were hidden on purpose, {100 * right:.0f} % of such names were right: {meant}."
+def _reliability(result: Result) -> str:
+    """Return how often names with comparable support were correct in blind tests."""
+    correct, kind = result["answer"]["confidence"], result["answer"]["evidence"]
+    support = {"clear": "no untied effect comes close",
+               "a rival near": "another effect comes close",
+               "something left over": "part of the misfit remains unexplained"}[kind]
+    return (f"In blind tests with hidden effects, {100 * correct:.0f} % of the names with comparable support were "
+            f"correct; here, {support}.")
 
 
 def rounds(result: Result, figure_data: FigureData) -> list[tuple[str, str]]:
-    """Of each added effect what it is and how sure, and why the study ended; nothing where nothing was added."""
-    said: list[tuple[str, str]] = []
+    """Return the description and support of each added effect, and why the study ended; empty if none was added."""
+    items: list[tuple[str, str]] = []
     answer = result["answer"]
-    for group, one in zip(answer["tied"], result["rounds"], strict=False):
+    for group, entry in zip(answer["tied"], result["rounds"], strict=False):
         name = group[0]
-        what, placed = figure_data["effects"][name], _placed(one, name)
-        said.append((f"{what['title']}:", f"the {what['quantity']} is {what['law']} ({what['source']}). Its mark: "
-                                          f"{what['signature']}."))
-        if placed is None:
-            chosen = (f"{each['form']} in the {each['quantity']} in {100 * each['share']:.0f} %"
-                      for each in answer["forms"])
-            said += [("Its form:", "before any term is fitted, random halves of the experiments choose "
-                                   f"{listed(list(chosen))}."),
-                     ("Against the catalogue:", _best(one))]
+        effect, candidate = figure_data["effects"][name], _candidate(entry, name)
+        items.append((f"{effect['title']}:", f"the {effect['quantity']} is {effect['law']} ({effect['source']}). "
+                                             f"Signature: {effect['signature']}."))
+        if candidate is None:
+            forms = [f"{form['form']} in the {form['quantity']} ({100 * form['share']:.0f} %)"
+                     for form in answer["forms"]]
+            items += [("Form:", "share of random halves of the experiments that select each form before any term is "
+                                f"fitted: {listed(forms)}."),
+                      ("Comparison with the catalogue:", _best(entry))]
         else:
-            asked = "asked for beyond chance" if one["p_value"] <= _CHANCE else "hidden by scatter, which it narrows"
-            said.append(("How sure:", f"{asked} ({_p(one['p_value'])}); {placed['sure']:.1f} standard errors better on "
-                                      "held-out experiments than the fit without it; the best in "
-                                      f"{_share(placed)} of bootstrap samples. "
-                                      f"{_rivals(one, group, answer['effects'])}"))
-    return [*said, ("Then:", _end(result))] if said else []
+            screening = "significant in the screening" if entry["p_value"] <= _SIGNIFICANCE else \
+                "masked by the scatter in the screening, and reduces the scatter when fitted"
+            items.append(("Support:", f"{screening} ({_p(entry['p_value'])}); {candidate['sure']:.1f} standard errors "
+                                      "better than the fit without it on held-out experiments; the best candidate in "
+                                      f"{_share(candidate)} of bootstrap samples. "
+                                      f"{_rivals(entry, group, answer['effects'])}"))
+    return [*items, ("End of the study:", _end(result))] if items else []
 
 
 def coefficients(result: Result, figure_data: FigureData) -> Iterator[tuple[str, str, str]]:
-    """Rows of: coefficient, estimate, interval."""
-    for one in result["answer"]["coefficients"]:
-        unit = "" if one["unit"] == "1" else f" [{one['unit']}]"
-        name = f"{title(figure_data, one['effect'])}: {plain(one['coefficient'])}{unit}"
-        yield name, _number(one["value"]), _interval(one)
+    """Yield rows of coefficient, estimate and interval."""
+    for coefficient in result["answer"]["coefficients"]:
+        unit = "" if coefficient["unit"] == "1" else f" [{coefficient['unit']}]"
+        name = f"{title(figure_data, coefficient['effect'])}: {in_words(coefficient['coefficient'])}{unit}"
+        yield name, _number(coefficient["value"]), _interval(coefficient)
 
 
 def where(figure_data: FigureData) -> list[tuple[str, str]]:
-    """The block and phase that disagree most, and how that depends on the conditions; nothing without signals."""
-    shown = figure_data["where"]
-    if shown is None:
+    """Return the block and phase with the largest misfit, and how it depends on conditions; empty without signals."""
+    misfit = figure_data["where"]
+    if misfit is None:
         return []
-    worst = shown["worst"]
-    cell = f"the mean square of what is left is {_times(worst['chi_square'])} times what noise would leave, the most"
-    after = shown["after"]["chi_square"][worst["block"]][worst["phase"]] if "after" in shown else None
-    cell += "." if after is None else f"; with what was added {_times(after)} times."
-    said = [(f"In the block “{BLOCKS[worst['block']]}”, {worst['phase']} phase,", cell)]
-    for column, groups in shown["before"]["by_condition"].items():
-        known = [(one["chi_square"], one["value"]) for one in groups if one["chi_square"] is not None]
-        if len(known) > 1:
-            low, high = (f"{_times(square)} ({_at(column, value)})" for square, value in (min(known), max(known)))
-            said.append((f"By {plain(column)}:", f"from {low} to {high}."))
-    return said
+    worst = misfit["worst"]
+    cell = f"the mean squared residual is largest, at {_times(worst['chi_square'])} times that of noise alone"
+    after = misfit["after"]["chi_square"][worst["block"]][worst["phase"]] if "after" in misfit else None
+    cell += "." if after is None else f"; with all added effects, it is {_times(after)} times that of noise."
+    items = [(f"In the block “{BLOCKS[worst['block']]}”, {worst['phase']} phase,", cell)]
+    for column, groups in misfit["before"]["by_condition"].items():
+        values = [(group["chi_square"], group["value"]) for group in groups if group["chi_square"] is not None]
+        if len(values) > 1:
+            low, high = (f"{_times(square)} times {_level(column, value)}"
+                         for square, value in (min(values), max(values)))
+            items.append((f"By {in_words(column)}:", f"from {low} to {high}."))
+    return items
 
 
 def gap(result: Result) -> Iterator[tuple[str, ...]]:
-    """Rows of: channel, error before, after, of a right model, closed, closed by the control if there is one."""
+    """Yield rows of channel, RMS error before, after and of a correct model, and shares closed (also by a control)."""
     control = result["gap"]["control"]
-    for name, one in result["gap"]["closures"].items():
+    for name, closure in result["gap"]["closures"].items():
         unit, scale = _CHANNELS[name]
-        errors = (f"{scale * one[f'rms_{when}']:.3g}" for when in ("before", "after", "expected"))
-        yield (f"{plain(name)} [{unit}]", *errors, _closure(one),
+        errors = (f"{scale * closure[f'rms_{model}']:.3g}" for model in ("before", "after", "expected"))
+        yield (f"{in_words(name)} [{unit}]", *errors, _closure(closure),
                *([_closure(control["closures"][name])] if control else []))
 
 
-def ranking(one: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    """Rows of: candidate, block, gain in decades, standard errors ahead of none, behind the best, share, BIC."""
-    for place, each in enumerate(one["ranking"]):
-        behind = "" if place == 0 else f"{each['behind']:.1f}" + (" (tied)" if each["tied"] else "")
-        yield (each["title"] + ("" if each["converged"] else " (not converged)"), each["block"],
-               signed(each["held_out_gain"] / _DECADE), signed(each["sure"], 1), behind, _share(each),
-               signed(each["bic"], 0))
+def ranking(entry: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Yield rows of a round: candidate, block, improvement in decades, ahead and behind in s.e., share, BIC."""
+    for rank, candidate in enumerate(entry["ranking"]):
+        behind = "" if rank == 0 else f"{candidate['behind']:.1f}" + (" (tied)" if candidate["tied"] else "")
+        yield (candidate["title"] + ("" if candidate["converged"] else " (not converged)"), candidate["block"],
+               signed(candidate["held_out_gain"] / _DECADE), signed(candidate["sure"], 1), behind, _share(candidate),
+               signed(candidate["bic"], 0))
 
 
 def fits(result: Result) -> Iterator[tuple[str, ...]]:
-    """Rows of: parameter, scatter or noise, and its value in the first and, if there is another, in the last fit."""
+    """Yield rows of parameter, scatter or noise, with its value in the first fit and, if there is one, in the last."""
     first, *_ = fitted = result["rounds"][:1] + result["rounds"][1:][-1:]
     for name in first["parameters"]:
-        yield f"{plain(name)} [multiple of nominal]", *(f"{one['parameters'][name]:.4f}" for one in fitted)
+        yield f"{in_words(name)} [multiple of nominal]", *(f"{fit['parameters'][name]:.4f}" for fit in fitted)
     for name in first["scatter"]:
-        yield (f"run-to-run std of {plain(name)} [multiple of nominal]",
-               *(f"{one['scatter'][name]:.4f}" for one in fitted))
-    for place, name in enumerate(channels(first)):
-        yield f"noise of the {plain(name)} [its sensor's]", *(f"{one['noise'][place]:.2f}" for one in fitted)
+        yield (f"run-to-run std of {in_words(name)} [multiple of nominal]",
+               *(f"{fit['scatter'][name]:.4f}" for fit in fitted))
+    for index, name in enumerate(channels(first)):
+        yield (f"noise of the {in_words(name)} [multiple of sensor noise]",
+               *(f"{fit['noise'][index]:.2f}" for fit in fitted))
 
 
-def channels(one: Mapping[str, Any]) -> list[str]:
-    """Those of the noise of a round: without signals the shifting time alone."""
-    return list(_CHANNELS)[-len(one["noise"]):]
+def channels(entry: Mapping[str, Any]) -> list[str]:
+    """Return the channels of the noise of a round; without signals, the shifting time alone."""
+    return list(_CHANNELS)[-len(entry["noise"]):]
 
 
-def _interval(one: Mapping[str, Any]) -> str:
-    if one["lower"] == one["upper"]:
-        return "one of a few forms"
-    return "at the bound of the search" if one["at_bound"] else f"{_number(one['lower'])} to {_number(one['upper'])}"
+def _interval(coefficient: Mapping[str, Any]) -> str:
+    if coefficient["lower"] == coefficient["upper"]:
+        return "selected from discrete values"
+    if coefficient["at_bound"]:
+        return "at a bound of the search"
+    return f"{_number(coefficient['lower'])} to {_number(coefficient['upper'])}"
 
 
-def _placed(one: Mapping[str, Any], effect: str) -> Mapping[str, Any] | None:
-    """An effect in the ranking of a round; None for a term that is not in the catalogue."""
-    return next((each for each in one["ranking"] if each["effect"] == effect), None)
+def _candidate(entry: Mapping[str, Any], effect: str) -> Mapping[str, Any] | None:
+    """Return an effect in the ranking of a round; None for an open term, which is not in the catalogue."""
+    return next((candidate for candidate in entry["ranking"] if candidate["effect"] == effect), None)
 
 
-def _best(one: Mapping[str, Any]) -> str:
-    if not one["ranking"]:
-        return "None of its effects was asked for."
-    best = one["ranking"][0]
+def _best(entry: Mapping[str, Any]) -> str:
+    """Return a sentence on the best effect of the catalogue in a round."""
+    if not entry["ranking"]:
+        return "No effect of the catalogue passed the screening."
+    best = entry["ranking"][0]
     if best["sure"] <= 0:
-        return f"{best['title']}, the best of its effects, predicts no better than the fit without it."
-    return (f"{best['title']}, the best of its effects, is {signed(best['sure'], 1)} standard errors ahead of the fit "
-            "without it.")
+        return (f"{best['title']}, the best effect of the catalogue, does not improve the prediction of held-out "
+                "experiments.")
+    return (f"{best['title']}, the best effect of the catalogue, improves the prediction of held-out experiments by "
+            f"{signed(best['sure'], 1)} standard errors.")
 
 
-def _rivals(one: Mapping[str, Any], group: list[str], added: list[str]) -> str:
-    """What is tied with the first of a group, and else what comes next of all that was not added."""
-    tied = [each["title"] for each in one["ranking"] if each["effect"] in group[1:]]
+def _rivals(entry: Mapping[str, Any], group: list[str], added: list[str]) -> str:
+    """Return the effects tied with the first of a group, or else the next effect that was not added."""
+    tied = [candidate["title"] for candidate in entry["ranking"] if candidate["effect"] in group[1:]]
     if tied:
-        return f"These recordings do not tell it apart from {listed(tied)}."
-    places = [each["effect"] for each in one["ranking"]]
-    others = [each for each in one["ranking"][places.index(group[0]):] if each["effect"] not in added]
+        return f"These recordings do not distinguish it from {listed(tied)}."
+    rank = [candidate["effect"] for candidate in entry["ranking"]].index(group[0])
+    others = [candidate for candidate in entry["ranking"][rank:] if candidate["effect"] not in added]
     if not others:
         return ""
-    beside = ", and is told from it by what was added beside it" if others[0]["tied"] else ""
-    return f"The next, {others[0]['title']}, trails the best by {others[0]['behind']:.1f} standard errors{beside}."
+    reason = "; the other added effects distinguish the two" if others[0]["tied"] else ""
+    return (f"The next candidate, {others[0]['title']}, trails the best by {others[0]['behind']:.1f} standard errors"
+            f"{reason}.")
 
 
 def _closed(result: Result) -> str:
-    one = result["gap"]["closures"]["shifting_time"]
-    before, after, expected = (f"{1e3 * one[f'rms_{when}']:.3g}" for when in ("before", "after", "expected"))
-    text = (f"The shifting-time error on such conditions goes from {before} to {after} ms; a right model would leave "
-            f"{expected} ms.")
-    if one["closure"] is None:
-        return f"{text} That leaves no gap to close in the shifting time."
-    added = "It closes" if len(result["answer"]["effects"]) == 1 else "All that was added closes"
-    return f"{text} {added} {_closure(one)} of that gap."
+    """Return the held-out shifting-time error before and after, and the share of the gap that is closed."""
+    closure = result["gap"]["closures"]["shifting_time"]
+    before, after, expected = (f"{1e3 * closure[f'rms_{model}']:.3g}" for model in ("before", "after", "expected"))
+    text = (f"The shifting-time error on held-out conditions goes from {before} to {after} ms; a correct model would "
+            f"leave {expected} ms.")
+    if closure["closure"] is None:
+        return f"{text} There is no significant gap in the shifting time to close."
+    if closure["closure"] < 0:
+        return f"{text} The gap is not closed: the error grows."
+    closes = "The effect closes" if len(result["answer"]["effects"]) == 1 else "Together, the added effects close"
+    return f"{text} {closes} {_closure(closure)} of the gap."
 
 
-def _closure(one: Mapping[str, Any]) -> str:
-    """The share of a gap that is closed, with its interval."""
-    if one["closure"] is None:
-        return "no gap"
-    if one["closure"] < 0:
+def _closure(closure: Mapping[str, Any]) -> str:
+    """Return the closed share of a gap, with its interval."""
+    if closure["closure"] is None:
+        return "no significant gap"
+    if closure["closure"] < 0:
         return "none, the error grows"
-    return f"{100 * one['closure']:.0f} % ({signed(100 * one['lower'], 0)} to {signed(100 * one['upper'], 0)})"
+    lower, upper = (signed(100 * closure[side], 0) for side in ("lower", "upper"))
+    return f"{100 * closure['closure']:.0f} % ({lower} to {upper})"
 
 
 def _end(result: Result) -> str:
+    """Return why the study ended."""
     last = result["rounds"][-1]
     if last["p_value"] is None:
-        return "no more was tried. What is left may ask for more."
+        return "no further effect was tested. The remaining misfit may contain another one."
     if last["ranking"]:
         best = last["ranking"][0]
-        return (f"{best['title']} would come next, {signed(best['sure'], 1)} standard errors better, but explains too "
-                "little of what is left to be added beside the rest.")
-    return f"what is left asks for no further effect ({_p(last['p_value'])}), or for one too small to matter."
+        return (f"{best['title']} would be next, {signed(best['sure'], 1)} standard errors better, but explains too "
+                "little of the remaining misfit to be added.")
+    return f"no further effect is both significant and large enough to matter ({_p(last['p_value'])})."
 
 
-def _at(column: str, value: float) -> str:
+def _level(column: str, value: float) -> str:
     if column == "run_order":
-        return ("first third", "middle third", "last third")[int(value)]
-    return f"{value:.3g}{_UNITS[column]}"
+        return ("in the first third", "in the middle third", "in the last third")[int(value)]
+    return f"{'with profile' if column == 'current_profile' else 'at'} {value:.3g}{_UNITS[column]}"
 
 
-def _share(one: Mapping[str, Any]) -> str:
-    return f"{100 * one['bootstrap_share']:.0f} %"
+def _share(candidate: Mapping[str, Any]) -> str:
+    return f"{100 * candidate['bootstrap_share']:.0f} %"
 
 
 def _p(value: float) -> str:

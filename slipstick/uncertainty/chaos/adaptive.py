@@ -1,4 +1,4 @@
-"""The order of an expansion by its own estimate of the error: raised until that is small enough or runs are used up."""
+"""Selection of the order of an expansion by its error estimate, within a budget of model runs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,10 +13,11 @@ from slipstick.uncertainty.chaos.truncation import HIGHEST_ORDER
 
 @dataclass(frozen=True, eq=False)
 class Adapted:
-    """The best `expansion` of those tried, its `error` in s, and whether that `reached` the tolerance.
+    """The best `expansion` of the orders tried, its `error` in s, and whether the error `reached` the tolerance.
 
-    The error is the largest over the conditions that have an expansion, inf where none has; fewer conditions without
-    one are better than a smaller error. `runs` counts the germs at which the model ran, for all orders tried.
+    The error is the largest over the conditions that have an expansion, and inf if none has one. The best expansion is
+    the one with the fewest conditions without an expansion; ties are resolved by the error. `runs` is the number of
+    model runs for all orders together.
     """
 
     expansion: Expansion
@@ -29,12 +30,12 @@ def adapt(model: Callable[[np.ndarray], np.ndarray], germs: tuple[Germ, ...], to
           settings: ExpansionSettings | None = None) -> Adapted:
     """Expand `model`, germs (q, d) -> times (q, n) in s, at the lowest order with an error of at most `tolerance` s.
 
-    Orders rise from 1, by 2 in one and two inputs and by 1 in more; `settings` say the rest. On surfaces with kinks the
-    error falls slowly, and `most_runs` of the model end the search. Raises `InvalidValue` where they do not suffice for
-    order 1, or the settings leave the error out.
+    The order starts at 1 and is raised by 2 for one or two inputs, and by 1 for more; `settings` determine the rest.
+    The number of model runs is limited to `most_runs`, because the error decreases slowly on surfaces with kinks.
+    Raises `InvalidValue` if `most_runs` does not suffice for order 1, or if the settings disable the error estimate.
     """
-    wanted = settings or ExpansionSettings()
-    best = _try(model, make_basis(germs, replace(wanted, order=1)), tolerance, 0, most_runs)
+    settings = settings or ExpansionSettings()
+    best = _try(model, make_basis(germs, replace(settings, order=1)), tolerance, 0, most_runs)
     if best is None:
         raise InvalidValue(f"{most_runs} runs do not suffice for order 1 in {len(germs)} inputs", "Allow more runs")
     runs, step = best.runs, 2 if len(germs) <= 2 else 1
@@ -42,21 +43,21 @@ def adapt(model: Callable[[np.ndarray], np.ndarray], germs: tuple[Germ, ...], to
         if best.reached:
             break
         try:
-            basis = make_basis(germs, replace(wanted, order=order))
-        except InvalidValue:  # more terms than there are nodes or samples for
+            basis = make_basis(germs, replace(settings, order=order))
+        except InvalidValue:  # too many terms for the nodes or samples
             break
-        tried = _try(model, basis, tolerance, runs, most_runs)
-        if tried is None:
+        adapted = _try(model, basis, tolerance, runs, most_runs)
+        if adapted is None:
             break
-        runs = tried.runs
-        best = min(best, tried, key=_rank)
+        runs = adapted.runs
+        best = min(best, adapted, key=_rank)
     return replace(best, runs=runs)
 
 
 def _try(model: Callable[[np.ndarray], np.ndarray], basis: Basis, tolerance: float, runs: int,
          most_runs: int) -> Adapted | None:
     if not basis.error_weights.any():
-        raise InvalidValue("Without checks the error of the tensor rule is not known", "Give the settings checks")
+        raise InvalidValue("The tensor rule has no error estimate without checks", "Set checks to 1 or more")
     runs += len(basis.nodes)
     if runs > most_runs:
         return None

@@ -1,17 +1,18 @@
-"""Standardised variables so nearly normal that skewness and excess kurtosis say all (Cornish and Fisher 1938).
+"""The Cornish-Fisher expansion of nearly normal standardised variables (Cornish and Fisher 1938).
 
-For the gamma and beta shapes that germs.py hands over the quantiles are right to 1e-7 up to eight stds.
+It approximates quantiles by skewness and excess kurtosis. For the gamma and beta shapes for which germs.py uses it, the
+error is below 1e-7 up to eight stds.
 """
 
 import numpy as np
 
 FARTHEST = 37.0
-"""Normal score of values beyond the reach of a variable: further out the probability underflows."""
-_STEPS = 5  # of Newton's: enough from any start within the farthest scores
+"""Largest absolute normal score, assigned to values outside the support: beyond it the tail probability underflows."""
+_STEPS = 5  # Newton iterations, enough for convergence from any start within the largest scores
 
 
 def quantile(score: np.ndarray, skewness: float, excess: float) -> np.ndarray:
-    """The standardised values with the normal scores `score`, same shape."""
+    """The standardised values at the normal scores `score`, same shape."""
     z = score
     values: np.ndarray = (z + (z**2 - 1) * skewness / 6 + (z**3 - 3 * z) * excess / 24
                           - (2 * z**3 - 5 * z) * skewness**2 / 36)
@@ -19,7 +20,7 @@ def quantile(score: np.ndarray, skewness: float, excess: float) -> np.ndarray:
 
 
 def score(values: np.ndarray, skewness: float, excess: float) -> np.ndarray:
-    """The normal scores of standardised `values`, same shape: the inverse of `quantile`, +-37 beyond its reach."""
+    """The normal scores of standardised `values`, same shape: the inverse of `quantile`, clipped to +-37."""
     low, high = quantile(np.array([-FARTHEST, FARTHEST]), skewness, excess)
     within = np.clip(values, low, high)
     z = np.clip(within, -FARTHEST, FARTHEST)

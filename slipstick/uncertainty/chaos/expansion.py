@@ -2,10 +2,10 @@
 
     y(x(xi)) ~ sum over i of c_i P_i(xi)
 
-P_i are products of the orthonormal polynomials of the germs, whose families are those of Table I, and c = projection
-@ y at the nodes: a weighted sum (eq. 6) over the full tensor Gauss rule, or a regression on samples. The polynomials
-depend on the shapes of the germs alone, not on mean and std of the inputs: an expansion in x itself would have to be
-made anew for each candidate, and goes wrong for a small std.
+P_i are products of the orthonormal polynomials of the germs, whose families are those of Table I. The coefficients are
+c = projection @ y(nodes). The projection is either a quadrature (eq. 6) over the tensor product of Gauss rules, or a
+least-squares regression on samples. The polynomials depend on the shapes of the germs only, not on mean and std of the
+inputs. Polynomials in x itself would have to be rebuilt for each candidate, and are ill-conditioned for a small std.
 """
 
 from dataclasses import dataclass
@@ -24,20 +24,21 @@ from slipstick.uncertainty.chaos.truncation import degrees
 ORDER = 8
 Rule = Literal["tensor", "regression"]
 LARGEST = 20_000_000
-"""Most entries of a projection, terms times nodes."""
-_MOST_WORK = 10**10  # terms^2 times nodes: a regression of some seconds
-_ROWS = 8192  # to evaluate at a time
-_OVERSAMPLING = 2  # samples a term: a third buys no more than a higher order does (benchmarks/sparse_rules.csv)
-_INTERPOLATED = 1e-9  # a sample that the polynomial passes through whatever its value says nothing of the error
+"""Largest number of entries of a projection matrix, terms times nodes."""
+_MOST_WORK = 10**10  # largest terms^2 times nodes, a regression of some seconds
+_ROWS = 8192  # germs per block of an evaluation
+_OVERSAMPLING = 2  # samples per term: a higher order is a better use of runs than three (benchmarks/sparse_rules.csv)
+_LEAST_SLACK = 1e-9  # lower limit of 1 - leverage: at a leverage of 1 the leave-one-out error is undefined
 
 
 @dataclass(frozen=True)
 class ExpansionSettings:
-    """How to expand; what is None follows from the rest. Raises `InvalidValue`.
+    """Settings of an expansion. Raises `InvalidValue`.
 
-    `order` and `norm` choose the polynomials (truncation.py). `rule` tensor runs the model at `nodes` Gauss nodes an
-    axis (order + 1), and at `checks` samples more for the error; regression at `samples` (twice the terms), `seed`ed.
-    By itself the rule is tensor for one or two inputs and regression for more: benchmarks/sparse_rules.csv.
+    `order` and `norm` select the polynomials (truncation.py). The `rule` "tensor" runs the model at `nodes` Gauss nodes
+    per axis (default order + 1), and at `checks` additional samples for the error estimate. The rule "regression" runs
+    the model at `samples` samples (default twice the number of terms). Both kinds of samples are drawn with `seed`. The
+    default rule is tensor for one or two inputs and regression for more (benchmarks/sparse_rules.csv).
     """
 
     order: int = ORDER
@@ -49,22 +50,22 @@ class ExpansionSettings:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse a rule that takes polynomials of high order for others of low order."""
+        """Check the settings; too few nodes would alias polynomials of high order to low order."""
         if self.rule not in (None, "tensor", "regression"):
             raise InvalidValue(f"There is no rule '{self.rule}'", "Choose tensor or regression")
         if self.nodes is not None and self.nodes <= self.order:
-            raise InvalidValue(f"{self.nodes} nodes an axis cannot tell the polynomials up to order {self.order} apart",
+            raise InvalidValue(f"{self.nodes} nodes per axis do not resolve polynomials up to order {self.order}",
                                f"Take at least {self.order + 1} nodes, or a lower order")
         if self.checks < 0:
-            raise InvalidValue(f"There are {self.checks} checks", "Take 0 for no estimate of the error, or more")
+            raise InvalidValue(f"The number of checks is {self.checks}", "Take 0 for no error estimate, or more")
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """t polynomials of d germs, and the q nodes at which they want the model.
+    """t polynomials of d germs, and the q nodes at which the model is to be run.
 
-    Shapes: `nodes` (q, d) germs, `projection` (t, q) with c = projection @ y, and `error_weights` (q,) of the squared
-    residuals at the nodes in the square of the error; all 0 where there is no estimate of it.
+    Shapes: `nodes` (q, d) germs; `projection` (t, q), with c = projection @ y; and `error_weights` (q,), the weights of
+    the squared residuals at the nodes in the squared error, all 0 if the error is not estimated.
     """
 
     settings: ExpansionSettings
@@ -95,9 +96,9 @@ class Basis:
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """The model as polynomials of the germs: `coefficients` (t, n) in s, NaN where a condition has none.
+    """The model as polynomials of the germs: `coefficients` (t, n) in s, NaN for a condition without an expansion.
 
-    `times` (q, n) are those of the model at the nodes.
+    `times` (q, n) in s are the shifting times of the model at the nodes.
     """
 
     basis: Basis
@@ -106,7 +107,7 @@ class Expansion:
 
     @property
     def missing(self) -> np.ndarray:
-        """Conditions without an expansion, shape (n,): the model gave no time at one of the nodes."""
+        """Conditions without an expansion, shape (n,): the shifting time is NaN at one of the nodes or more."""
         missing: np.ndarray = np.isnan(self.coefficients[0])
         return missing
 
@@ -124,11 +125,11 @@ class Expansion:
 
     @property
     def error(self) -> np.ndarray:
-        """Estimated root mean square over the inputs of polynomial minus model, shape (n,), s; NaN without checks.
+        """Estimated RMS difference of polynomial and model over the inputs, shape (n,), s; NaN without an estimate.
 
-        By regression the leave-one-out error, by the tensor rule that at the checks. Most conditions have a true
-        error within a factor of two of it; a kink in a rare corner of the inputs, which no node meets, goes unnoticed
-        (benchmarks/sparse_rules.csv).
+        The regression uses the leave-one-out error, the tensor rule the error at the checks. For most conditions the
+        estimate is within a factor of two of the true error. It misses a kink in a region of low probability that
+        contains no node (benchmarks/sparse_rules.csv).
         """
         weights = self.basis.error_weights
         if not weights.any():
@@ -139,18 +140,18 @@ class Expansion:
 
     def at(self, germs: np.ndarray) -> np.ndarray:
         """The polynomial at the germs (m, d): shape (m, n), s."""
-        parts = np.array_split(germs, 1 + len(germs) // _ROWS)  # at all germs at once the polynomials fill gigabytes
-        return np.concatenate([matrix_product(self.basis.at(part), self.coefficients) for part in parts])
+        blocks = np.array_split(germs, 1 + len(germs) // _ROWS)  # to limit memory
+        return np.concatenate([matrix_product(self.basis.at(block), self.coefficients) for block in blocks])
 
 
 def expand(basis: Basis, times: np.ndarray) -> Expansion:
-    """Project the model's times at the nodes (q, n), s, on the basis (eq. 6)."""
+    """Project the times of the model at the nodes (q, n), s, onto the basis (eq. 6)."""
     return Expansion(basis, matrix_product(basis.projection, times), times)
 
 
 @lru_cache(maxsize=8)
 def make_basis(germs: tuple[Germ, ...], settings: ExpansionSettings) -> Basis:
-    """The polynomials of the germs and where to run the model for them; cached. Raises `InvalidValue`."""
+    """The basis of the germs with its nodes; cached. Raises `InvalidValue`."""
     polynomials = Polynomials.of(germs, degrees(len(germs), settings.order, settings.norm))
     rule = settings.rule or ("tensor" if len(germs) <= 2 else "regression")
     return (_by_tensor if rule == "tensor" else _by_regression)(polynomials, settings)
@@ -175,14 +176,14 @@ def _by_regression(polynomials: Polynomials, settings: ExpansionSettings) -> Bas
     terms = len(polynomials.degrees)
     count = settings.samples or _OVERSAMPLING * terms
     if count <= terms:
-        raise InvalidValue(f"{count} samples cannot tell {terms} polynomials apart and leave one out",
+        raise InvalidValue(f"{count} samples are too few for a leave-one-out regression on {terms} polynomials",
                            f"Take {_OVERSAMPLING * terms} samples, or a lower order")
     _require_size(terms, count, "Lower the order or the norm, or vary fewer inputs")
     nodes, weights = rules.samples(polynomials, count, settings.seed)
     values = polynomials.at(nodes)
     projection = least_squares.projection(values, weights)
     leverage = np.sum(values * projection.T, axis=1)
-    error_weights = weights / np.maximum(1 - leverage, _INTERPOLATED) ** 2
+    error_weights = weights / np.maximum(1 - leverage, _LEAST_SLACK) ** 2
     return Basis(settings, polynomials, nodes, projection, error_weights)
 
 

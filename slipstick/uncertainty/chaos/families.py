@@ -1,6 +1,7 @@
-"""The families of an input (Table I and lognormal), each given by mean and std, as maps from a standard normal.
+"""The distribution families of an input (Table I and lognormal), parametrized by mean and std.
 
-An input x has the normal score z: P(X <= x) = P(N(0, 1) <= z). Both directions keep their digits in either tail.
+An input x is mapped to its normal score z by P(X <= x) = P(N(0, 1) <= z), and back. Both maps are accurate in either
+tail.
 """
 
 from typing import Literal, get_args
@@ -15,15 +16,15 @@ from slipstick.uncertainty.chaos.germs import Germ
 Family = Literal["normal", "lognormal", "gamma", "beta", "uniform"]
 FAMILIES: tuple[Family, ...] = get_args(Family)
 POSITIVE = ("lognormal", "gamma")
-"""Families without values of 0 and below."""
+"""Families with positive values only."""
 HERMITE = Germ("hermite")
-_NARROW = 1e-7  # a gamma or beta variable with a std below this share of its mean or support is a normal one
+_NARROW = 1e-7  # std, relative to the mean (gamma) or support (beta), below which a variable is treated as normal
 
 
 def germ_of(family: Family, mean: float, std: float, support: np.ndarray) -> Germ:
-    """The germ whose polynomials suit the family; `support` (2,) is that of a beta variable.
+    """The germ of the family; `support` (2,) holds the bounds of a beta variable.
 
-    A lognormal variable is a function of the Hermite germ: its own polynomials do not determine it.
+    A lognormal variable is a function of the Hermite germ, because its own orthogonal polynomials are not complete.
     """
     if family == "gamma" and std > _NARROW * mean:
         return Germ("laguerre", ((mean / std) ** 2,))
@@ -33,7 +34,7 @@ def germ_of(family: Family, mean: float, std: float, support: np.ndarray) -> Ger
 
 
 def from_score(family: Family, score: np.ndarray, mean: float, std: float, support: np.ndarray) -> np.ndarray:
-    """Values with the normal scores `score`, same shape."""
+    """Values at the normal scores `score`, same shape."""
     if family == "lognormal" and std > 0:
         log_mean, log_std = logarithm_moments(mean, std)
         values: np.ndarray = np.exp(log_mean + log_std * score)
@@ -43,7 +44,7 @@ def from_score(family: Family, score: np.ndarray, mean: float, std: float, suppo
 
 
 def to_score(family: Family, values: np.ndarray, mean: float, std: float, support: np.ndarray) -> np.ndarray:
-    """Normal scores of `values`, same shape; the std is positive. Values beyond the reach of a family have +-37."""
+    """Normal scores of `values`, same shape, for a positive std. Values outside the support have a score of +-37."""
     score: np.ndarray
     if family == "lognormal":
         log_mean, log_std = logarithm_moments(mean, std)
@@ -55,16 +56,16 @@ def to_score(family: Family, values: np.ndarray, mean: float, std: float, suppor
     if germ == HERMITE:
         score = (values - mean) / std
         return score
-    if germ.nearly_normal is not None:
-        return cornish_fisher.score((values - mean) / std, *germ.nearly_normal)
+    if germ.cornish_fisher_moments is not None:
+        return cornish_fisher.score((values - mean) / std, *germ.cornish_fisher_moments)
     if family == "gamma":
         shape = (mean / std) ** 2
         scaled = np.maximum(values, 0.0) * shape / mean
         below, above = gammainc(shape, scaled), gammaincc(shape, scaled)
     elif family == "beta":
         a, b = beta_shape(mean, std, support)
-        share = np.clip((values - support[0]) / (support[1] - support[0]), 0.0, 1.0)
-        below, above = betainc(a, b, share), betaincc(a, b, share)
+        standard = np.clip((values - support[0]) / (support[1] - support[0]), 0.0, 1.0)
+        below, above = betainc(a, b, standard), betaincc(a, b, standard)
     else:
         below = np.clip(0.5 + (values - mean) / (np.sqrt(12.0) * std), 0.0, 1.0)
         above = 1 - below
@@ -79,8 +80,8 @@ def logarithm_moments(mean: float, std: float) -> tuple[float, float]:
 
 
 def beta_shape(mean: float, std: float, support: np.ndarray) -> tuple[float, float]:
-    """The shape (a, b) of a beta variable on `support`; not positive where no such variable has so large a std."""
+    """The shape (a, b) of a beta variable on `support`; not positive if the std is larger than the support allows."""
     width = support[1] - support[0]
-    share = (mean - support[0]) / width
-    both = share * (1 - share) * (width / std) ** 2 - 1
-    return float(share * both), float((1 - share) * both)
+    standard_mean = (mean - support[0]) / width
+    total = standard_mean * (1 - standard_mean) * (width / std) ** 2 - 1
+    return float(standard_mean * total), float((1 - standard_mean) * total)

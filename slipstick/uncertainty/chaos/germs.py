@@ -1,11 +1,11 @@
-"""Germs: the standardised random variables in which expansions live, and their orthonormal polynomials (Table I).
+"""Germs, the standardised random variables of an expansion, and their orthonormal polynomials (Table I).
 
-A germ xi has mean 0 and variance 1, so that an input is mean + std xi whatever its family. Its polynomials follow
+A germ xi has mean 0 and variance 1. Its polynomials obey the three-term recurrence
 
     sqrt(beta_{n+1}) P_{n+1} = (xi - alpha_n) P_n - sqrt(beta_n) P_{n-1},   P_0 = 1,
 
-with alpha and beta from chaospy's distributions. Gamma and beta germs tend to the normal one as their shapes grow, and
-their polynomials to Hermite's.
+with alpha and beta from the distributions of chaospy. As their shapes grow, gamma and beta germs converge to the
+normal germ, and their polynomials to the Hermite polynomials.
 """
 
 from dataclasses import dataclass
@@ -22,38 +22,38 @@ from slipstick.uncertainty.chaos import cornish_fisher
 Orthogonal = Literal["hermite", "laguerre", "jacobi", "legendre"]
 
 _SHAPES = {"hermite": (), "legendre": (), "laguerre": ("k",), "jacobi": ("a", "b")}
-_LARGEST = 1e15  # the std is then lost in the rounding of the mean
-_GAMMA_NORMAL, _BETA_NORMAL = 3e5, 1e6  # from here on scipy's inverses go wrong, by up to 0.2 std
-_WIDE, _LOPSIDED = 1e5, 1e3  # as do those of a beta with a shape above the first and the other this many times smaller
+_LARGEST = 1e15  # largest shape parameter: above it the std is below the rounding error of the mean
+_GAMMA_NORMAL, _BETA_NORMAL = 3e5, 1e6  # shapes above which the inverse functions of scipy err by up to 0.2 std
+_LARGE, _ASYMMETRIC = 1e5, 1e3  # a beta shape above the first whose ratio to the other shape exceeds the second: ditto
 
 
 @dataclass(frozen=True)
 class Germ:
-    """The standardised variable of one family, named by its polynomials.
+    """The standardised variable of one family, named after its polynomials.
 
-    `hermite` is N(0, 1), `legendre` uniform, `laguerre` gamma of `shape` (k,), and `jacobi` beta of `shape` (a, b),
-    of density x^(a-1) (1-x)^(b-1) before it is standardised. Raises `InvalidValue`, `UnknownName`.
+    `hermite` is N(0, 1), `legendre` is uniform, `laguerre` is gamma with `shape` (k,), and `jacobi` is beta with
+    `shape` (a, b), whose density before standardisation is x^(a-1) (1-x)^(b-1). Raises `InvalidValue`, `UnknownName`.
     """
 
     name: Orthogonal
     shape: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the shape once."""
+        """Check the name and the shape."""
         if self.name not in _SHAPES:
             raise UnknownName.of("family of polynomials", self.name, get_args(Orthogonal))
-        wanted = _SHAPES[self.name]
-        if len(self.shape) != len(wanted) or not all(0 < value <= _LARGEST for value in self.shape):
+        symbols = _SHAPES[self.name]
+        if len(self.shape) != len(symbols) or not all(0 < value <= _LARGEST for value in self.shape):
             raise InvalidValue(f"The shape of {self.name} is {self.shape}",
-                               f"Give ({', '.join(wanted)}), each positive and at most {_LARGEST:.0e}")
-        lopsided = self.name == "jacobi" and max(self.shape) > max(_WIDE, _LOPSIDED * min(self.shape))
-        if lopsided and self.nearly_normal is None:
+                               f"Give ({', '.join(symbols)}), each positive and at most {_LARGEST:.0e}")
+        is_asymmetric = self.name == "jacobi" and max(self.shape) > max(_LARGE, _ASYMMETRIC * min(self.shape))
+        if is_asymmetric and self.cornish_fisher_moments is None:
             raise InvalidValue(f"A beta variable of shape {self.shape} is far narrower than its support",
                                "Narrow the support about the mean, or take a gamma or normal variable")
 
     @cached_property
     def _distribution(self) -> tuple[Distribution, float]:
-        """The variable before it is standardised, which keeps the coefficients it has worked out, and its mean."""
+        """The variable before standardisation, and its mean; cached because chaospy caches its coefficients there."""
         match self.name:
             case "hermite":
                 return Normal(0, 1), 0.0
@@ -67,14 +67,14 @@ class Germ:
     def recurrence(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The first `count` coefficients alpha and beta of the recurrence, shape (count,) each; beta_0 is 0."""
         distribution, mean = self._distribution
-        steps, squares = distribution.ttr(np.arange(max(count, 2)))
-        alpha, beta = (steps - mean) / np.sqrt(squares[1]), squares / squares[1]
-        alpha[0] = beta[0] = 0.0  # by the standardisation; chaospy's alpha_0 of a beta with a + b = 2 is wrong
+        raw_alpha, raw_beta = distribution.ttr(np.arange(max(count, 2)))
+        alpha, beta = (raw_alpha - mean) / np.sqrt(raw_beta[1]), raw_beta / raw_beta[1]
+        alpha[0] = beta[0] = 0.0  # exact for a standardised variable; chaospy errs in alpha_0 of a beta with a + b = 2
         return alpha[:count], beta[:count]
 
     @cached_property
-    def nearly_normal(self) -> tuple[float, float] | None:
-        """Skewness and excess kurtosis of a gamma or beta germ whose shape is so large that they say all."""
+    def cornish_fisher_moments(self) -> tuple[float, float] | None:
+        """Skewness and excess kurtosis of a nearly normal germ, a gamma or beta germ of large shape; otherwise None."""
         match self.shape:
             case (k,) if k > _GAMMA_NORMAL:
                 return 2 / np.sqrt(k), 6 / k
@@ -86,12 +86,12 @@ class Germ:
         return None
 
     def of_normal(self, normals: np.ndarray) -> np.ndarray:
-        """The germ at the quantiles of standard normals (any shape): the same shape, rising with them.
+        """The increasing map from standard normals (any shape) to the germ, same shape.
 
-        Each tail is measured from its own end: beyond eight stds 1 - p rounds to 1.
+        Each tail probability is computed from its own side, because 1 - p rounds to 1 beyond eight stds.
         """
-        if self.nearly_normal is not None:
-            return cornish_fisher.quantile(normals, *self.nearly_normal)
+        if self.cornish_fisher_moments is not None:
+            return cornish_fisher.quantile(normals, *self.cornish_fisher_moments)
         germs: np.ndarray = normals
         tail = ndtr(-np.abs(normals))
         match self.name:
@@ -109,5 +109,5 @@ class Germ:
 
 
 def germs_from_normals(germs: tuple[Germ, ...], normals: np.ndarray) -> np.ndarray:
-    """The d germs at standard normals (m, d), one germ a column: shape (m, d)."""
+    """The d germs at standard normals (m, d), one germ per column: shape (m, d)."""
     return np.column_stack([germ.of_normal(column) for germ, column in zip(germs, normals.T, strict=True)])

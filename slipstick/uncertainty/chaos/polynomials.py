@@ -1,4 +1,4 @@
-"""Products of the orthonormal polynomials of several germs, by recurrence: stable where sums of powers are not."""
+"""Products of the orthonormal polynomials of several germs, evaluated by the numerically stable recurrence."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,10 @@ from slipstick.uncertainty.chaos.germs import Germ
 
 @dataclass(frozen=True, eq=False)
 class Polynomials:
-    """The t products of `degrees` (t, d) of the polynomials of d germs; `alpha`, `root_beta` (d, highest + 1)."""
+    """t products of the polynomials of d germs, given by their `degrees` (t, d).
+
+    `alpha` and `root_beta` (d, highest degree + 1) are the coefficients of the recurrence, the latter as sqrt(beta).
+    """
 
     germs: tuple[Germ, ...]
     degrees: np.ndarray
@@ -19,13 +22,13 @@ class Polynomials:
 
     @classmethod
     def of(cls, germs: tuple[Germ, ...], degrees: np.ndarray) -> "Polynomials":
-        """The products of `degrees` (t, d)."""
-        pairs = {germ: germ.recurrence(int(degrees.max()) + 1) for germ in germs}
-        alpha, beta = (np.stack([pairs[germ][which] for germ in germs]) for which in (0, 1))
+        """The products of the given `degrees` (t, d)."""
+        coefficients = {germ: germ.recurrence(int(degrees.max()) + 1) for germ in germs}
+        alpha, beta = (np.stack([coefficients[germ][which] for germ in germs]) for which in (0, 1))
         return cls(germs, degrees, alpha, np.sqrt(beta))
 
     def at(self, germs: np.ndarray) -> np.ndarray:
-        """All products at the germs (m, d): shape (m, t)."""
+        """Values of all products at the germs (m, d): shape (m, t)."""
         values = np.empty((len(germs), len(self.degrees)))
         _evaluate(np.ascontiguousarray(germs, float), self.degrees, self.alpha, self.root_beta, values)
         return values

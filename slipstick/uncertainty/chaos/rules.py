@@ -1,4 +1,4 @@
-"""Where to run the model for an expansion: Gauss rules, their tensor product, and samples for a regression."""
+"""Nodes and weights of an expansion: Gauss rules, their tensor product, and samples for a regression."""
 
 import numpy as np
 from scipy.linalg import eigvalsh_tridiagonal
@@ -8,13 +8,13 @@ from slipstick.uncertainty.chaos.germs import Germ
 from slipstick.uncertainty.chaos.polynomials import Polynomials
 
 _FEWEST, _FINER = 16, 4
-"""Samples are drawn from the Gauss rule with so many times the nodes needed, and no fewer than the first."""
+"""Samples are drawn from a Gauss rule with at least 16 nodes, and 4 per polynomial."""
 
 
 def gauss(germ: Germ, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights (count,) of the Gauss rule of a germ, from its recurrence (Golub and Welsch 1969).
 
-    The weights are 1 / sum of P_n^2: unlike the eigenvectors they keep their digits far out in the tails.
+    The weights are computed as 1 / sum of P_n^2, which is accurate far out in the tails; the eigenvectors are not.
     """
     alpha, beta = germ.recurrence(count)
     nodes: np.ndarray = eigvalsh_tridiagonal(alpha, np.sqrt(beta[1:]))
@@ -24,7 +24,7 @@ def gauss(germ: Germ, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def tensor(germs: tuple[Germ, ...], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The full grid of Gauss rules of `count` nodes an axis: nodes (count^d, d) and weights (count^d,)."""
+    """Tensor product of Gauss rules with `count` nodes per axis: nodes (count^d, d) and weights (count^d,)."""
     rules = {germ: gauss(germ, count) for germ in germs}
     nodes, weights = (np.stack(np.meshgrid(*(rules[germ][which] for germ in germs), indexing="ij"), axis=-1)
                       for which in (0, 1))
@@ -32,12 +32,12 @@ def tensor(germs: tuple[Germ, ...], count: int) -> tuple[np.ndarray, np.ndarray]
 
 
 def samples(polynomials: Polynomials, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Seeded samples (count, d) for least squares with these t polynomials P_i, and their weights, of sum 1.
+    """Seeded samples (count, d) for least squares with the t polynomials P_i, and their weights, which sum to 1.
 
-    Their density is that of the germs times the mean of P_i^2, their weights its inverse: a regression is then well
-    conditioned from few samples at any order (Cohen and Migliorati, SMAI J. Comput. Math. 3, 181, 2017). Each
-    sample takes one term i by turns and each axis the distribution of its P_i^2, on a fine Gauss rule; Sobol points
-    make the choices.
+    The sampling density is the density of the germs times the mean of P_i^2 over the terms. The weights are
+    proportional to the inverse of that mean. With these samples a regression of any order is well conditioned from few
+    samples (Cohen and Migliorati, SMAI J. Comput. Math. 3, 181, 2017). The density is a mixture: a Sobol point selects
+    the term i, and then draws each axis from the distribution with density P_i^2, discretised on a fine Gauss rule.
     """
     degrees = polynomials.degrees
     terms, dimension = degrees.shape
@@ -46,9 +46,9 @@ def samples(polynomials: Polynomials, count: int, seed: int) -> tuple[np.ndarray
     nodes, highest = np.empty((count, dimension)), int(degrees.max())
     for axis, germ in enumerate(polynomials.germs):
         fine, weights = gauss(germ, max(_FEWEST, _FINER * (highest + 1)))
-        single = Polynomials.of((germ,), np.arange(highest + 1)[:, None]).at(fine[:, None])
-        below = np.cumsum(weights[:, None] * single**2, axis=0)
-        place = np.sum(below[:, of_sample[:, axis]] < uniform[:, axis], axis=0)
-        nodes[:, axis] = fine[np.minimum(place, len(fine) - 1)]
+        values = Polynomials.of((germ,), np.arange(highest + 1)[:, None]).at(fine[:, None])
+        cumulative = np.cumsum(weights[:, None] * values**2, axis=0)
+        index = np.sum(cumulative[:, of_sample[:, axis]] < uniform[:, axis], axis=0)
+        nodes[:, axis] = fine[np.minimum(index, len(fine) - 1)]
     weights = 1 / np.sum(polynomials.at(nodes) ** 2, axis=1)
     return nodes, weights / weights.sum()

@@ -1,27 +1,27 @@
 """Sobol indices from the coefficients of an expansion (Sudret, Reliab. Eng. Syst. Saf. 93, 964, 2008).
 
-The polynomials are orthonormal, so the variance is a sum of squares, and each square belongs to the germs in which its
-term has a degree. The indices are those of the *germs*: the inputs' own where these are independent. Of inputs that
-depend on one another each is made of several germs, in an order that the correlation does not fix: an index of one of
-these germs says nothing about one input.
+The polynomials are orthonormal, so the variance is the sum of the squared coefficients. Each square is attributed to
+the germs in which its term has a positive degree. The indices are those of the *germs*. They equal the indices of the
+inputs only if the inputs are independent: a dependent input is a combination of several germs, and the combination
+depends on the order of the inputs, so that the index of a germ is not the index of an input.
 """
 
 import numpy as np
 
 from slipstick.uncertainty.chaos.expansion import Expansion
 
-_ROUNDING = 1e-24  # of the squared mean: a variance below is that of rounding
+_ROUNDING = 1e-24  # variance relative to the squared mean, below which it is a rounding error
 
 
 def first_order(expansion: Expansion) -> np.ndarray:
-    """The share of the variance that each germ causes by itself, shape (n, d); NaN where there is no variance."""
+    """First-order Sobol index of each germ, shape (n, d); NaN where the variance is zero."""
     degrees = expansion.basis.degrees
-    alone = (degrees > 0) & (np.count_nonzero(degrees, axis=1)[:, None] == 1)
-    return _shares(expansion, alone)
+    main_effects = (degrees > 0) & (np.count_nonzero(degrees, axis=1)[:, None] == 1)
+    return _shares(expansion, main_effects)
 
 
 def total(expansion: Expansion) -> np.ndarray:
-    """The share of the variance in which each germ takes part, shape (n, d); NaN where there is no variance."""
+    """Total Sobol index of each germ, interactions included, shape (n, d); NaN where the variance is zero."""
     return _shares(expansion, expansion.basis.degrees > 0)
 
 

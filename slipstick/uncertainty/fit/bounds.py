@@ -1,4 +1,4 @@
-"""What a fit ran into, in words: unknowns at bounds, and inputs that leave what the model covers."""
+"""Remarks on the result of a fit: unknowns at bounds, inputs outside the domain of the model, rough expansions."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,28 +10,31 @@ from slipstick.uncertainty.likelihood.unknowns import Unknowns
 from slipstick.uncertainty.outside import axis_mass_outside
 
 NEAR = 1e-3
-"""An unknown this share of its range from a bound is at it."""
+"""Distance from a bound, relative to the range, up to which an unknown is at the bound."""
 NOTABLE_MASS = 0.01
-"""Probability of an input outside the table from which it is worth a rebuild."""
-_FINE = 0.5  # output stds by which polynomials may be off
-_LEAST = 0.01  # multiplier to build a table from: most parameters mean nothing at 0 or below
-_COVER = 4  # stds on either side of the mean that a rebuilt table should hold
+"""Probability of an input outside the table above which a larger table is recommended."""
+_FINE = 0.5  # largest error of the expansions without a remark, in output stds
+_LEAST = 0.01  # smallest recommended multiplier of a table: most parameters have no meaning at 0 or below
+_COVER = 4  # stds on either side of the mean that a recommended table covers
 
 _REMEDIES = {
     ("mean", "lower"): "Widen mean_bounds",
     ("mean", "upper"): "Widen mean_bounds",
-    ("std", "lower"): "Read it as no scatter, or as scatter that cannot be told from that of the other inputs",
-    ("std", "upper"): "Look for what the model lacks: scatter this wide stands in for it; or widen std_bounds",
-    ("output std", "lower"): "Set the lower bound to the noise of the bench: the inputs explain more than they should",
-    ("correlation", "lower"): "Read the two inputs as one: the recordings do not tell them apart",
-    ("correlation", "upper"): "Read the two inputs as one: the recordings do not tell them apart",
-    ("output std", "upper"): "Look for what the model lacks: the noise stands in for it; or widen output_std_bounds",
+    ("std", "lower"): "Interpret this as no scatter, or as scatter that cannot be separated from that of other inputs",
+    ("std", "upper"): "Check for an effect that the model lacks, for which wide scatter compensates, or widen "
+                      "std_bounds",
+    ("output std", "lower"): "Set the lower bound to the noise of the bench, because the scatter of the inputs "
+                             "explains part of the noise",
+    ("correlation", "lower"): "Treat the two inputs as one, because the recordings do not separate them",
+    ("correlation", "upper"): "Treat the two inputs as one, because the recordings do not separate them",
+    ("output std", "upper"): "Check for an effect that the model lacks, for which the noise compensates, or widen "
+                             "output_std_bounds",
 }
 
 
 @dataclass(frozen=True)
 class Remark:
-    """One thing to know about a fit: the `unknown` it is about, what is the case, and what helps."""
+    """A remark on a fit: the `unknown` it concerns, the `cause`, and the `remedy`."""
 
     unknown: str
     cause: str
@@ -39,45 +42,46 @@ class Remark:
 
 
 def remarks(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> list[Remark]:
-    """Say which unknowns of `optimum` (k,) are at a bound of the search, and which inputs leave what the model covers."""
+    """Remarks on unknowns of `optimum` (k,) at a bound of the search, and on inputs outside the model domain."""
     return [*_at_bounds(problem, space, optimum), *_outside(problem, space, optimum)]
 
 
 def polynomial_remarks(error: float | None, output_std: float) -> Iterator[Remark]:
-    """Say that polynomials stood for the model less closely than its output noise calls for; both in s."""
+    """A remark if the `error` of the local expansions is large compared with the output std; both in s."""
     if error is not None and error > _FINE * output_std:
         yield Remark("refinement and intervals",
-                     f"They rest on polynomials {1e3 * error:.2g} ms off the model, at an output std of "
-                     f"{1e3 * output_std:.2g} ms: the maximum and the ends of intervals are rough",
-                     "Narrow std_bounds, or vary fewer inputs: the model bends too much over scatter this wide")
+                     f"The polynomials that replace the model have an error of {1e3 * error:.2g} ms, and the output "
+                     f"std is {1e3 * output_std:.2g} ms: the optimum and the ends of the intervals are approximate",
+                     "Narrow std_bounds, or vary fewer inputs, because the model is strongly nonlinear over this "
+                     "scatter")
 
 
 def _at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
     d = len(space.axes)
     kinds = ["mean"] * d + ["std"] * d + ["output std"] + ["correlation"] * (len(optimum) - 2 * d - 1)
-    shares, plain = (optimum - space.lower) / (space.upper - space.lower), space.to_natural(optimum)
-    for place, (kind, name, share) in enumerate(zip(kinds, space.names, shares, strict=True)):
-        if NEAR < share < 1 - NEAR:
+    positions, natural = (optimum - space.lower) / (space.upper - space.lower), space.to_natural(optimum)
+    for index, (kind, name, position) in enumerate(zip(kinds, space.names, positions, strict=True)):
+        if NEAR < position < 1 - NEAR:
             continue
-        side = "lower" if share <= NEAR else "upper"
+        side = "lower" if position <= NEAR else "upper"
         edges = problem.lower if side == "lower" else problem.upper
-        if kind == "mean" and getattr(space, side)[place] == edges[place]:
-            beyond = f"{'below' if side == 'lower' else 'above'} {edges[place]:.4g}"
-            yield Remark(name, f"The {name} is at the {side} edge of the table, {edges[place]:.4g}",
-                         f"Build a table whose axis {problem.axes[place]} reaches {beyond}, and widen mean_bounds")
+        if kind == "mean" and getattr(space, side)[index] == edges[index]:
+            beyond = f"{'below' if side == 'lower' else 'above'} {edges[index]:.4g}"
+            yield Remark(name, f"The {name} is at the {side} edge of the table, {edges[index]:.4g}",
+                         f"Build a table whose axis {problem.axes[index]} reaches {beyond}, and widen mean_bounds")
         else:
             unit = " s" if kind == "output std" else ""
-            yield Remark(name, f"The {name} is at its {side} bound, {plain[place]:.4g}{unit}", _REMEDIES[kind, side])
+            yield Remark(name, f"The {name} is at its {side} bound, {natural[index]:.4g}{unit}", _REMEDIES[kind, side])
 
 
 def _outside(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
     inputs, d = space.candidate(optimum).inputs, len(space.axes)
-    away = NEAR * (space.upper - space.lower)[:d]
-    inner = (inputs.mean >= problem.lower + away) & (inputs.mean <= problem.upper - away)
+    margin = NEAR * (space.upper - space.lower)[:d]
+    interior = (inputs.mean >= problem.lower + margin) & (inputs.mean <= problem.upper - margin)
     masses = axis_mass_outside(inputs, problem.lower, problem.upper)
-    for name, mass, mean, std, low, high, within in zip(problem.axes, masses, inputs.mean, inputs.marginal_std,
-                                                        problem.lower, problem.upper, inner, strict=True):
-        if mass > NOTABLE_MASS and within:  # a mean at the edge has its own remark
+    for name, mass, mean, std, low, high, is_interior in zip(problem.axes, masses, inputs.mean, inputs.marginal_std,
+                                                             problem.lower, problem.upper, interior, strict=True):
+        if mass > NOTABLE_MASS and is_interior:  # a mean at the edge has its own remark
             low, high = min(low, max(_LEAST, mean - _COVER * std)), max(high, mean + _COVER * std)
             yield Remark(name, f"{100 * mass:.1f} % of the runs have {name} outside the table",
                          f"Build a table whose axis {name} goes from {low:.3g} to {high:.3g}")

@@ -1,7 +1,8 @@
-"""A genetic algorithm on real numbers: tournament, blend crossover, polynomial mutation, elitism.
+"""A real-coded genetic algorithm: tournament selection, blend crossover, polynomial mutation, elitism.
 
-Ask it for candidates, tell it their fitness, which it maximises. Each generation draws from a generator of its own,
-seeded by the seed and its number: a population is all there is to keep, and a search resumes from it bit for bit.
+The interface is ask and tell: `ask` returns candidates, `tell` takes their fitness, which is maximised. Each generation
+has its own random generator, seeded by the seed and the generation number. The state is therefore the population alone,
+and a resumed search is bit-identical to an uninterrupted one.
 Sources: Eshelman and Schaffer 1993 (blend crossover), Deb and Goyal 1996 (polynomial mutation).
 """
 
@@ -12,14 +13,14 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-REACH = 0.5  # a child lies up to half the distance of its parents beyond either
-TOGETHER = 0.5  # share of children on the line through their parents: a ridge across the axes is climbed along it
-MUTATION = 20.0  # exponent of the polynomial mutation: the higher, the nearer the child
+REACH = 0.5  # alpha of the blend crossover: largest distance beyond a parent, relative to the distance of the parents
+TOGETHER = 0.5  # fraction of children on the line through their parents, for likelihood ridges oblique to the axes
+MUTATION = 20.0  # distribution index of the polynomial mutation; a higher index gives smaller mutations
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The box `lower`, `upper` (k,), the number of candidates a generation, and the seed."""
+    """The bounds `lower`, `upper` (k,), the number of candidates per generation `size`, and the seed."""
 
     lower: np.ndarray
     upper: np.ndarray
@@ -29,20 +30,20 @@ class Search:
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """The best `points` (size, k) so far, best first, their `fitness` (size,), and the generations told."""
+    """The best `points` (size, k) so far, best first, their `fitness` (size,), and the number of generations."""
 
     points: np.ndarray
     fitness: np.ndarray
     generation: int
 
     def to_dict(self) -> dict[str, Any]:
-        """The population as JSON that keeps every bit; a fitness of -inf, which JSON lacks, is None."""
+        """The population as JSON without loss of precision; a fitness of -inf is None, because JSON has no infinity."""
         fitness = [value if np.isfinite(value) else None for value in self.fitness.tolist()]
         return {"points": self.points.tolist(), "fitness": fitness, "generation": self.generation}
 
     @classmethod
     def from_dict(cls, state: Mapping[str, Any]) -> "Population":
-        """Rebuild what `to_dict` wrote."""
+        """The inverse of `to_dict`."""
         fitness = [-np.inf if value is None else value for value in state["fitness"]]
         return cls(np.array(state["points"]), np.array(fitness), int(state["generation"]))
 
@@ -53,13 +54,13 @@ def empty() -> Population:
 
 
 def ask(search: Search, population: Population) -> np.ndarray:
-    """Candidates of the next generation, shape (size, k): the same for the same population."""
+    """Candidates of the next generation, shape (size, k); deterministic for a given population."""
     random = np.random.default_rng([search.seed, population.generation])
     count, span = (search.size, len(search.lower)), search.upper - search.lower
     if population.generation == 0:
-        first_of_all: np.ndarray = search.lower + span * qmc.LatinHypercube(len(span), rng=random).random(search.size)
-        return first_of_all
-    # Two tournaments of two a child: rows are sorted, so the lower number wins.
+        initial: np.ndarray = search.lower + span * qmc.LatinHypercube(len(span), rng=random).random(search.size)
+        return initial
+    # Each child has two parents, each the winner of a tournament of two. Rows are sorted, so the lower index wins.
     first, second = population.points[random.integers(len(population.points), size=(2, 2, search.size)).min(axis=1)]
     blend = np.where(random.random((search.size, 1)) < TOGETHER,
                      random.uniform(-REACH, 1 + REACH, (search.size, 1)), random.uniform(-REACH, 1 + REACH, count))
@@ -72,7 +73,7 @@ def ask(search: Search, population: Population) -> np.ndarray:
 
 
 def tell(search: Search, population: Population, candidates: np.ndarray, fitness: np.ndarray) -> Population:
-    """Keep the fittest `size` of the population and the candidates (c, k); a NaN fitness counts as -inf."""
+    """The population with the `size` fittest of its points and the candidates (c, k); NaN fitness counts as -inf."""
     points = np.concatenate([population.points.reshape(-1, candidates.shape[1]), candidates])
     merged = np.concatenate([population.fitness, np.where(np.isnan(fitness), -np.inf, fitness)])
     best = np.argsort(-merged, kind="stable")[:search.size]

@@ -1,7 +1,7 @@
-"""The refinement of a fit: a climb on the exact likelihood along its gradient, within the bounds.
+"""The refinement of a fit: gradient-based maximization of the exact likelihood within the bounds.
 
-Scatter of one input can often stand in for that of another, so that the likelihood has a maximum near each way of
-sharing it out. The climb therefore also starts from the candidates that give one input all of it.
+The scatter of one input can often be exchanged for that of another, and the likelihood then has several local maxima.
+The optimizer is therefore also started from candidates in which a single input has all the scatter.
 """
 
 from collections.abc import Iterator
@@ -18,30 +18,33 @@ from slipstick.uncertainty.likelihood.local import polynomial_problem
 from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
-_TOLERANCE = 1e-6  # decades: far below what the integral across the lines is good for
+_TOLERANCE = 1e-6  # tolerance of the optimizer in decades, far below the integration error
 _ITERATIONS = 60
-_FEW = 3  # inputs up to which each is tried alone
+_FEW = 3  # largest number of inputs for which starts with the scatter in a single input are tried
 ROUNDS = 24
-"""How often polynomials are quadrature anew about where the last ones led."""
-_GAIN = 0.02  # decades: they are not where that gains less
-_WORST = 1e6  # stands for a likelihood of 0, which has no gradient to climb
+"""Largest number of successive local expansions, each around the optimum of the previous one."""
+_IMPROVEMENT = 0.02  # improvement in decades below which no further expansion is made
+_WORST = 1e6  # loss for a likelihood of 0, which has no gradient
 _LN10 = np.log(10.0)
 
 
 def refined_vector(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
-    """The best vector of unknowns (k,) that climbs reach from `begin` and what it leads to; `begin` if none is better.
+    """The best vector of unknowns (k,) among `begin` and the maxima reached from it and from the additional starts.
 
-    The model itself is the judge: polynomials about one candidate and another cannot be compared.
+    The vectors are compared by the likelihood of the model itself, because local expansions around different candidates
+    have different errors.
     """
-    reached = [_ascend(problem, space, start) for start in (begin, *_alone(problem, space, begin))]
-    return max((begin, *reached), key=lambda vector: _height(problem, space, vector))
+    starts = (begin, *_single_input_starts(problem, space, begin))
+    return max((begin, *(_local_maximum(problem, space, start) for start in starts)),
+               key=lambda vector: _log10_likelihood(problem, space, vector))
 
 
 def local_problem(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> tuple[InferenceProblem, Unknowns]:
-    """The problem to climb in and the space it holds in: itself where it has knots, else polynomials about `vector`.
+    """The problem for the optimizer around `vector`, and the search space in which it is valid.
 
-    These also stand for a table whose inputs are not all normal: it has no gradient but by differences.
-    In more inputs than lines are exact in, their direction is held: turned lines sample other inputs.
+    This is the problem itself if it has knots and all inputs are normal. Otherwise it is a local expansion, whose
+    gradient requires no differences. For a table of more than `KNOTTED` inputs the direction of the integration lines
+    is fixed, because a change of direction would make the likelihood discontinuous.
     """
     if problem.knots is None or set(space.families) != {"normal"}:
         return polynomial_problem(problem, space, vector)
@@ -51,86 +54,90 @@ def local_problem(problem: InferenceProblem, space: Unknowns, vector: np.ndarray
     return problem, space
 
 
-def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.ndarray, held: np.ndarray | None = None,
-          tolerance: float = _TOLERANCE) -> tuple[np.ndarray, float]:
-    """The maximum next to `begin` (k,) within the bounds, to a tolerance in decades: vector, log10 L.
+def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.ndarray, fixed: np.ndarray | None = None,
+                        tolerance: float = _TOLERANCE) -> tuple[np.ndarray, float]:
+    """The local maximum reached from `begin` (k,) within the bounds, and its log10 likelihood.
 
-    With a direction `held` (k,), it is the maximum over the vectors whose held . plain is that of `begin`.
+    With a direction `fixed` (k,), the maximum is constrained to vectors with the same value of fixed . natural as
+    `begin`, where natural are the unknowns on natural scale. `tolerance` is in decades.
 
-    Sequential quadratic programming, along axes on which the information in the scores is 1: its first step is then
-    that of Fisher scoring. It moves stds as they are, since in its logarithm a std near 0 has no slope to climb.
+    The method is sequential quadratic programming. The coordinates are scaled so that the information matrix is the
+    identity, and the first step is then that of Fisher scoring. Stds are optimized on natural scale, because the
+    derivative with respect to a log std vanishes as the std approaches 0.
     """
     low, middle, high = (space.to_natural(vector) for vector in (space.lower, begin, space.upper))
     span, best = high - low, (begin, -np.inf)
 
-    def scores(vector: np.ndarray) -> tuple[float, np.ndarray]:
+    def likelihood_and_scores(vector: np.ndarray) -> tuple[float, np.ndarray]:
         nonlocal best
-        density, gradient = natural_scores(problem, space, vector)
-        whole = float(density.sum())
-        if whole > best[1]:
-            best = (vector, whole)
-        return whole, gradient * span
+        density, scores = natural_scores(problem, space, vector)
+        likelihood = float(density.sum())
+        if likelihood > best[1]:
+            best = (vector, likelihood)
+        return likelihood, scores * span
 
-    first = scores(begin)
-    free = np.eye(len(begin)) if held is None else null_space((held * span)[None])
+    first = likelihood_and_scores(begin)
+    free = np.eye(len(begin)) if fixed is None else null_space((fixed * span)[None])
     axes = free @ np.linalg.inv(np.linalg.cholesky(information(first[1] @ free))).T
-    share = (middle - low) / span
+    position = (middle - low) / span
 
     def loss(step: np.ndarray) -> tuple[float, np.ndarray]:
-        whole, slope = scores(space.from_natural(middle + span * (axes @ step))) if np.any(step) else first
-        if not np.isfinite(whole):
+        likelihood, scores = (likelihood_and_scores(space.from_natural(middle + span * (axes @ step)))
+                              if np.any(step) else first)
+        if not np.isfinite(likelihood):
             return _WORST, np.zeros(len(step))
-        return -_LN10 * whole, -slope.sum(axis=0) @ axes
+        return -_LN10 * likelihood, -scores.sum(axis=0) @ axes
 
     minimize(loss, np.zeros(axes.shape[1]), jac=True, method="SLSQP",
-             constraints=LinearConstraint(axes, -share, 1 - share),
+             constraints=LinearConstraint(axes, -position, 1 - position),
              options={"maxiter": _ITERATIONS, "ftol": _LN10 * tolerance})
     return best
 
 
 def natural_scores(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """log10 p (n,) at a vector (k,), and the derivatives of ln p in its plain values (n, k)."""
+    """log10 p (n,) at a vector (k,), and the derivatives of ln p with respect to the natural unknowns (n, k)."""
     density, gradient = density_and_gradient(problem, space, vector)
     return density, _LN10 * gradient / np.where(space.is_logarithmic, space.to_natural(vector), 1.0)
 
 
 def information(scores: np.ndarray) -> np.ndarray:
-    """The information (f, f) in scores (n, f) of unknowns as shares of their ranges.
+    """The empirical information matrix (f, f) of scores (n, f) with respect to unknowns in units of their ranges.
 
-    Added is that each lies within its range, give or take. A condition without a density says nothing.
+    The identity is added as a weak prior, with a std of one range per unknown. Conditions with a density of 0, whose
+    scores are NaN, are left out.
     """
-    known = scores[np.all(np.isfinite(scores), axis=1)]
-    matrix: np.ndarray = matrix_product(known.T, known) + np.eye(scores.shape[1])
+    finite = scores[np.all(np.isfinite(scores), axis=1)]
+    matrix: np.ndarray = matrix_product(finite.T, finite) + np.eye(scores.shape[1])
     return matrix
 
 
-def _ascend(problem: InferenceProblem, space: Unknowns, start: np.ndarray) -> np.ndarray:
+def _local_maximum(problem: InferenceProblem, space: Unknowns, start: np.ndarray) -> np.ndarray:
     vector = start
     for _ in range(ROUNDS):
-        near, region = local_problem(problem, space, vector)
+        local, region = local_problem(problem, space, vector)
         before = vector
-        vector, reached = constrained_maximum(near, region, before)
-        if near.knots is not None or reached - _height(near, region, before) < _GAIN:
+        vector, likelihood = constrained_maximum(local, region, before)
+        if local.knots is not None or likelihood - _log10_likelihood(local, region, before) < _IMPROVEMENT:
             break
     return vector
 
 
-def _height(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> float:
+def _log10_likelihood(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> float:
     return float(exact(problem, space.candidate(vector)).sum())
 
 
-def _alone(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
-    """Candidates in which one input alone scatters, as widely as all of them together do to the times."""
+def _single_input_starts(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
+    """Candidates in which a single input causes the scatter of the times that all inputs together cause at `begin`."""
     d = len(space.axes)
     if not 1 < d <= _FEW:
         return
     inputs = space.candidate(begin).inputs
-    steepness = np.sqrt(np.mean(centre_slopes(problem, inputs)[1] ** 2, axis=1))
-    whole = np.sqrt(np.sum(steepness**2))
+    scatter = np.sqrt(np.mean(centre_slopes(problem, inputs)[1] ** 2, axis=1))
+    total = np.sqrt(np.sum(scatter**2))
     for axis in range(d):
-        if steepness[axis] > 0:
+        if scatter[axis] > 0:
             vector = begin.copy()
             vector[d:2 * d] = space.lower[d:2 * d]
-            vector[d + axis] = np.log(inputs.marginal_std[axis] * whole / steepness[axis])
+            vector[d + axis] = np.log(inputs.marginal_std[axis] * total / scatter[axis])
             vector[2 * d + 1:] = 0.0
             yield np.clip(vector, space.lower, space.upper)

@@ -1,4 +1,4 @@
-"""What the settings of a fit leave to search, and the candidate that a fit starts from."""
+"""The search space of a fit, and the nominal candidate from which a search starts."""
 
 import numpy as np
 
@@ -8,21 +8,22 @@ from slipstick.uncertainty.fit.settings import Bounds, FitSettings
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import WIDEST_BETA, Unknowns
 
-_CORRELATION = 0.98  # largest partial correlation of a search: at 1 one input fixes the other
-_WITHIN = 0.02  # of a support that a beta mean keeps away from its ends
+_CORRELATION = 0.98  # largest partial correlation of a search; at 1 the correlation matrix is singular
+_MARGIN = 0.02  # smallest distance of the mean of a beta input from the ends of its support, relative to the support
+
 
 def search_space(settings: FitSettings, problem: InferenceProblem) -> Unknowns:
-    """What the settings leave to search; the means stay where the model covers. Raises `InvalidValue`."""
+    """The unknowns and their bounds; the means are restricted to the domain of the model. Raises `InvalidValue`."""
     d = len(problem.axes)
-    mean, std = (_each(bounds, d, "pairs of bounds") for bounds in (settings.mean_bounds, settings.std_bounds))
+    mean, std = (_per_input(bounds, d, "pairs of bounds") for bounds in (settings.mean_bounds, settings.std_bounds))
     lower, upper = np.maximum(mean[:, 0], problem.lower), np.minimum(mean[:, 1], problem.upper)
-    families = tuple(_each(settings.families, d, "families").tolist())
+    families = tuple(_per_input(settings.families, d, "families").tolist())
     support = np.column_stack([problem.lower, problem.upper])
     for axis, family in enumerate(families):
         if family in POSITIVE:
             lower[axis] = max(lower[axis], 1e-6)
         elif family == "beta":
-            margin = _WITHIN * (support[axis, 1] - support[axis, 0])
+            margin = _MARGIN * (support[axis, 1] - support[axis, 0])
             lower[axis] = max(lower[axis], support[axis, 0] + margin)
             upper[axis] = min(upper[axis], support[axis, 1] - margin)
             widest = WIDEST_BETA * (support[axis, 1] - support[axis, 0]) / 2
@@ -30,7 +31,7 @@ def search_space(settings: FitSettings, problem: InferenceProblem) -> Unknowns:
                 raise InvalidValue(f"No beta input of {problem.axes[axis]} has a std of {std[axis, 0]:.4g}",
                                    f"Choose std_bounds below {widest:.4g}, or another family")
     if np.any(lower >= upper):
-        raise InvalidValue("The bounds of a mean lie outside what the model covers",
+        raise InvalidValue("The bounds of a mean lie outside the domain of the model",
                            f"Choose mean_bounds within {problem.lower} to {problem.upper}")
     noise = np.log(settings.output_std_bounds)
     partial = np.full(d * (d - 1) // 2 if settings.correlated else 0, _CORRELATION)
@@ -40,10 +41,7 @@ def search_space(settings: FitSettings, problem: InferenceProblem) -> Unknowns:
 
 
 def nominal_candidate(problem: InferenceProblem, space: Unknowns) -> Candidate:
-    """The model before a fit: all means 1, the least std, and the noise that explains the residuals best.
-
-    That noise is their root mean square; each unknown stays in its bounds.
-    """
+    """The candidate before a fit: means of 1, the smallest stds, and the RMS residual as output std, within bounds."""
     d = len(problem.lower)
     vector = np.where(np.arange(len(space.lower)) < d, 1.0, space.lower)
     vector[2 * d + 1:] = 0.0
@@ -55,8 +53,8 @@ def nominal_candidate(problem: InferenceProblem, space: Unknowns) -> Candidate:
     return space.candidate(vector)
 
 
-def _each(values: tuple[Bounds, ...] | tuple[str, ...], dimension: int, what: str) -> np.ndarray:
+def _per_input(values: tuple[Bounds, ...] | tuple[str, ...], dimension: int, what: str) -> np.ndarray:
     if len(values) not in (1, dimension):
         raise InvalidValue(f"There are {len(values)} {what} for {dimension} inputs",
-                           "Give one for all inputs, or one each")
-    return np.array([values[place % len(values)] for place in range(dimension)])
+                           "Give one for all inputs, or one per input")
+    return np.array([values[index % len(values)] for index in range(dimension)])

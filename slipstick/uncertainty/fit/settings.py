@@ -21,18 +21,19 @@ _ORDERS, _LOWEST_ORDER = {1: 8, 2: 8, 3: 4, 4: 3, 5: 3}, 2
 
 @dataclass(frozen=True)
 class FitSettings:
-    """What to search for the greatest likelihood, where and how; raises `InvalidValue`.
+    """Unknowns, bounds and method of a maximum-likelihood fit. Raises `InvalidValue`, `UnknownName`.
 
-    The unknowns are mean and std of each input, the output std, and with `correlated` the correlations of the inputs.
-    `families`, `mean_bounds` and `std_bounds` (multiples of nominal) hold one entry for all inputs or one each;
-    `output_std_bounds` are in s.
+    The unknowns are mean and std of each input, the output std and, with `correlated`, the correlations of the inputs.
+    `families`, `mean_bounds` and `std_bounds` (multiples of nominal) contain one entry for all inputs, or one entry per
+    input. `output_std_bounds` are in s.
 
-    `method` "genetic" takes `population` candidates a generation, at most `generations` of them, fewer after `patience`
-    generations that gain no more than `tolerance` decades. Its likelihood is that of expansions (expansion.py: `order`,
-    `norm`, `rule`, `nodes` and `runs`; None for what suits the number of inputs), integrated along "lines" or by the
-    mean over `samples` (a power of two) as in the paper. "classic" takes all of a grid, `grid` values for each unknown,
-    and samples of the model. `refine` ends either on the exact likelihood, and `intervals` adds profile-likelihood
-    intervals of `level`.
+    The `method` "genetic" evaluates `population` candidates per generation, for at most `generations` generations. It
+    stops early if `patience` generations improve the likelihood by no more than `tolerance` decades. It uses the
+    likelihood by expansion (expansion.py: `order`, `norm`, `rule`, `nodes`, and the number of samples `runs`; the
+    default None depends on the number of inputs). The `integration` is along "lines", or by "sampling" with `samples`
+    (a power of two) as in the paper. The method "classic" evaluates a grid with `grid` values per unknown, by samples
+    of the model. With `refine`, the best candidate of either method is refined on the exact likelihood. With
+    `intervals`, profile-likelihood intervals of confidence `level` are computed.
     """
 
     seed: int = 1
@@ -59,7 +60,7 @@ class FitSettings:
     level: float = 0.9
 
     def __post_init__(self) -> None:
-        """Refuse what would fail later, or search nothing."""
+        """Check the settings."""
         for name, least in (("seed", 0), ("population", 4), ("generations", 1), ("patience", 1), ("tolerance", 0),
                             ("grid", 2)):
             if not getattr(self, name) >= least:
@@ -71,17 +72,20 @@ class FitSettings:
             if family not in FAMILIES:
                 raise UnknownName.of("family", family, FAMILIES)
         if self.samples < 1 or self.samples & (self.samples - 1):
-            raise InvalidValue(f"samples is {self.samples}, no power of two", "Take 1024, 2048, 4096 and so on")
+            raise InvalidValue(f"samples is {self.samples}, which is not a power of two",
+                               "Take 1024, 2048, 4096 and so on")
         for bounds in (*self.mean_bounds, *self.std_bounds, self.output_std_bounds):
             if not (len(bounds) == 2 and np.all(np.isfinite(bounds)) and bounds[0] < bounds[1]):
-                raise InvalidValue(f"The bounds {bounds} are no finite range", "Give (lower, upper), lower first")
+                raise InvalidValue(f"The bounds {bounds} are not a finite range",
+                                   "Give (lower, upper), the smaller value first")
         if min(low for low, _ in (*self.std_bounds, self.output_std_bounds)) <= 0:
-            raise InvalidValue("A std may be 0 or less", "Give stds a positive lower bound: they are searched in logs")
+            raise InvalidValue("A lower bound of a std is 0 or negative",
+                               "Give a positive lower bound, because stds are searched on a log scale")
         if not 0 < self.level < 1:
             raise InvalidValue(f"The level of the intervals is {self.level}", "Give a probability, such as 0.9")
 
     def expansion(self, dimension: int) -> ExpansionSettings:
-        """The settings of the expansions of a search over d inputs; they come without an estimate of their error."""
+        """The settings of the expansions of a search over d inputs, without error estimates."""
         order = self.order if self.order is not None else _ORDERS.get(dimension, _LOWEST_ORDER)
         return ExpansionSettings(order, self.norm, self.rule, self.nodes, 0, self.runs)
 
@@ -91,7 +95,7 @@ class FitSettings:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "FitSettings":
-        """Rebuild from JSON; what is left out has its default. Raises `UnknownName` on a setting there is not."""
+        """The settings from JSON; missing entries have their defaults. Raises `UnknownName` for an unknown setting."""
         known = [field.name for field in fields(cls)]
         for name in values:
             if name not in known:

@@ -1,4 +1,4 @@
-"""The likelihood of measured shifting times (section III.B, eq. 7): exact, by expansion, and by sampling."""
+"""The likelihood of measured shifting times (section III.B, eq. 7): exact, by expansion, or by sampling."""
 
 from slipstick.uncertainty.likelihood.likelihood import SAMPLES, TOLERANCE, by_expansion, by_sampling, converged, exact
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, ShiftingTimeModel

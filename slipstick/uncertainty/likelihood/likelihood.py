@@ -1,11 +1,11 @@
-"""How likely measured shifting times are (eq. 7), condition by condition, in logarithms throughout.
+"""The likelihood of measured shifting times (eq. 7), per condition and in logarithms.
 
-    log10 p_i = log10 E_theta[ N(t_i; y_i(x(normals)), output_std^2) ]    per millisecond
+    log10 p_i = log10 E_u[ N(t_i; y_i(x(u)), output_std^2) ]    per millisecond
 
-normals is drawn afresh for every run, so the conditions multiply. The expectation is taken in one of three ways: `exact`
-integrates the model itself along lines, `by_expansion` integrates its polynomials, and `by_sampling` takes the mean
-over samples of the polynomials, as the paper does: the narrower the output noise, and the further a time lies from what
-the samples reach, the more of them that asks for.
+Each run has its own realisation of the standard normals u, so the likelihood is the product over the conditions. Three
+methods compute the expectation: `exact` integrates the model along lines, `by_expansion` integrates its expansion along
+lines, and `by_sampling` averages over samples of the expansion, as in the paper. The number of samples required for a
+given accuracy grows as the output noise decreases, and with the distance of a measured time from the predicted times.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,24 +21,24 @@ from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 from slipstick.uncertainty.sampling import log10_mean_density
 
 SAMPLES = 4096
-"""Samples of normals for `by_sampling`, a power of two."""
-_BLOCK = 1 << 13  # points that go to the model in one call
+"""Default number of samples for `by_sampling`, a power of two."""
+_BLOCK = 1 << 13  # points per call of the model
 TOLERANCE = 0.05
-"""Error in decades that `settled` stays below."""
+"""Default tolerance of `converged`, in decades."""
 MOST_LINES = 1024
 KNOTTED = 2
-"""Inputs up to which lines are broken at knots: in three a rule broken at them is too much for any model."""
-_DEPENDENT = 1e-6  # of the scores' correlation matrix: one input then fixes the other
-_FURTHEST = 60.0  # stds from the centre to look for what explains a measured time
+"""Largest number of inputs for which lines have breakpoints at knots; for three such a rule needs too many points."""
+_DEPENDENT = 1e-6  # determinant of the factor below which the inputs count as perfectly correlated
+_FURTHEST = 60.0  # largest half length of a line in stds
 
 
 def exact(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, seed: int = 1) -> np.ndarray:
-    """log10 p, per ms, with the model itself integrated: shape (n,), -inf where it gives no time at all.
+    """log10 p per ms by integration of the model: shape (n,), -inf if all times of a condition are NaN.
 
-    For a model with knots and up to two inputs there is no error but that of rounding, of a Gauss rule across the
-    lines, and where inputs are not normal that of their bend, some 0.0002 decades a condition (line_rules.py).
-    Otherwise the times are taken as linear over half a std, and from three inputs on `count` seeded lines sample what
-    lies across. Where the model gives no time (NaN) there is no density either.
+    For a model with knots and up to two inputs, the only errors are rounding, the error of the Gauss rule across the
+    lines and, for inputs that are not normal, that of the linear interpolation in their scores, about 0.0002 decades
+    per condition (line_rules.py). For other models the times are interpolated linearly over half a std, and for three
+    or more inputs the lines are `count` seeded samples. Inputs for which the time is NaN have a density of 0.
     """
     quadrature = integration_lines(problem, candidate, count, seed)
     return lines.log10_density(quadrature, times_on_lines(problem, candidate.inputs, quadrature), problem.measured_time,
@@ -46,11 +46,11 @@ def exact(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, 
 
 
 def converged(problem: InferenceProblem, candidate: Candidate, seed: int = 1,
-            tolerance: float = TOLERANCE) -> tuple[np.ndarray, float]:
-    """`exact` with as many lines as it takes: log10 p (n,), and the error of their sum in decades.
+              tolerance: float = TOLERANCE) -> tuple[np.ndarray, float]:
+    """`exact` with an adaptive number of lines: log10 p (n,), and the error of their sum in decades.
 
-    Lines are doubled until that error is below `tolerance`, or there are `MOST_LINES`. It is the difference that other
-    lines make; 0 where the integral is that of a table as it stands.
+    The number of lines is doubled until the error is below `tolerance`, or `MOST_LINES` is reached. The error is the
+    change of the sum by the last doubling; it is 0 if lines with breakpoints at the knots are used.
     """
     count, likelihood, error = ACROSS, exact(problem, candidate, ACROSS, seed), 0.0
     if _is_knotted(problem, candidate.inputs):
@@ -59,38 +59,39 @@ def converged(problem: InferenceProblem, candidate: Candidate, seed: int = 1,
         count *= 2
         before, likelihood = likelihood, exact(problem, candidate, count, seed + count)
         error = abs(float(likelihood.sum() - before.sum()))
-        if error < tolerance:  # NaN, the difference of two likelihoods of 0, ends at the most lines
+        if error < tolerance:  # never true for NaN, the difference of two likelihoods of 0
             break
     return likelihood, error
 
 
-def integration_lines(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, seed: int = 1) -> lines.Lines:
-    """The lines along which `exact` integrates the model under the candidate."""
+def integration_lines(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS,
+                      seed: int = 1) -> lines.Lines:
+    """The lines along which `exact` integrates the model for the candidate."""
     inputs, noise = candidate.inputs, candidate.output_std
-    centre, steep = centre_slopes(problem, inputs)
-    scatter = np.sqrt(noise**2 + np.sum((inputs.factor.T @ steep) ** 2, axis=0))
+    centre, slopes = centre_slopes(problem, inputs)
+    scatter = np.sqrt(noise**2 + np.sum((inputs.factor.T @ slopes) ** 2, axis=0))
     distance = np.nanmax(np.abs(problem.measured_time - centre) / scatter, initial=0.0)
     reach = WINDOW + float(distance)
     if _is_knotted(problem, inputs):
         assert problem.knots is not None
-        return knotted(inputs, problem.knots, steep, noise, min(reach, _FURTHEST))
-    direction = steepest_direction(inputs, steep) if problem.direction is None else problem.direction
+        return knotted(inputs, problem.knots, slopes, noise, min(reach, _FURTHEST))
+    direction = steepest_direction(inputs, slopes) if problem.direction is None else problem.direction
     return along(direction, inputs.factor, min(reach, 2 * WINDOW), count, seed)
 
 
 def times_on_lines(problem: InferenceProblem, inputs: Inputs, quadrature: lines.Lines) -> np.ndarray:
-    """Times of the model at the points of the lines, shape (m g, n), s."""
+    """Times of the model at the breakpoints of the lines, shape (m g, n), s."""
     points = inputs.at_scores(quadrature.scores)
-    for edge in (problem.lower, problem.upper):  # rounding must not push a knot at the edge over it
+    for edge in (problem.lower, problem.upper):  # rounding must not move a knot at the edge outside the domain
         points = np.where(np.abs(points - edge) < 1e-9 * np.abs(edge), edge, points)
     return problem.model(points, problem.conditions)
 
 
 def by_expansion(problem: InferenceProblem, candidates: Sequence[Candidate], settings: ExpansionSettings,
                  count: int = ACROSS) -> np.ndarray:
-    """log10 p, per ms, of c candidates by their expansions, integrated along lines: shape (c, n).
+    """log10 p per ms of c candidates by integration of their expansions along lines: shape (c, n).
 
-    -inf where a condition has no expansion. The whole log10 likelihood is the sum over the conditions.
+    The value is -inf for a condition without an expansion. The log10 likelihood is the sum over the conditions.
     """
     likelihood = np.empty((len(candidates), len(problem.measured_time)))
     for row, (candidate, expansion) in enumerate(_expansions(problem, candidates, settings)):
@@ -103,7 +104,7 @@ def by_expansion(problem: InferenceProblem, candidates: Sequence[Candidate], set
 
 def by_sampling(problem: InferenceProblem, candidates: Sequence[Candidate], settings: ExpansionSettings,
                 normals: np.ndarray) -> np.ndarray:
-    """As `by_expansion`, by the mean over the standard normals `normals` (m, d), as in the paper: shape (c, n)."""
+    """As `by_expansion`, but averaged over the standard normals `normals` (m, d), as in the paper: shape (c, n)."""
     likelihood = np.empty((len(candidates), len(problem.measured_time)))
     for row, (candidate, expansion) in enumerate(_expansions(problem, candidates, settings)):
         times = expansion.at(candidate.inputs.germs_of(normals))
@@ -117,11 +118,11 @@ def _expansions(problem: InferenceProblem, candidates: Sequence[Candidate],
     for first in range(0, len(candidates), size):
         block = candidates[first:first + size]
         bases = [make_basis(candidate.inputs.germs, settings) for candidate in block]
-        nodes = [candidate.inputs.at_germs(one.nodes) for candidate, one in zip(block, bases, strict=True)]
+        nodes = [candidate.inputs.at_germs(basis.nodes) for candidate, basis in zip(block, bases, strict=True)]
         times = problem.model(np.concatenate(nodes), problem.conditions)
         ends = np.cumsum([len(points) for points in nodes])[:-1]
-        for candidate, one, at_nodes in zip(block, bases, np.split(times, ends), strict=True):
-            yield candidate, expand(one, at_nodes)
+        for candidate, basis, times_at_nodes in zip(block, bases, np.split(times, ends), strict=True):
+            yield candidate, expand(basis, times_at_nodes)
 
 
 def _is_knotted(problem: InferenceProblem, inputs: Inputs) -> bool:
@@ -129,28 +130,29 @@ def _is_knotted(problem: InferenceProblem, inputs: Inputs) -> bool:
 
 
 def centre_slopes(problem: InferenceProblem, inputs: Inputs) -> tuple[np.ndarray, np.ndarray]:
-    """Times at the centre (n,), s, and their change with each normal score (d, n), 0 where the model gives none."""
+    """Times (n,) in s at scores of 0, and their derivatives with respect to each normal score (d, n), 0 where NaN."""
     d, step = inputs.dimension, np.eye(inputs.dimension)
     times = problem.model(inputs.at_scores(np.concatenate([np.zeros((1, d)), step, -step])), problem.conditions)
     return times[0], np.nan_to_num((times[1:1 + d] - times[1 + d:]) / 2)
 
 
 def steepest_direction(inputs: Inputs, slopes: np.ndarray) -> np.ndarray:
-    """The direction (d,) in standard normals along which times change most, all conditions together.
+    """The unit vector (d,) in the space of the standard normals along which the times of all conditions change most.
 
-    `slopes` (d, n) are their changes with each normal score.
+    `slopes` (d, n) are the derivatives of the times with respect to each normal score.
     """
     return _leading(inputs.factor.T @ slopes)
 
 
 def _linear(expansion: Expansion) -> np.ndarray:
+    """Coefficients of the linear terms, shape (d, n)."""
     degrees = expansion.basis.degrees
     rows = [np.flatnonzero((degrees.sum(axis=1) == 1) & (degrees[:, axis] == 1)) for axis in range(degrees.shape[1])]
     return np.array([np.nan_to_num(expansion.coefficients[row].sum(axis=0)) for row in rows])
 
 
 def _leading(slopes: np.ndarray) -> np.ndarray:
-    """The direction (d,) along which slopes (d, n) are steepest over all conditions."""
+    """The leading left singular vector (d,) of the slopes (d, n), with its largest entry positive."""
     direction = np.linalg.eigh(matrix_product(slopes, slopes.T))[1][:, -1]
     steepest: np.ndarray = direction * np.where(direction[np.argmax(np.abs(direction))] < 0, -1.0, 1.0)
     return steepest

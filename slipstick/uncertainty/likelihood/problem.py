@@ -1,4 +1,4 @@
-"""What a likelihood is computed for: a model of shifting times, the measured times, and candidate inputs."""
+"""The arguments of a likelihood: a model of shifting times, the measured times, and candidate inputs."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -9,13 +9,13 @@ from slipstick.errors import InvalidValue
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood.line_rules import Knots
 
-_LEAST_NOISE, _MOST_NOISE = 1e-15, 1e6  # s: the square of any other may vanish or overflow
+_LEAST_NOISE, _MOST_NOISE = 1e-15, 1e6  # range of the output std in s whose squares neither underflow nor overflow
 
 
 class ShiftingTimeModel(Protocol):
-    """All this package knows of a model: points (m, d), multiples of nominal -> shifting times (m, n), s.
+    """The protocol of a model: points (m, d) in multiples of nominal -> shifting times (m, n) in s.
 
-    A time is NaN where the engagement does not lock.
+    A time is NaN if the engagement does not lock.
     """
 
     def __call__(self, points: np.ndarray, conditions: Any, /) -> np.ndarray:
@@ -24,11 +24,11 @@ class ShiftingTimeModel(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class InferenceProblem:
-    """A model, conditions, their measured times (n,) in s, and the box `lower`, `upper` (d,) the model covers.
+    """A model, conditions, their measured times (n,) in s, and the domain of the model, the box `lower`, `upper` (d,).
 
-    `axes` names the d inputs in what is said of them. `knots`, where the model has any, are the values of each input
-    between which it is linear. `direction` (d,) is that of the lines through the standard normals along which a model
-    without knots is integrated; by itself it follows the candidate. Raises `InvalidValue`.
+    `axes` are the names of the d inputs. `knots` are the values of each input between which the model is linear, or
+    None. `direction` (d,) is the direction of the integration lines in the space of the standard normals, for a model
+    without knots; by default it is chosen for each candidate. Raises `InvalidValue`.
     """
 
     model: ShiftingTimeModel
@@ -41,24 +41,24 @@ class InferenceProblem:
     direction: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what would make every likelihood NaN."""
+        """Check the shapes, and that the measured times are finite."""
         if not self.lower.shape == self.upper.shape == (len(self.axes),):
-            raise InvalidValue(f"There are {len(self.axes)} axes for a box of {len(self.lower)} and {len(self.upper)}",
-                               "Give lower, upper and a name for each input")
+            raise InvalidValue(f"There are {len(self.axes)} axes for {len(self.lower)} lower and {len(self.upper)} "
+                               "upper bounds", "Give a lower bound, an upper bound and a name for each input")
         if self.measured_time.ndim != 1 or not np.all(np.isfinite(self.measured_time)):
-            raise InvalidValue("The measured times are not one finite number a condition",
+            raise InvalidValue("The measured times are not one finite number per condition",
                                "Leave out the conditions without a measured shifting time")
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Inputs and the std of the additive output noise in s, from 1e-15 to 1e6; raises `InvalidValue` on others."""
+    """Inputs and the std of the additive output noise in s, from 1e-15 to 1e6. Raises `InvalidValue`."""
 
     inputs: Inputs
     output_std: float
 
     def __post_init__(self) -> None:
-        """Without noise the samples have no density at a given time."""
+        """Check the output std; without noise the density is undefined."""
         if not _LEAST_NOISE <= self.output_std <= _MOST_NOISE:
             raise InvalidValue(f"The output std is {self.output_std} s",
-                               f"Give a number of seconds from {_LEAST_NOISE:g} to {_MOST_NOISE:g}")
+                               f"Give a value from {_LEAST_NOISE:g} s to {_MOST_NOISE:g} s")

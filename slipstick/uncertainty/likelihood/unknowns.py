@@ -1,8 +1,8 @@
-"""The unknowns of a fit as one vector: d means, log std of d inputs, log of the output std, partial correlations.
+"""The unknowns of a fit as one vector: d means, d log stds, the log of the output std, and partial correlations.
 
-Stds are searched on a log scale: they span decades, and on a linear scale the search ended decades of likelihood
-lower wherever the true std was small. Partial correlations, d (d - 1) / 2 of them where inputs may depend on one
-another, each lie between -1 and 1 whatever the others are (Joe, J. Multivariate Anal. 97, 2177, 2006).
+Stds are searched on a log scale because they span decades. On a linear scale the search ended at a much lower
+likelihood if a true std was small. Dependent inputs add d (d - 1) / 2 canonical partial correlations, each of which may
+take any value between -1 and 1 independently of the others (Joe, J. Multivariate Anal. 97, 2177, 2006).
 """
 
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood.problem import Candidate
 
 WIDEST_BETA = 0.9
-"""Largest std of a beta input, as a share of the largest that a beta variable of its mean can have."""
+"""Largest std of a beta input, relative to the upper limit for a beta variable with its mean and support."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unknowns:
-    """What is searched, and where: bounds `lower`, `upper` (k,) of the vector for the inputs `axes`."""
+    """The k unknowns of the inputs `axes`, with the bounds `lower`, `upper` (k,) of the vector."""
 
     axes: tuple[str, ...]
     families: tuple[Family, ...]
@@ -39,24 +39,24 @@ class Unknowns:
 
     @cached_property
     def is_logarithmic(self) -> np.ndarray:
-        """Which unknowns are searched as logarithms, shape (k,)."""
-        place, d = np.arange(len(self.lower)), len(self.axes)
-        return (place >= d) & (place <= 2 * d)
+        """Mask of the unknowns that the vector contains as logarithms, shape (k,)."""
+        index, d = np.arange(len(self.lower)), len(self.axes)
+        return (index >= d) & (index <= 2 * d)
 
     def to_natural(self, vector: np.ndarray) -> np.ndarray:
-        """A vector (k,) with its stds as they are, and not their logarithms."""
-        plain: np.ndarray = np.where(self.is_logarithmic, np.exp(np.where(self.is_logarithmic, vector, 0.0)), vector)
-        return plain
+        """The vector (k,) converted to natural scale, on which stds are not logarithms."""
+        natural: np.ndarray = np.where(self.is_logarithmic, np.exp(np.where(self.is_logarithmic, vector, 0.0)), vector)
+        return natural
 
-    def from_natural(self, plain: np.ndarray) -> np.ndarray:
-        """The vector (k,) within the bounds whose `plain` this is."""
-        within = np.clip(plain, self.to_natural(self.lower), self.to_natural(self.upper))
-        vector = np.where(self.is_logarithmic, np.log(np.where(self.is_logarithmic, within, 1.0)), within)
-        clipped: np.ndarray = np.clip(vector, self.lower, self.upper)  # against rounding
+    def from_natural(self, natural: np.ndarray) -> np.ndarray:
+        """The inverse of `to_natural`, shape (k,), clipped to the bounds."""
+        inside = np.clip(natural, self.to_natural(self.lower), self.to_natural(self.upper))
+        vector = np.where(self.is_logarithmic, np.log(np.where(self.is_logarithmic, inside, 1.0)), inside)
+        clipped: np.ndarray = np.clip(vector, self.lower, self.upper)  # removes rounding errors of the logarithm
         return clipped
 
     def candidate(self, vector: np.ndarray) -> Candidate:
-        """The candidate of a vector (k,). A beta variable gets the largest std it can have where that is too large."""
+        """The candidate of a vector (k,). The std of a beta input is limited to the share `WIDEST_BETA`."""
         d = len(self.axes)
         mean, std = np.array(vector[:d]), np.exp(vector[d:2 * d])
         for axis, family in enumerate(self.families):
@@ -68,12 +68,12 @@ class Unknowns:
                          float(np.exp(vector[2 * d])))
 
     def vector(self, candidate: Candidate) -> np.ndarray:
-        """The vector (k,) of a candidate, within the bounds."""
+        """The vector (k,) of a candidate, clipped to the bounds."""
         inputs = candidate.inputs
         partial = partial_from_factor(inputs.factor) if self.correlated else np.empty(0)
         with np.errstate(divide="ignore"):
-            whole = np.concatenate([inputs.mean, np.log(inputs.marginal_std), [np.log(candidate.output_std)], partial])
-        clipped: np.ndarray = np.clip(whole, self.lower, self.upper)
+            vector = np.concatenate([inputs.mean, np.log(inputs.marginal_std), [np.log(candidate.output_std)], partial])
+        clipped: np.ndarray = np.clip(vector, self.lower, self.upper)
         return clipped
 
     def _correlation(self, first: int, second: int) -> str:
@@ -82,9 +82,9 @@ class Unknowns:
 
 
 def correlation_from_partial(partial: np.ndarray, dimension: int) -> np.ndarray:
-    """The correlation matrix (d, d) of canonical partial correlations (d (d - 1) / 2,), row after row."""
+    """The correlation matrix (d, d) of canonical partial correlations (d (d - 1) / 2,) in row-major order."""
     factor = np.zeros((dimension, dimension))
-    rest = np.ones(dimension)  # what earlier columns leave of the unit length of each row
+    rest = np.ones(dimension)  # squared norm of the remaining columns of each row, whose total norm is 1
     table = np.zeros((dimension, dimension))
     table[np.triu_indices(dimension, 1)] = partial
     for column in range(dimension):

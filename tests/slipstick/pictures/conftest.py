@@ -13,23 +13,23 @@ from slipstick.pictures.drawing import VEGA_LITE
 
 @cache
 def svg(picture: str) -> ElementTree.Element:
-    # In this process, where a second picture costs much less than the first.
+    # Rendered in this process, in which all pictures after the first are cheap.
     return ElementTree.fromstring(vl_convert.vegalite_to_svg(picture, vl_version=VEGA_LITE, allowed_base_urls=[]))
 
 
 @pytest.fixture(scope="session")
 def marks() -> Callable[[Spec, str], list[ElementTree.Element]]:
-    """The marks of one kind in a drawn picture, in the order they are drawn."""
-    def found(spec: Spec, kind: str) -> list[ElementTree.Element]:
+    """The marks of one kind in a rendered picture, in drawing order."""
+    def marks_of(spec: Spec, kind: str) -> list[ElementTree.Element]:
         groups = svg(json.dumps(spec)).iter()
         return [path for group in groups if f"mark-{kind} role-mark" in group.get("class", "") for path in group]
 
-    return found
+    return marks_of
 
 
 def encoded(view: Any) -> Iterator[Spec]:
     if isinstance(view, dict):
-        yield from (view["encoding"][at] for at in "xy" if at in view.get("encoding", ()))
+        yield from (view["encoding"][channel] for channel in "xy" if channel in view.get("encoding", ()))
         for part in view.values():
             yield from encoded(part)
     elif isinstance(view, list):
@@ -39,5 +39,5 @@ def encoded(view: Any) -> Iterator[Spec]:
 
 @pytest.fixture(scope="session")
 def scales() -> Callable[[Spec], Iterator[Spec]]:
-    """Every x and y that is encoded somewhere in a picture."""
+    """All x and y encodings of a picture."""
     return encoded

@@ -1,4 +1,4 @@
-"""The likelihood surfaces of the same fit on two tables: the same axes in units, and one scale of shades."""
+"""The likelihood surfaces of the same fit on two tables: common axes in units and common shades."""
 
 import json
 from collections.abc import Callable
@@ -14,19 +14,19 @@ STUDY = {"answer": {"effects": ["stribeck_friction"]}, "models": {
     which: {"parameters": {"pressure_bias": bar, "initial_position": 5e-4},
             "units": {"pressure_bias": "bar", "initial_position": "m"}}
     for which, bar in (("before", 3.2), ("after", 1.6))}}
-EVIDENCE = {"effects": {"stribeck_friction": {"title": "Slip-speed-dependent friction"}}}
+FIGURE_DATA = {"effects": {"stribeck_friction": {"title": "Slip-speed-dependent friction"}}}
 
 
 def draw(fits: Fits) -> Any:
-    return surfaces.draw(STUDY, EVIDENCE, fits)
+    return surfaces.draw(STUDY, FIGURE_DATA, fits)
 
 
 def test_both_planes_share_axes_in_units(both_fits: Fits) -> None:
     before, after = draw(both_fits)["hconcat"]
     assert before["encoding"] == after["encoding"]
-    x, y = (before["encoding"][at] for at in "xy")
+    x, y = (before["encoding"][channel] for channel in "xy")
     assert (x["title"], y["title"]) == ("pressure bias [bar]", "initial position [m]")
-    # 0.8 to 1.2 times nominal was computed, of 3.2 bar before and of 1.6 bar after, 5e-4 m in both.
+    # The surfaces cover 0.8 to 1.2 times nominal: 3.2 bar before, 1.6 bar after, 5e-4 m in both.
     assert x["scale"]["domain"] == pytest.approx([1.28, 3.84], rel=0.1)
     assert y["scale"]["domain"] == pytest.approx([4e-4, 6e-4], rel=0.02)
     frames = [[panel["layer"][1]["data"]["values"][0][name] for name in ("x", "x2")] for panel in (before, after)]
@@ -35,26 +35,26 @@ def test_both_planes_share_axes_in_units(both_fits: Fits) -> None:
     assert means == [3.2, 1.6]
 
 
-def test_the_worse_fit_is_as_pale_as_it_is_far_behind(
+def test_the_shades_of_the_worse_fit_include_its_deficit(
         both_fits: Fits, marks: Callable[[Spec, str], list[ElementTree.Element]]) -> None:
-    found = draw(both_fits)
-    before, after = ({row["band"] for row in panel["layer"][0]["data"]["values"]} for panel in found["hconcat"])
+    spec = draw(both_fits)
+    before, after = ({row["band"] for row in panel["layer"][0]["data"]["values"]} for panel in spec["hconcat"])
     assert before == {"100 to 300", "300+"}
     assert after >= {"0 to 1", "100 to 300"}
-    assert found["title"]["text"] == "On the extended model the same fit makes the recordings 120 decades more likely"
-    assert "Output noise 12 ms before, 3 ms after." in found["title"]["subtitle"][0]
-    assert len(marks(found, "symbol")) == 4
-    for fit, level in zip(both_fits.values(), (-269.0, -389.0), strict=True):
-        fit["result"]["log10_likelihood"] = level
+    assert spec["title"]["text"] == "With the extended model, the same fit makes the recordings 120 decades more likely"
+    assert "Output noise: 12 ms before, 3 ms after." in spec["title"]["subtitle"][0]
+    assert len(marks(spec, "symbol")) == 4
+    for fit, likelihood in zip(both_fits.values(), (-269.0, -389.0), strict=True):
+        fit["result"]["log10_likelihood"] = likelihood
     assert "120 decades less likely" in draw(both_fits)["title"]["text"]
-    json.dumps(found, allow_nan=False)
+    json.dumps(spec, allow_nan=False)
 
 
 @pytest.mark.parametrize("change", [
     lambda fit, made: fit.update(made(("pressure_bias",))),
     lambda fit, made: fit["figure_data"]["surface"].update(axes=["pressure_bias", "friction_coefficient"]),
     lambda fit, made: fit["result"].update(log10_likelihood=None)])
-def test_what_cannot_be_compared_is_not_drawn(
+def test_fits_that_cannot_be_compared_have_no_picture(
         both_fits: Fits, made: Callable[..., dict[str, Any]], change: Callable[..., None]) -> None:
     change(both_fits["after"], made)
     assert draw(both_fits) is None

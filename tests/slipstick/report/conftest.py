@@ -5,7 +5,7 @@ import pytest
 
 
 class Reading(HTMLParser):
-    """The elements of a page in their order, and its text outside of scripts."""
+    """The elements of a page in order, and its text outside scripts and styles."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -26,5 +26,5 @@ class Reading(HTMLParser):
 
 @pytest.fixture(scope="session")
 def reading() -> Callable[[str], Reading]:
-    """Reads a page."""
+    """Parser of a page."""
     return Reading

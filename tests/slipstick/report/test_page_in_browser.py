@@ -1,4 +1,4 @@
-"""The reports in a real browser, from disk, with no network: every picture is drawn and nothing is asked for."""
+"""The reports in a browser, from disk: every picture is drawn, without any network request."""
 
 from collections.abc import Callable
 from dataclasses import asdict
@@ -28,16 +28,16 @@ SEVEN = tuple(f"input_{number}" for number in range(7))
 @pytest.fixture
 def shows(browser: webdriver.Chrome, requested: Callable[[], list[str]],
           tmp_path: Path) -> Shows:
-    """Opens a page and finds so many pictures in it, drawn, of more than a height in px, and with no network."""
+    """Opens a page and checks the number of pictures, their minimal height in px, and that nothing is requested."""
     def show(html: str, pictures: int, height: int) -> None:
         requested()
         browser.get_log("browser")
-        place = tmp_path / "report.html"
-        place.write_text(html)
-        browser.get(place.as_uri())
+        path = tmp_path / "report.html"
+        path.write_text(html)
+        browser.get(path.as_uri())
         drawn = WebDriverWait(browser, 20).until(
-            lambda browser: len(found := browser.find_elements(By.CSS_SELECTOR, ".picture svg.marks")) == pictures
-            and found)
+            lambda browser: len(svgs := browser.find_elements(By.CSS_SELECTOR, ".picture svg.marks")) == pictures
+            and svgs)
         for picture in drawn:
             assert picture.size["width"] <= 850
             assert picture.size["height"] > height
@@ -60,13 +60,13 @@ def test_every_picture_of_a_fit_is_drawn_without_a_network(
     shows(page(FIT, made(axes, n)), len(CAPTIONS), 200)
 
 
-@pytest.mark.parametrize(("name", "hostile", "left_out"), [
+@pytest.mark.parametrize(("name", "hostile", "omitted"), [
     ("friction", False, 0), ("friction", True, 0), ("nothing", False, 5)])
 def test_every_picture_of_a_study_is_drawn_without_a_network(
         shows: Shows, studied: Callable[[str], tuple[Any, Any, dict[str, Any]]],
-        both_fits: dict[str, dict[str, Any]], name: str, hostile: bool, left_out: int) -> None:
+        both_fits: dict[str, dict[str, Any]], name: str, hostile: bool, omitted: int) -> None:
     output = studied(name)[2]
     if hostile:
         for effect in output["figure_data"]["effects"].values():
             effect["title"] = HOSTILE[1]
-    shows(study_page(STUDY, output, None if name == "nothing" else both_fits), len(study.CAPTIONS) - left_out, 140)
+    shows(study_page(STUDY, output, None if name == "nothing" else both_fits), len(study.CAPTIONS) - omitted, 140)

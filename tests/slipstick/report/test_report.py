@@ -1,4 +1,4 @@
-"""The report of a fit as a page: what it says, and that nothing in the data can break out of it."""
+"""The HTML report of a fit: its texts, and that no data can become markup."""
 
 import json
 import re
@@ -24,21 +24,21 @@ FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recording
        "submitted": "2026-11-01T10:00:00Z", "ended": "2026-11-01T10:00:12Z"}
 
 
-def test_the_page_says_what_was_found(made: Made, reading: Read) -> None:
-    shown = reading(page(FIT, made(), about="a bench"))
-    for said in ("Pressure bias and initial position fitted to 216 engagements of “measured”",
-                 "log10 likelihood −300.00 before, −269.00 after", "31.0 decades (factors of ten) more likely",
-                 "open, to 1.01",
+def test_the_page_reports_the_results(made: Made, reading: Read) -> None:
+    parsed = reading(page(FIT, made(), description="a bench"))
+    for text in ("Pressure bias and initial position fitted to 216 engagements of “measured”",
+                 "log10 likelihood −300.00 before the fit, −269.00 after", "31.0 decades (factors of ten) more likely",
+                 "up to 1.01 (open below)",
                  "0.99 to 1.01", "Limited above only: mean of pressure bias.", "Limited on both sides (90 %): mean of "
                  "initial position, std of pressure bias, std of initial position and output std.",
-                 "Identified: 1.00 × mean of pressure bias + 1.00 × mean of initial position, to "
-                 "±\u00a01\u00a0% of the range.",
+                 "Identified: 1.00 × mean of pressure bias + 1.00 × mean of initial position, standard error "
+                 "1\u00a0% of the range.",
                  "search 9 s", "a1b2", "c3d4", "seed 7", "a bench", "recordings are simulated"):
-        assert said in shown.text, said
-    assert shown.count("figure") == len(CAPTIONS)
+        assert text in parsed.text, text
+    assert parsed.count("figure") == len(CAPTIONS)
 
 
-def test_a_real_fit_has_all_that_the_made_up_one_has(shelf: Path, made: Made, reading: Read) -> None:
+def test_a_real_fit_has_all_entries_of_the_synthetic_one(shelf: Path, made: Made, reading: Read) -> None:
     library = Library(shelf)
     table, recordings = library.table("nominal"), library.recording("measured")
     problem = table_problem(table, recordings, "clip")
@@ -46,103 +46,106 @@ def test_a_real_fit_has_all_that_the_made_up_one_has(shelf: Path, made: Made, re
     state = fit.next_state(settings, problem, fit.initial_state(settings, problem))
     estimate = fit.with_next_interval(settings, problem, fit.refined_estimate(settings, problem, state))
     result = fit.summary(settings, problem, state, estimate)
-    shown = figure_data(settings, problem, estimate["vector"], table.model, recordings)
+    computed = figure_data(settings, problem, estimate["vector"], table.model, recordings)
     assert shape(made()["result"]) <= shape(result)
-    assert shape(made()["figure_data"]) == shape(shown)
-    said = reading(page(FIT, {"result": result, "figure_data": shown, "seconds": {}, "processor_seconds": {}}))
-    assert said.count("figure") == len(CAPTIONS)
+    assert shape(made()["figure_data"]) == shape(computed)
+    parsed = reading(page(FIT, {"result": result, "figure_data": computed, "seconds": {}, "processor_seconds": {}}))
+    assert parsed.count("figure") == len(CAPTIONS)
 
 
-def shape(value: Any, place: str = "") -> set[str]:
-    """The places of all values in nested mappings; of a list its first entry."""
-    if isinstance(value, dict) and "weights" not in place:
-        return {found for name, entry in value.items() for found in shape(entry, f"{place}/{name}")}
-    return shape(value[0], f"{place}/0") if isinstance(value, list) and value else {place}
+def shape(value: Any, path: str = "") -> set[str]:
+    """The paths of all values in nested mappings; of a list, those of its first entry."""
+    if isinstance(value, dict) and "weights" not in path:
+        return {inner for name, entry in value.items() for inner in shape(entry, f"{path}/{name}")}
+    return shape(value[0], f"{path}/0") if isinstance(value, list) and value else {path}
 
 
 def test_nothing_in_the_data_becomes_markup(made: Made, reading: Read) -> None:
     output = made((HOSTILE, "initial_position"))
     output["result"]["remarks"] = [{"unknown": HOSTILE, "cause": HOSTILE, "remedy": HOSTILE}]
     fit = FIT | dict.fromkeys(("id", "table", "recordings", "recordings_digest"), HOSTILE)
-    hostile, tame = reading(page(fit, output, about=HOSTILE)), reading(page(FIT, made(), about="a bench"))
+    hostile, tame = reading(page(fit, output, description=HOSTILE)), reading(page(FIT, made(), description="a bench"))
     assert hostile.count("img") == 0
     assert hostile.count("script") == tame.count("script") == 5
     assert hostile.text.count("<script>alert(1)</script>") > 10
 
 
-def test_the_page_refers_to_nothing_outside(made: Made, reading: Read) -> None:
+def test_the_page_refers_to_no_external_resource(made: Made, reading: Read) -> None:
     html = page(FIT, made())
     for _, attributes in reading(html).elements:
         assert not {"src", "href", "action"} & attributes.keys()
     assert "sourceMappingURL" not in html
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
     for project in ("University of Washington", "Mike Bostock"):
-        assert project in html  # their licences travel with their programs
+        assert project in html  # the licences of the embedded scripts
 
 
-def test_a_likelihood_of_minus_infinity_is_said(made: Made) -> None:
+def test_a_zero_likelihood_is_reported(made: Made) -> None:
     output = made()
     output["result"]["before"]["log10_likelihood"] = None
-    assert "the nominal model leaves at least one engagement without any" in page(FIT, output)
+    assert "With the nominal model, at least one engagement has zero likelihood" in page(FIT, output)
     output["result"]["log10_likelihood"] = None
-    assert "The fitted inputs leave at least one engagement without any likelihood" in page(FIT, output)
+    assert "With the fitted inputs, at least one engagement has zero likelihood" in page(FIT, output)
 
 
 def test_a_fit_without_intervals_has_a_page(made: Made, reading: Read) -> None:
     output = made()
     output["result"] |= {"intervals": [], "combinations": []}
-    said = reading(page(FIT, output))
-    assert "Limited" not in said.text
-    assert "interval" not in said.text.split("Pictures")[0]
-    assert said.count("figure") == len(CAPTIONS) - 1
+    parsed = reading(page(FIT, output))
+    assert "Limited" not in parsed.text
+    assert "% interval" not in parsed.text.split("Pictures")[0]
+    assert parsed.count("figure") == len(CAPTIONS) - 1
 
 
-def test_a_combination_that_may_be_anything_has_no_number(made: Made) -> None:
+def test_a_combination_wider_than_its_range_has_no_number(made: Made) -> None:
     output = made()
     output["result"]["combinations"][0] |= {"std_error": 5628.9, "identified": False}
-    assert words.combinations(output["result"])[0][1].endswith("not at all within the range.")
+    assert words.combinations(output["result"])[0][1].endswith("standard error larger than the range.")
 
 
-def test_a_combination_is_told_with_its_interval(made: Made) -> None:
+def test_a_combination_has_its_interval_relative_to_the_estimate(made: Made) -> None:
     output = made()
-    output["result"]["combinations"][0]["interval"] = {
-        "estimate": 0.4, "lower": 0.381, "upper": 0.422, "unsettled": [], "level": 0.9}
-    assert words.combinations(output["result"])[0][1].endswith("from −1.9 to +2.2\u00a0% of the range (90\u00a0%).")
+    interval = {"estimate": 0.4, "lower": 0.381, "upper": 0.422, "unsettled": [], "level": 0.9}
+    output["result"]["combinations"][0]["interval"] = interval
+    lead = "90\u00a0% interval as a share of the range:"
+    assert words.combinations(output["result"])[0][1].endswith(f"{lead} −1.9\u00a0% to +2.2\u00a0%.")
+    interval |= {"lower": None, "unsettled": ["lower"]}
+    assert words.combinations(output["result"])[0][1].endswith(f"{lead} up to +2.2\u00a0% (end not found below).")
 
 
 def test_an_end_that_was_not_found_is_not_called_open(made: Made, reading: Read) -> None:
     output = made()
     output["result"]["intervals"][0]["unsettled"] = ["lower"]
     text = reading(page(FIT, output)).text
-    assert "not found, to 1.01" in text
-    assert "An end was not found: mean of pressure bias." in text
+    assert "up to 1.01 (end not found below)" in text
+    assert "End of the interval not found: mean of pressure bias." in text
 
 
-def test_no_more_of_a_combination_is_told_than_can_be_read(made: Made) -> None:
+def test_a_combination_lists_its_largest_weights_only(made: Made) -> None:
     output = made(tuple(f"input_{number}" for number in range(7)))
     output["result"]["combinations"][0]["weights"] = {f"mean of input_{number}": 0.4 - 0.01 * number
                                                       for number in range(7)}
     assert words.combinations(output["result"])[0][1].startswith(
-        "0.40 × mean of input 0 + 0.39 × mean of input 1 + 0.38 × mean of input 2 …, to")
+        "0.40 × mean of input 0 + 0.39 × mean of input 1 + 0.38 × mean of input 2 …, standard error")
 
 
-def test_one_remedy_is_said_once(made: Made) -> None:
+def test_remarks_with_the_same_remedy_are_merged(made: Made) -> None:
     output = made()
     output["result"]["remarks"] = [{"unknown": name, "cause": f"{name} is low", "remedy": "Widen"} for name in "ab"]
     assert words.remarks(output["result"]) == [("a is low. b is low.", "Widen.")]
 
 
-def test_correlations_are_among_the_numbers(made: Made) -> None:
+def test_the_numbers_include_correlations(made: Made) -> None:
     output = made()
     output["result"]["correlation"] = [[1.0, -0.6], [-0.6, 1.0]]
     output["result"]["intervals"].append({"unknown": "partial correlation of a and b given c", "estimate": 0.2,
                                           "lower": None, "upper": 0.5, "unsettled": [], "level": 0.9})
     rows = list(words.numbers(output["result"]))
     assert rows[-2] == ("correlation of pressure bias and initial position", "0", "−0.6", "")
-    assert rows[-1] == ("partial correlation of a and b given c", "0", "0.2", "open, to 0.5")
+    assert rows[-1] == ("partial correlation of a and b given c", "0", "0.2", "up to 0.5 (open below)")
 
 
-def test_table_ii_holds_both_methods_beside_the_papers(made: Made) -> None:
+def test_table_ii_compares_both_methods_with_the_paper(made: Made) -> None:
     genetic, classic = made(), made()
     classic["result"] |= {"method": "classic", "searched": {"log10_likelihood": -269.2}, "log10_likelihood": -268.9,
                           "generations": 16}
@@ -156,12 +159,12 @@ def test_table_ii_holds_both_methods_beside_the_papers(made: Made) -> None:
     slower = classic | {"result": genetic["result"] | {"method": "classic", "log10_likelihood": -269.001},
                         "processor_seconds": {"search": 1.21}}
     assert costs.rows(genetic, slower)[-1][3:] == ("0.1 ×", "0.00 decades")
-    said = "4 values of each of the 2 unknowns, 16 candidates; one twice as fine costs 4 times as much."
-    assert said in costs.notes(genetic, classic)[1]
-    assert len(costs.notes(genetic, None)) == 2  # of the data, and that a row is empty
-    nothing = ("", "")
+    text = "4 values of each of the 2 unknowns, 16 candidates in total. A grid twice as fine costs 4 times as much."
+    assert text in costs.notes(genetic, classic)[1]
+    assert len(costs.notes(genetic, None)) == 2  # on the data, and on the missing method
+    empty = ("", "")
     assert [row[3:] for row in costs.rows(genetic, None)] == [
-        nothing, nothing, expected[2][2:], expected[3][2:], nothing]
+        empty, empty, expected[2][2:], expected[3][2:], empty]
 
 
 @pytest.mark.parametrize("axes", [("pressure_bias",), tuple(f"input_{number}" for number in range(7))])

@@ -1,4 +1,4 @@
-"""The section of a study's report on the same fit on both tables: its numbers in units, or how to get it."""
+"""The section on the same fit on both tables of a study: numbers in units, or instructions to add it."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +14,7 @@ RESULT: dict[str, Any] = {"answer": {"effects": ["stribeck_friction"]}, "models"
 STUDY: dict[str, Any] = {"id": "mine", "links": {"self": "/v1/studies/mine"}}
 
 
-def test_the_numbers_of_both_fits_stand_side_by_side(both_fits: dict[str, dict[str, Any]]) -> None:
+def test_the_numbers_of_both_fits_are_in_units(both_fits: dict[str, dict[str, Any]]) -> None:
     assert list(numbers(RESULT, both_fits)) == [
         ("log10 likelihood", "−389.00", "−269.00"),
         ("mean of pressure bias [bar]", "3.2", "1.6"), ("mean of initial position [m]", "0.0005", "0.0005"),
@@ -24,24 +24,24 @@ def test_the_numbers_of_both_fits_stand_side_by_side(both_fits: dict[str, dict[s
     assert next(numbers(RESULT, both_fits)) == ("log10 likelihood", "−∞", "−269.00")
 
 
-@pytest.mark.parametrize("drawn", [True, False])
-def test_the_section_says_where_its_numbers_come_from(
-        both_fits: dict[str, dict[str, Any]], reading: Callable[[str], Any], drawn: bool) -> None:
-    shown = reading(same_fit(STUDY, RESULT, both_fits, drawn))
-    for phrase in ("The same fit on both tables", "fit fit-before, table table-before, SHA-256 a1b2",
+@pytest.mark.parametrize("has_picture", [True, False])
+def test_the_section_states_the_provenance_of_its_numbers(
+        both_fits: dict[str, dict[str, Any]], reading: Callable[[str], Any], has_picture: bool) -> None:
+    parsed = reading(same_fit(STUDY, RESULT, both_fits, has_picture))
+    for phrase in ("The same fit on the tables of both models", "fit fit-before, table table-before, SHA-256 a1b2",
                    "fit fit-after, table table-after, SHA-256 c3d4"):
-        assert phrase in shown.text
-    assert ("div", {"class": "picture", "id": "picture-surfaces"}) in shown.elements or not drawn
-    assert shown.count("figure") == drawn
+        assert phrase in parsed.text
+    assert ("div", {"class": "picture", "id": "picture-surfaces"}) in parsed.elements or not has_picture
+    assert parsed.count("figure") == has_picture
 
 
-def test_without_fits_it_says_how_to_get_them(reading: Callable[[str], Any]) -> None:
-    said = reading(same_fit(STUDY, RESULT, None, False)).text
+def test_without_fits_the_section_has_instructions(reading: Callable[[str], Any]) -> None:
+    text = reading(same_fit(STUDY, RESULT, None, False)).text
     for phrase in ("GET /v1/studies/mine/model?which=before", "worker build --model", "POST /v1/fits",
                    "/v1/studies/mine/report?before=FIT&after=FIT"):
-        assert phrase in said
+        assert phrase in text
     assert "/v1/studies/ID/report" in same_fit({"id": "mine"}, RESULT, None, False)
 
 
-def test_there_is_nothing_to_fit_where_nothing_was_added() -> None:
+def test_without_an_added_effect_there_is_no_section() -> None:
     assert same_fit(STUDY, {**RESULT, "answer": {"effects": []}}, None, False) == ""

@@ -1,4 +1,4 @@
-"""Samples of the standard normals, and the mass outside a box against scipy's distributions."""
+"""Samples of the standard normals, and the probability outside a box compared with SciPy."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ MIXING = np.array([[0.10, 0.04], [0.03, 0.05]])
 LOWER, UPPER = np.array([0.8, 0.9]), np.array([1.1, 1.5])
 
 
-def test_samples_follow_their_seed_and_the_standard_normal() -> None:
+def test_samples_depend_on_the_seed_and_are_standard_normal() -> None:
     normals = standard_normals(3, 4096, 7)
     np.testing.assert_array_equal(normals, standard_normals.__wrapped__(3, 4096, 7))
     assert not np.array_equal(normals, standard_normals(3, 4096, 8))
@@ -41,24 +41,24 @@ def test_mass_outside_is_that_of_the_family() -> None:
     assert np.all(np.abs(normal - expected) > 0.01)
 
 
-def test_mass_outside_keeps_its_digits_and_its_ends() -> None:
+def test_mass_outside_is_accurate_in_the_tails_and_at_the_edges() -> None:
     normals, box = standard_normals(2, 2, 1), (np.full(2, 0.5), np.full(2, 1.5))
-    far = Inputs([1.0, 1.0], [0.05, 0.05])  # both edges at 10 std
+    far = Inputs([1.0, 1.0], [0.05, 0.05])  # edges at 10 std
     np.testing.assert_allclose(mass_outside(far, *box, normals), 4 * norm.sf(10.0), rtol=1e-12)
     assert mass_outside(Inputs([0.5, 1.5], [0.0, 0.0]), *box, normals) == 0.0
     assert mass_outside(Inputs([0.4, 1.0], [0.0, 0.1]), *box, normals) == 1.0
 
 
-def test_mass_outside_of_mixed_inputs_against_the_integral() -> None:
+def test_mass_outside_of_mixed_inputs_agrees_with_the_integral() -> None:
     inputs = Inputs([0.95, 1.0], mixing=MIXING)
     joint = multivariate_normal(inputs.mean, MIXING @ MIXING.T)
     normals = standard_normals(2, 2**14, 1)
     expected = 1 - joint.cdf(UPPER, lower_limit=LOWER)
     np.testing.assert_allclose(mass_outside(inputs, LOWER, UPPER, normals), expected, atol=1e-3)
     independent = Inputs(inputs.mean, inputs.marginal_std)
-    assert abs(mass_outside(independent, LOWER, UPPER, normals) - expected) > 5e-3  # the mixing matters here
-    np.testing.assert_allclose(mass_outside(Inputs([1.0, 1.0], mixing=MIXING), np.full(2, 0.5), np.full(2, 1.5), normals),
-                               2 * norm.sf(0.5 / np.hypot(0.10, 0.04)), rtol=1e-6)  # too rare for the samples
+    assert abs(mass_outside(independent, LOWER, UPPER, normals) - expected) > 5e-3  # the mixing has an effect here
+    rare = mass_outside(Inputs([1.0, 1.0], mixing=MIXING), np.full(2, 0.5), np.full(2, 1.5), normals)
+    np.testing.assert_allclose(rare, 2 * norm.sf(0.5 / np.hypot(0.10, 0.04)), rtol=1e-6)  # no sample lies outside
 
 
 def test_points_outside_are_counted_once() -> None:

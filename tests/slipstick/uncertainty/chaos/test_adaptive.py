@@ -1,4 +1,4 @@
-"""The error that comes with an expansion, against the true one on the clutch's kinked surfaces, and orders from it."""
+"""The error estimate of an expansion, compared with the true error on the simulator, and the adaptive order."""
 
 from collections.abc import Callable
 
@@ -48,9 +48,10 @@ def true_error(expansion: Expansion, model: OfGerms, samples: int = 1024) -> np.
     (1, ExpansionSettings(4)), (2, ExpansionSettings(4)), (2, ExpansionSettings(8)),
     (3, ExpansionSettings(3, rule="tensor")), (2, ExpansionSettings(6, rule="regression")), (3, ExpansionSettings(3)),
     (5, ExpansionSettings(2)), (5, ExpansionSettings(4, 0.75))], ids=range(8))
-def test_the_error_tracks_the_true_one(dimension: int, settings: ExpansionSettings, family: Germ) -> None:
+def test_the_error_estimate_is_close_to_the_true_error(dimension: int, settings: ExpansionSettings,
+                                                       family: Germ) -> None:
     basis = make_basis((family,) * dimension, settings)
-    # a smooth function leaves its error in the tails: few samples see it
+    # The error of a smooth function is concentrated in the tails, and the true error needs more samples.
     for model, samples in ((clutch(dimension, 0.08), 1024), (smooth, 2**16)):
         expansion = expand(basis, model(basis.nodes))
         low, median, high = np.quantile(expansion.error / true_error(expansion, model, samples), [0.1, 0.5, 0.9])
@@ -67,12 +68,12 @@ def test_the_order_rises_until_the_error_is_small_enough(dimension: int, toleran
     assert adapted.reached
     assert adapted.error <= tolerance
     assert true_error(adapted.expansion, model).max() < 2 * tolerance
-    eased = adapt(model, germs, 10 * tolerance, 3000, ExpansionSettings(norm=norm))
-    assert eased.expansion.basis.order < adapted.expansion.basis.order
-    assert eased.runs < adapted.runs
+    relaxed = adapt(model, germs, 10 * tolerance, 3000, ExpansionSettings(norm=norm))
+    assert relaxed.expansion.basis.order < adapted.expansion.basis.order
+    assert relaxed.runs < adapted.runs
 
 
-def test_runs_are_counted_and_end_the_search() -> None:
+def test_runs_are_counted_and_limited() -> None:
     calls: list[int] = []
 
     def model(germs: np.ndarray) -> np.ndarray:
@@ -86,7 +87,7 @@ def test_runs_are_counted_and_end_the_search() -> None:
     assert len(calls) > 2
 
 
-def test_conditions_are_not_given_up_for_a_smaller_error() -> None:
+def test_an_expansion_of_all_conditions_is_preferred_to_a_smaller_error() -> None:
     def model(germs: np.ndarray) -> np.ndarray:
         with np.errstate(invalid="ignore"):
             return np.column_stack([germs[:, 0], np.sqrt(2.5 - germs[:, 0])])
@@ -102,7 +103,7 @@ def test_a_fixed_number_of_nodes_bounds_the_order() -> None:
     assert adapted.expansion.basis.order <= 5
 
 
-def test_what_cannot_be_adapted_is_refused() -> None:
+def test_too_few_runs_and_no_checks_raise() -> None:
     with pytest.raises(InvalidValue, match="3 runs do not suffice"):
         adapt(smooth, (Germ("hermite"),) * 4, 0.1, 3)
     with pytest.raises(InvalidValue, match="checks"):

@@ -1,4 +1,4 @@
-"""Expansions against OpenTURNS, chaospy and closed forms, and where they must fail."""
+"""Expansions compared with OpenTURNS, chaospy and closed forms, and invalid settings."""
 
 import chaospy
 import numpy as np
@@ -32,20 +32,20 @@ RULES = [ExpansionSettings(5, rule="tensor"), ExpansionSettings(5, rule="tensor"
 
 
 def wavy(germs: np.ndarray) -> np.ndarray:
-    """Three conditions that no polynomial holds."""
+    """Three conditions that are not polynomials."""
     x, y = 1.05 + 0.1 * germs[:, 0], 0.95 + 0.1 * germs[:, -1]
     return np.column_stack([np.exp(2 * x - y), np.abs(x - 1.02) + y, 1 / (1 + x**2 * y**2)])
 
 
 def weights_of(basis: Basis) -> np.ndarray:
-    """Those of the least squares, or of the Gauss rule, which are the row of the constant."""
+    """The weights of the least squares, or of the Gauss rule, which are the row of the constant term."""
     if basis.settings.rule == "tensor":
         return basis.projection[0]
     return 1 / np.sum(basis.at(basis.nodes) ** 2, axis=1)
 
 
 def by_openturns(basis: Basis, times: np.ndarray) -> openturns.FunctionalChaosResult:
-    """Their regression, weighted as ours, on our nodes in their variables."""
+    """The regression of OpenTURNS with the weights and nodes of `basis`."""
     distributions = [FAMILIES[germ] for germ in basis.germs]
     nodes = basis.nodes * [d.getStandardDeviation()[0] for d in distributions] + [d.getMean()[0] for d in distributions]
     used = weights_of(basis) > 0
@@ -68,15 +68,15 @@ def by_openturns(basis: Basis, times: np.ndarray) -> openturns.FunctionalChaosRe
 def test_agrees_with_openturns_on_the_same_nodes(germs: tuple[Germ, ...], settings: ExpansionSettings) -> None:
     basis = make_basis(germs, settings)
     expansion = expand(basis, wavy(basis.nodes))
-    theirs = by_openturns(basis, expansion.times)
-    place = {tuple(row): term for term, row in enumerate(basis.degrees.tolist())}
-    enumerate_ = theirs.getOrthogonalBasis().getEnumerateFunction()
-    ours = expansion.coefficients[[place[tuple(enumerate_(index))] for index in theirs.getIndices()]]
-    np.testing.assert_allclose(ours, np.array(theirs.getCoefficients()), atol=1e-10)
-    vector = openturns.FunctionalChaosRandomVector(theirs)
+    oracle = by_openturns(basis, expansion.times)
+    row_of = {tuple(term): row for row, term in enumerate(basis.degrees.tolist())}
+    enumerate_ = oracle.getOrthogonalBasis().getEnumerateFunction()
+    coefficients = expansion.coefficients[[row_of[tuple(enumerate_(index))] for index in oracle.getIndices()]]
+    np.testing.assert_allclose(coefficients, np.array(oracle.getCoefficients()), atol=1e-10)
+    vector = openturns.FunctionalChaosRandomVector(oracle)
     np.testing.assert_allclose(expansion.mean, vector.getMean(), atol=1e-10)
     np.testing.assert_allclose(expansion.std**2, np.diag(np.array(vector.getCovariance())), atol=1e-10)
-    indices = openturns.FunctionalChaosSobolIndices(theirs)
+    indices = openturns.FunctionalChaosSobolIndices(oracle)
     for axis in range(len(germs)):
         for condition in range(3):
             assert sensitivity.first_order(expansion)[condition, axis] == pytest.approx(
@@ -98,13 +98,13 @@ def test_agrees_with_chaospy_by_eq_6() -> None:
 
 
 @pytest.mark.parametrize("settings", RULES, ids=str)
-def test_polynomials_up_to_the_order_come_back_exactly(settings: ExpansionSettings) -> None:
+def test_polynomials_up_to_the_order_are_reproduced(settings: ExpansionSettings) -> None:
     basis = make_basis(MIXED, settings)
     truth = np.random.default_rng(1).standard_normal((len(basis.degrees), 3))
     expansion = expand(basis, basis.at(basis.nodes) @ truth)
     np.testing.assert_allclose(expansion.coefficients, truth, atol=1e-10)
     np.testing.assert_allclose(expansion.error, 0, atol=1e-10)
-    # A control: what is beyond the order must neither come back nor pass unnoticed.
+    # Negative control: a term above the order is not reproduced, and the error estimate is large.
     higher = make_basis(MIXED, ExpansionSettings(settings.order + 1, settings.norm, samples=2000))
     beyond = expand(basis, higher.at(basis.nodes)[:, -1:])
     assert beyond.error > 0.2
@@ -113,8 +113,8 @@ def test_polynomials_up_to_the_order_come_back_exactly(settings: ExpansionSettin
 
 @pytest.mark.parametrize("rule", ["tensor", "regression"])
 @pytest.mark.parametrize("spread", [1e-6, 0.003, 0.1, 0.3])
-def test_moments_stay_right_for_a_small_std(rule: str, spread: float) -> None:
-    """exp(slope . x) of normal x is lognormal; expanded in x itself this goes wrong below a std of 0.05."""
+def test_moments_are_accurate_for_a_small_std(rule: str, spread: float) -> None:
+    """exp(slope . x) of normal x is lognormal. An expansion in x itself would be inaccurate below a std of 0.05."""
     slope = spread * np.array([1.5, -0.7])
     basis = make_basis((HERMITE,) * 2, ExpansionSettings(10, rule=rule))  # type: ignore[arg-type]
     expansion = expand(basis, np.exp(basis.nodes @ slope)[:, None])
@@ -124,41 +124,41 @@ def test_moments_stay_right_for_a_small_std(rule: str, spread: float) -> None:
 
 
 @pytest.mark.parametrize("rule", ["tensor", "regression"])
-def test_a_node_without_a_time_leaves_only_its_condition_without_an_expansion(rule: str) -> None:
+def test_nan_at_a_node_affects_its_condition_only(rule: str) -> None:
     basis = make_basis((HERMITE,) * 2, ExpansionSettings(rule=rule))  # type: ignore[arg-type]
     times = wavy(basis.nodes)
-    whole = expand(basis, times)
+    complete = expand(basis, times)
     times[40, 1] = np.nan
     expansion = expand(basis, times)
     assert expansion.missing.tolist() == [False, True, False]
-    np.testing.assert_array_equal(expansion.coefficients[:, [0, 2]], whole.coefficients[:, [0, 2]])
-    for answer in (expansion.mean, expansion.std, expansion.error, *sensitivity.total(expansion).T):
-        assert np.flatnonzero(np.isnan(answer)).tolist() == [1]
+    np.testing.assert_array_equal(expansion.coefficients[:, [0, 2]], complete.coefficients[:, [0, 2]])
+    for values in (expansion.mean, expansion.std, expansion.error, *sensitivity.total(expansion).T):
+        assert np.flatnonzero(np.isnan(values)).tolist() == [1]
 
 
-def test_the_rule_follows_the_number_of_inputs() -> None:
+def test_the_default_rule_depends_on_the_number_of_inputs() -> None:
     assert len(make_basis((HERMITE,) * 2, ExpansionSettings(4, checks=3)).nodes) == 28
     regression = make_basis((HERMITE,) * 5, ExpansionSettings(3))
     assert len(regression.nodes) == 2 * len(regression.degrees) == 112
     assert len(make_basis((HERMITE,) * 5, ExpansionSettings(3, samples=80)).nodes) == 80
 
 
-def test_samples_follow_their_seed() -> None:
-    one, other = (make_basis((HERMITE,) * 3, ExpansionSettings(3, seed=seed)) for seed in (1, 2))
+def test_samples_depend_on_the_seed_only() -> None:
+    first, other = (make_basis((HERMITE,) * 3, ExpansionSettings(3, seed=seed)) for seed in (1, 2))
     make_basis.cache_clear()
-    again = make_basis((HERMITE,) * 3, ExpansionSettings(3))
-    np.testing.assert_array_equal(one.projection, again.projection)
-    assert not np.array_equal(one.nodes, other.nodes)
+    repeated = make_basis((HERMITE,) * 3, ExpansionSettings(3))
+    np.testing.assert_array_equal(first.projection, repeated.projection)
+    assert not np.array_equal(first.nodes, other.nodes)
 
 
-def test_without_checks_the_tensor_rule_has_no_error() -> None:
+def test_without_checks_the_tensor_rule_has_no_error_estimate() -> None:
     basis = make_basis((HERMITE,), ExpansionSettings(3, checks=0))
     expansion: Expansion = expand(basis, wavy(basis.nodes))
     assert np.isnan(expansion.error).all()
     assert np.isfinite(expansion.std).all()
 
 
-def test_rules_that_cannot_work_are_refused() -> None:
+def test_invalid_settings_raise() -> None:
     with pytest.raises(InvalidValue, match="at least 9 nodes"):
         ExpansionSettings(8, nodes=8)
     with pytest.raises(InvalidValue, match="Choose tensor or regression"):
@@ -173,7 +173,7 @@ def test_rules_that_cannot_work_are_refused() -> None:
         make_basis((HERMITE,) * 7, ExpansionSettings(8))
 
 
-def test_product_against_its_readable_twin() -> None:
+def test_matrix_product_agrees_with_numpy() -> None:
     random = np.random.default_rng(1)
     left, right = random.standard_normal((101, 45)), random.standard_normal((45, 33))
     np.testing.assert_allclose(matrix_product(left, right), left @ right, atol=1e-12)

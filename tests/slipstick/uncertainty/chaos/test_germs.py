@@ -1,4 +1,4 @@
-"""Germs against OpenTURNS, scipy and closed forms, and their limits."""
+"""Germs compared with OpenTURNS, SciPy and closed forms, and their limits for large shapes."""
 
 import numpy as np
 import openturns
@@ -42,7 +42,7 @@ def test_polynomials_and_gauss_rules_agree_with_openturns(germ: Germ) -> None:
 
 
 @each_family
-def test_polynomials_stay_orthonormal_up_to_order_40(germ: Germ) -> None:
+def test_polynomials_are_orthonormal_up_to_order_40(germ: Germ) -> None:
     nodes, weights = gauss(germ, 60)
     values = up_to(germ, 40).at(nodes[:, None])
     np.testing.assert_allclose((values * weights[:, None]).T @ values, np.eye(41), atol=1e-10)
@@ -55,7 +55,7 @@ def test_a_germ_has_the_quantiles_of_its_distribution(germ: Germ) -> None:
     np.testing.assert_allclose(germ.of_normal(NORMALS), (expected - frozen.mean()) / frozen.std(), atol=1e-9)
 
 
-def test_germs_of_several_inputs_are_taken_column_by_column() -> None:
+def test_germs_of_several_inputs_are_computed_column_by_column() -> None:
     germs = tuple(FAMILIES)[:3]
     normals = NORMALS.reshape(3, 3)
     columns = [germ.of_normal(normals[:, axis]) for axis, germ in enumerate(germs)]
@@ -63,18 +63,18 @@ def test_germs_of_several_inputs_are_taken_column_by_column() -> None:
 
 
 @pytest.mark.parametrize("shape", [1e4, 1e6, 1e9, 1e14])
-def test_gamma_and_symmetric_beta_tend_to_the_normal(shape: float) -> None:
-    for germ, away in ((Germ("laguerre", (shape,)), shape**-0.5), (Germ("jacobi", (shape, shape)), 1 / shape)):
+def test_gamma_and_symmetric_beta_converge_to_the_normal(shape: float) -> None:
+    for germ, deviation in ((Germ("laguerre", (shape,)), shape**-0.5), (Germ("jacobi", (shape, shape)), 1 / shape)):
         alpha, beta = germ.recurrence(10)
-        np.testing.assert_allclose(alpha, 0, atol=20 * away)
+        np.testing.assert_allclose(alpha, 0, atol=20 * deviation)
         np.testing.assert_allclose(beta, np.arange(10), atol=150 / shape + 1e-12)
-        np.testing.assert_allclose(germ.of_normal(NORMALS), NORMALS, atol=30 * away + 1e-12)
-    if shape < 1e6:  # away from the limit the difference is there
+        np.testing.assert_allclose(germ.of_normal(NORMALS), NORMALS, atol=30 * deviation + 1e-12)
+    if shape < 1e6:  # negative control
         assert np.abs(Germ("laguerre", (shape,)).of_normal(NORMALS) - NORMALS).max() > 0.1
 
 
 @pytest.mark.parametrize("shape", [1e3, 1e6, 1e12])
-def test_coefficients_of_a_narrow_gamma_keep_their_digits(shape: float) -> None:
+def test_coefficients_of_a_narrow_gamma_are_accurate(shape: float) -> None:
     n = np.arange(20)
     alpha, beta = Germ("laguerre", (shape,)).recurrence(20)
     np.testing.assert_allclose(alpha, 2 * n / np.sqrt(shape), atol=1e-15 * np.sqrt(shape))
@@ -82,19 +82,19 @@ def test_coefficients_of_a_narrow_gamma_keep_their_digits(shape: float) -> None:
 
 
 @pytest.mark.parametrize(("name", "edge"), [("laguerre", (3e5,)), ("jacobi", (1e6, 1e6)), ("jacobi", (1e6, 3e7))])
-def test_quantiles_pass_smoothly_into_their_expansion_for_large_shapes(name: str, edge: tuple[float, ...]) -> None:
+def test_quantiles_are_continuous_at_the_transition_to_cornish_fisher(name: str, edge: tuple[float, ...]) -> None:
     below, above = (Germ(name, tuple(factor * value for value in edge))  # type: ignore[arg-type]
                     for factor in (1 - 1e-9, 1 + 1e-9))
     np.testing.assert_allclose(below.of_normal(NORMALS), above.of_normal(NORMALS), atol=1e-7)
 
 
 @pytest.mark.parametrize("shape", [(), (1.0, 2.0), (0.0,), (-1.0,), (np.inf,), (np.nan,), (1e20,)])
-def test_impossible_shapes_are_refused(shape: tuple[float, ...]) -> None:
+def test_invalid_shapes_raise(shape: tuple[float, ...]) -> None:
     with pytest.raises(InvalidValue, match="Give \\(k\\)"):
         Germ("laguerre", shape)
 
 
-def test_what_scipy_cannot_invert_is_refused() -> None:
+def test_shapes_that_scipy_cannot_invert_and_unknown_names_raise() -> None:
     with pytest.raises(InvalidValue, match="Narrow the support"):
         Germ("jacobi", (1e3, 1e7))
     with pytest.raises(UnknownName, match="Did you mean 'hermite'"):

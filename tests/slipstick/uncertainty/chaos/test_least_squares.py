@@ -1,4 +1,4 @@
-"""The regression against numpy's, and where it must refuse."""
+"""The regression compared with NumPy, and linearly dependent terms."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from slipstick.errors import InvalidValue
 from slipstick.uncertainty.chaos.least_squares import projection
 
 
-def test_solves_as_numpy_does() -> None:
+def test_agrees_with_numpy() -> None:
     random = np.random.default_rng(1)
     values, weights = random.standard_normal((40, 12)), random.uniform(0.1, 3.0, 40)
     observed = random.standard_normal((40, 5))
@@ -16,7 +16,7 @@ def test_solves_as_numpy_does() -> None:
     np.testing.assert_allclose(projection(values, weights) @ observed, expected, atol=1e-12)
 
 
-def test_terms_that_the_samples_cannot_tell_apart_are_refused() -> None:
+def test_linearly_dependent_terms_raise() -> None:
     values = np.random.default_rng(1).standard_normal((40, 12))
     values[:, 7] = values[:, 3] - 2 * values[:, 5]
     with pytest.raises(InvalidValue, match="Take more samples"):

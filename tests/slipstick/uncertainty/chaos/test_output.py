@@ -1,4 +1,4 @@
-"""Moments, quantiles and density of the output, against the normal that a linear model gives."""
+"""Moments, quantiles and density of the output of a linear model, compared with the normal distribution."""
 
 import numpy as np
 import pytest
@@ -41,27 +41,27 @@ def test_moments_quantiles_and_density_of_a_linear_model(
     np.testing.assert_allclose(np.delete(density.sum(axis=0) * 0.2 * std * 1e3, 5), 1.0, atol=1e-3)
 
 
-def test_a_condition_without_an_expansion_has_no_answer(output: Output) -> None:
+def test_results_are_nan_for_a_condition_without_an_expansion(output: Output) -> None:
     grid = np.full((2, 24), 0.5)
-    for answer in (output.mean, output.std, output.quantiles(np.array([0.5]))[0], output.density(grid)[0]):
-        assert np.flatnonzero(np.isnan(answer)).tolist() == [5]
+    for values in (output.mean, output.std, output.quantiles(np.array([0.5]))[0], output.density(grid)[0]):
+        assert np.flatnonzero(np.isnan(values)).tolist() == [5]
 
 
 def test_noise_is_optional_except_for_a_density(output: Output) -> None:
-    quiet = Output(output.expansion, 0.0)
-    np.testing.assert_array_equal(quiet.std, output.expansion.std)
-    assert np.nanmax(np.diff(quiet.quantiles(np.array([0.05, 0.95])), axis=0)
+    noiseless = Output(output.expansion, 0.0)
+    np.testing.assert_array_equal(noiseless.std, output.expansion.std)
+    assert np.nanmax(np.diff(noiseless.quantiles(np.array([0.05, 0.95])), axis=0)
                      / np.diff(output.quantiles(np.array([0.05, 0.95])), axis=0)) < 1.0
     with pytest.raises(InvalidValue, match="no density"):
-        quiet.density(np.full((1, 24), 0.5))
+        noiseless.density(np.full((1, 24), 0.5))
     with pytest.raises(InvalidValue, match="output std"):
         Output(output.expansion, -1.0)
 
 
-def test_follows_its_seed(output: Output) -> None:
+def test_quantiles_depend_on_the_seed_only(output: Output) -> None:
     levels = np.array([0.1])
-    once, again, other = (
+    first, repeated, other = (
         Output(output.expansion, output.output_std, seed=seed).quantiles(levels) for seed in (1, 1, 2)
     )
-    np.testing.assert_array_equal(once, again)
-    assert not np.array_equal(once, other)
+    np.testing.assert_array_equal(first, repeated)
+    assert not np.array_equal(first, other)

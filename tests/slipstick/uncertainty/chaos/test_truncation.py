@@ -1,4 +1,4 @@
-"""Counts and members of the sets of multi-indices."""
+"""Size and elements of the sets of multi-indices."""
 
 from itertools import product
 from math import comb
@@ -22,10 +22,10 @@ def test_the_total_degree_is_complete(dimension: int, order: int) -> None:
 
 @pytest.mark.parametrize("norm", [0.4, 0.5, 0.75, 1.0])
 @pytest.mark.parametrize(("dimension", "order"), [(2, 8), (3, 9), (4, 4)])
-def test_the_hyperbolic_set_is_that_of_its_definition(dimension: int, order: int, norm: float) -> None:
-    within = {index for index in product(range(order + 1), repeat=dimension)
-              if sum(i**norm for i in index) <= order**norm * (1 + 1e-12)}
-    assert {tuple(row) for row in degrees(dimension, order, norm).tolist()} == within
+def test_the_hyperbolic_set_agrees_with_its_definition(dimension: int, order: int, norm: float) -> None:
+    expected = {index for index in product(range(order + 1), repeat=dimension)
+                if sum(i**norm for i in index) <= order**norm * (1 + 1e-12)}
+    assert {tuple(row) for row in degrees(dimension, order, norm).tolist()} == expected
 
 
 @pytest.mark.parametrize(("dimension", "order", "norm", "count"), [(2, 4, 0.5, 10), (2, 8, 0.5, 23), (7, 4, 0.75, 92)])
@@ -33,7 +33,7 @@ def test_hyperbolic_counts(dimension: int, order: int, norm: float, count: int) 
     assert len(degrees(dimension, order, norm)) == count
 
 
-def test_what_cannot_be_expanded_is_refused() -> None:
+def test_invalid_truncations_raise() -> None:
     for arguments in ((0, 2), (2, -1), (2, 41)):
         with pytest.raises(InvalidValue, match="order from 0 to 40"):
             degrees(*arguments)

@@ -1,4 +1,4 @@
-"""The classic grid against a slow loop that shares nothing: every candidate, every sample, by itself."""
+"""The classic grid compared with a straightforward loop over all candidates and samples."""
 
 import json
 from dataclasses import replace
@@ -20,7 +20,7 @@ TINY = FitSettings(method="classic", grid=3, samples=32, seed=5, refine=False, i
 
 @pytest.fixture(scope="module")
 def small() -> InferenceProblem:
-    """Six engagements of a model that curves, and has no time at large values of the first input."""
+    """Six conditions of a nonlinear model, one of which does not lock at large values of the first input."""
     slopes = np.random.default_rng(3).uniform(-0.2, 0.2, (2, 6))
 
     def model(points: np.ndarray, conditions: Any) -> np.ndarray:
@@ -32,8 +32,8 @@ def small() -> InferenceProblem:
     return InferenceProblem(model, None, measured, np.full(2, 0.5), np.full(2, 1.5), ("a", "b"))
 
 
-def slow(settings: FitSettings, problem: InferenceProblem) -> tuple[list[float], float, int]:
-    """The best of all candidates, in the unknowns' own scale."""
+def by_loop(settings: FitSettings, problem: InferenceProblem) -> tuple[list[float], float, int]:
+    """The best candidate on natural scale, its log10 likelihood, and the number of candidates."""
     levels = [np.linspace(*settings.mean_bounds[0], settings.grid)] * 2
     levels += [np.geomspace(*settings.std_bounds[0], settings.grid)] * 2
     levels += [np.geomspace(*settings.output_std_bounds, settings.grid)]
@@ -45,48 +45,49 @@ def slow(settings: FitSettings, problem: InferenceProblem) -> tuple[list[float],
         first, second, std_1, std_2, noise = values[:5]
         rho = values[5] if settings.correlated else 0.0
         logs = np.full((settings.samples, 6), -np.inf)
-        for row, (one, other) in enumerate(normals):
-            point = [first + std_1 * one, second + std_2 * (rho * one + np.sqrt(1 - rho**2) * other)]
+        for row, (u, v) in enumerate(normals):
+            point = [first + std_1 * u, second + std_2 * (rho * u + np.sqrt(1 - rho**2) * v)]
             logs[row] = norm.logpdf(1e3 * problem.measured_time, 1e3 * problem.model(np.array([point]), None)[0],
                                     1e3 * noise)
-        whole = float(np.sum(logsumexp(np.where(np.isnan(logs), -np.inf, logs), axis=0)
-                             - np.log(settings.samples)) / np.log(10))
-        if whole > highest:
-            best, highest = list(values), whole
+        likelihood = float(np.sum(logsumexp(np.where(np.isnan(logs), -np.inf, logs), axis=0)
+                                  - np.log(settings.samples)) / np.log(10))
+        if likelihood > highest:
+            best, highest = list(values), likelihood
     return best, highest, count
 
 
 @pytest.mark.parametrize("changes", [{}, {"correlated": True, "grid": 2}])
-def test_its_best_node_is_the_best_of_all_candidates(small: InferenceProblem, changes: dict[str, Any]) -> None:
+def test_the_best_node_is_the_best_of_all_candidates(small: InferenceProblem, changes: dict[str, Any]) -> None:
     settings = replace(TINY, **changes)
     space = search_space(settings, small)
-    expected, highest, count = slow(settings, small)
+    expected, highest, count = by_loop(settings, small)
     assert classic.candidate_count(settings, space) == count
-    found = [classic.best_of_block(settings, small, space, block) for block in range(classic.block_count(settings, space))]
-    vector, reached = max(found, key=lambda one: one[1])
-    np.testing.assert_allclose(reached, highest, rtol=1e-12)
+    results = [classic.best_of_block(settings, small, space, block)
+               for block in range(classic.block_count(settings, space))]
+    vector, likelihood = max(results, key=lambda result: result[1])
+    np.testing.assert_allclose(likelihood, highest, rtol=1e-12)
     np.testing.assert_allclose([*vector[:2], *np.exp(vector[2:5]), *vector[5:]], expected, rtol=1e-12)
-    assert len({tuple(one[0][:2]) for one in found}) == settings.grid**2  # each block has means of its own
+    assert len({tuple(best[:2]) for best, _ in results}) == settings.grid**2  # the means differ between blocks
 
 
-def test_blocks_resume_after_json(small: InferenceProblem) -> None:
-    straight = begun = fit.initial_state(TINY, small)
-    assert begun["generations"] == 9
-    while not fit.is_finished(TINY, straight):
-        straight = fit.next_state(TINY, small, straight)
+def test_a_resumed_grid_search_is_identical(small: InferenceProblem) -> None:
+    uninterrupted = state = fit.initial_state(TINY, small)
+    assert state["generations"] == 9
+    while not fit.is_finished(TINY, uninterrupted):
+        uninterrupted = fit.next_state(TINY, small, uninterrupted)
     for _ in range(4):
-        begun = fit.next_state(TINY, small, begun)
-    revived = json.loads(json.dumps(begun, allow_nan=False))
-    while not fit.is_finished(TINY, revived):
-        revived = fit.next_state(TINY, small, revived)
-    assert revived == straight
-    assert straight["history"] == sorted(straight["history"])
-    np.testing.assert_allclose(straight["history"][-1], slow(TINY, small)[1], rtol=1e-12)
+        state = fit.next_state(TINY, small, state)
+    resumed = json.loads(json.dumps(state, allow_nan=False))
+    while not fit.is_finished(TINY, resumed):
+        resumed = fit.next_state(TINY, small, resumed)
+    assert resumed == uninterrupted
+    assert uninterrupted["history"] == sorted(uninterrupted["history"])
+    np.testing.assert_allclose(uninterrupted["history"][-1], by_loop(TINY, small)[1], rtol=1e-12)
 
 
-def test_a_grid_without_any_likelihood_has_none(small: InferenceProblem) -> None:
-    lost = InferenceProblem(lambda points, conditions: np.full((len(points), 6), np.nan), None, small.measured_time, small.lower,
-                   small.upper, small.axes)
-    vector, highest = classic.best_of_block(TINY, lost, search_space(TINY, lost), 0)
+def test_the_likelihood_is_zero_if_no_engagement_locks(small: InferenceProblem) -> None:
+    never = InferenceProblem(lambda points, conditions: np.full((len(points), 6), np.nan), None, small.measured_time,
+                             small.lower, small.upper, small.axes)
+    vector, highest = classic.best_of_block(TINY, never, search_space(TINY, never), 0)
     assert highest == -np.inf
     assert np.isfinite(vector).all()

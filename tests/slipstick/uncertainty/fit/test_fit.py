@@ -1,4 +1,4 @@
-"""The fit from start to end: same bits after a restart, as good as scipy's search, and honest about its bounds."""
+"""The complete fit: reproducibility, comparison with a global optimizer of SciPy, and remarks on bounds."""
 
 import hashlib
 import json
@@ -23,11 +23,12 @@ QUICK = FitSettings(order=4, population=24, patience=12, intervals=False)
 
 
 def through_json(state: SearchState) -> SearchState:
-    revived: SearchState = json.loads(json.dumps(state, allow_nan=False))
-    return revived
+    decoded: SearchState = json.loads(json.dumps(state, allow_nan=False))
+    return decoded
 
 
-def run(settings: FitSettings, problem: InferenceProblem, state: SearchState | None = None, generations: int = 1000) -> SearchState:
+def run(settings: FitSettings, problem: InferenceProblem, state: SearchState | None = None,
+        generations: int = 1000) -> SearchState:
     state = state or fit.initial_state(settings, problem)
     while not fit.is_finished(settings, state) and generations:
         state, generations = fit.next_state(settings, problem, state), generations - 1
@@ -42,20 +43,20 @@ def conclude(settings: FitSettings, problem: InferenceProblem, state: SearchStat
 
 
 @pytest.fixture(scope="module")
-def settled(problem: InferenceProblem) -> SearchState:
+def finished(problem: InferenceProblem) -> SearchState:
     return run(QUICK, problem)
 
 
-def test_resumes_bit_for_bit_after_json(problem: InferenceProblem) -> None:
-    straight = run(QUICK, problem, generations=20)
-    revived = through_json(run(QUICK, problem, generations=10))
-    assert revived["generation"] == 10
-    assert run(QUICK, problem, revived, 10) == straight
+def test_a_resumed_search_is_bit_identical(problem: InferenceProblem) -> None:
+    uninterrupted = run(QUICK, problem, generations=20)
+    resumed = through_json(run(QUICK, problem, generations=10))
+    assert resumed["generation"] == 10
+    assert run(QUICK, problem, resumed, 10) == uninterrupted
     assert run(replace(QUICK, seed=2), problem, generations=1) != run(QUICK, problem, generations=1)
 
 
-def test_gives_the_same_bits_on_any_number_of_threads() -> None:
-    """BLAS rounds by the number of its threads: a fit must not depend on it."""
+def test_a_search_is_bit_identical_for_any_number_of_threads() -> None:
+    """The rounding of BLAS depends on the number of threads, but a fit must not."""
     code = (
         "import numpy as np\n"
         "from slipstick.uncertainty import fit\n"
@@ -74,70 +75,71 @@ def test_gives_the_same_bits_on_any_number_of_threads() -> None:
     assert digests[0] == digests[1]
 
 
-def test_finds_what_differential_evolution_finds(problem: InferenceProblem) -> None:
-    """Near it on the likelihood by expansion, in a third of scipy's evaluations; refined, as good as scipy's best."""
-    space, spent = search_space(QUICK, problem), 0
+def test_agrees_with_differential_evolution(problem: InferenceProblem) -> None:
+    """Within 5 decades before the refinement, with a third of the evaluations, and as good after the refinement."""
+    space, evaluations = search_space(QUICK, problem), 0
 
     def loss(vectors: np.ndarray) -> np.ndarray:
-        nonlocal spent
-        spent += vectors.shape[1]
+        nonlocal evaluations
+        evaluations += vectors.shape[1]
         return -by_expansion(problem, [space.candidate(row) for row in vectors.T], QUICK.expansion(2)).sum(axis=1)
 
-    peer = differential_evolution(loss, list(zip(space.lower, space.upper, strict=True)), rng=1, maxiter=50,
-                                  popsize=15, tol=1e-6, polish=False, vectorized=True, updating="deferred")
-    assert spent > 3 * 40 * QUICK.population
-    peer_exact = exact(problem, space.candidate(peer.x)).sum()
+    oracle = differential_evolution(loss, list(zip(space.lower, space.upper, strict=True)), rng=1, maxiter=50,
+                                    popsize=15, tol=1e-6, polish=False, vectorized=True, updating="deferred")
+    assert evaluations > 3 * 40 * QUICK.population
+    expected = exact(problem, space.candidate(oracle.x)).sum()
     for seed in (1, 2):
         state = run(replace(QUICK, seed=seed, generations=40, patience=40), problem)
         best = -loss(np.array(state["points"][0])[:, None])[0]
-        assert best > -peer.fun - 5.0
-        found = fit.refined_estimate(QUICK, problem, state)["vector"]
-        assert exact(problem, space.candidate(np.array(found))).sum() > peer_exact - 0.05
+        assert best > -oracle.fun - 5.0
+        vector = fit.refined_estimate(QUICK, problem, state)["vector"]
+        assert exact(problem, space.candidate(np.array(vector))).sum() > expected - 0.05
     first = np.array(run(QUICK, problem, generations=1)["points"][0])
-    assert -loss(first[:, None])[0] < -peer.fun - 5.0  # there was something to find
+    assert -loss(first[:, None])[0] < -oracle.fun - 5.0  # negative control: not met by the first generation
 
 
-def test_recovers_the_truth(problem: InferenceProblem, truth: Candidate, settled: SearchState) -> None:
-    result = conclude(QUICK, problem, settled)
-    whole = exact(problem, truth).sum()
-    assert whole < result["log10_likelihood"] < whole + 5
+def test_recovers_the_true_inputs(problem: InferenceProblem, truth: Candidate, finished: SearchState) -> None:
+    result = conclude(QUICK, problem, finished)
+    at_truth = exact(problem, truth).sum()
+    assert at_truth < result["log10_likelihood"] < at_truth + 5
     np.testing.assert_allclose(result["mean"], truth.inputs.mean, atol=0.02)
     np.testing.assert_allclose(result["std"], truth.inputs.marginal_std, atol=0.015)
     np.testing.assert_allclose(result["output_std"], truth.output_std, atol=0.002)
     assert result["remarks"] == []
 
 
-def test_result_is_json_and_consistent(problem: InferenceProblem, settled: SearchState) -> None:
-    result = conclude(QUICK, problem, settled)
+def test_result_is_json_and_consistent(problem: InferenceProblem, finished: SearchState) -> None:
+    result = conclude(QUICK, problem, finished)
     assert json.loads(json.dumps(result, allow_nan=False)) == result
-    assert result == conclude(QUICK, problem, through_json(settled))
+    assert result == conclude(QUICK, problem, through_json(finished))
     np.testing.assert_allclose(sum(result["log10_likelihood_per_condition"]), result["log10_likelihood"])
     assert result["before"]["log10_likelihood"] < result["searched"]["log10_likelihood"] - 10
     assert result["log10_likelihood"] > result["searched"]["log10_likelihood"]
     assert 0 < abs(result["expansion_error"]) < 1
     assert 0 < result["sampling_error"] < 0.05
-    rough = conclude(replace(QUICK, refine=False), problem, settled)
-    assert rough["log10_likelihood"] == rough["searched"]["log10_likelihood"]
-    np.testing.assert_allclose(rough["searched"]["log10_likelihood_by_expansion"], settled["history"][-1], rtol=1e-9)
+    unrefined = conclude(replace(QUICK, refine=False), problem, finished)
+    assert unrefined["log10_likelihood"] == unrefined["searched"]["log10_likelihood"]
+    np.testing.assert_allclose(unrefined["searched"]["log10_likelihood_by_expansion"], finished["history"][-1],
+                               rtol=1e-9)
 
 
-def test_progress_and_end(problem: InferenceProblem) -> None:
+def test_progress_and_termination(problem: InferenceProblem) -> None:
     settings = replace(QUICK, patience=4, tolerance=0.2)
-    begun = fit.initial_state(settings, problem)
-    assert fit.progress(settings, problem, begun)["log10_likelihood"] is None
-    told = fit.progress(settings, problem, run(settings, problem))
-    history = told["history"]
-    assert 4 < told["generation"] == len(history) < told["generations"] == settings.generations
+    initial = fit.initial_state(settings, problem)
+    assert fit.progress(settings, problem, initial)["log10_likelihood"] is None
+    progress = fit.progress(settings, problem, run(settings, problem))
+    history = progress["history"]
+    assert 4 < progress["generation"] == len(history) < progress["generations"] == settings.generations
     assert history == sorted(history)
-    assert told["log10_likelihood"] == history[-1]
-    # It ended because the last 4 generations gained no more than the tolerance, and no sooner.
-    gains = [history[k] - history[k - 4] for k in range(4, len(history))]
-    assert gains[-1] <= settings.tolerance
-    assert all(gain > settings.tolerance for gain in gains[:-1])
+    assert progress["log10_likelihood"] == history[-1]
+    # The search ends as soon as the improvement by 4 generations does not exceed the tolerance.
+    improvements = [history[k] - history[k - 4] for k in range(4, len(history))]
+    assert improvements[-1] <= settings.tolerance
+    assert all(improvement > settings.tolerance for improvement in improvements[:-1])
     assert run(replace(settings, generations=2), problem)["generation"] == 2
 
 
-def test_the_first_generation_holds_the_nominal_model(problem: InferenceProblem) -> None:
+def test_the_first_generation_contains_the_nominal_model(problem: InferenceProblem) -> None:
     state = run(replace(QUICK, population=4), problem, generations=1)
     before = conclude(replace(QUICK, refine=False), problem, state)["before"]
     assert before["mean"] == [1.0, 1.0]
@@ -147,75 +149,76 @@ def test_the_first_generation_holds_the_nominal_model(problem: InferenceProblem)
     assert state["history"][0] >= before["log10_likelihood_by_expansion"] - 1e-9
 
 
-def causes(settings: FitSettings, problem: InferenceProblem) -> dict[str, tuple[str, str]]:
+def remarks(settings: FitSettings, problem: InferenceProblem) -> dict[str, tuple[str, str]]:
     result = conclude(settings, problem, run(settings, problem))
     return {remark["unknown"]: (remark["cause"], remark["remedy"]) for remark in result["remarks"]}
 
 
-def test_a_truth_beyond_the_table_is_said(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
+def test_a_mean_at_the_edge_of_the_table_gives_a_remark(
+        problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.2, 1.0], [0.03, 0.03]), 0.004))
-    short = replace(problem, upper=np.array([1.1, 1.5]))
-    said = causes(QUICK, short)
-    cause, remedy = said["mean of pressure_bias"]
+    by_unknown = remarks(QUICK, replace(problem, upper=np.array([1.1, 1.5])))
+    cause, remedy = by_unknown["mean of pressure_bias"]
     assert "upper edge of the table, 1.1" in cause
     assert "axis pressure_bias reaches above 1.1" in remedy
-    assert "pressure_bias" not in said  # that half of the runs are outside then goes without saying
-    # Within the table, the bound of the search alone is named.
-    cause, remedy = causes(replace(QUICK, mean_bounds=((0.5, 1.1), (0.5, 1.5))), problem)["mean of pressure_bias"]
+    assert "pressure_bias" not in by_unknown  # no second remark on the runs outside the table
+    # A bound of the search inside the table gives a remark that does not mention the table.
+    settings = replace(QUICK, mean_bounds=((0.5, 1.1), (0.5, 1.5)))
+    cause, remedy = remarks(settings, problem)["mean of pressure_bias"]
     assert "table" not in cause + remedy
 
 
-def test_scatter_beyond_the_table_is_said(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
+def test_scatter_outside_the_table_gives_a_remark(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.05, 1.0], [0.06, 0.03]), 0.004))
-    cause, remedy = causes(QUICK, replace(problem, upper=np.array([1.1, 1.5])))["pressure_bias"]
+    cause, remedy = remarks(QUICK, replace(problem, upper=np.array([1.1, 1.5])))["pressure_bias"]
     assert 5 < float(cause.split(" %")[0]) < 45
     assert "pressure_bias goes from" in remedy
 
 
-def test_data_without_scatter_are_said(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
+def test_data_without_scatter_give_a_remark(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.04, 0.97], [0.0, 0.0]), 0.004))
-    said = causes(QUICK, problem)
-    assert "lower bound, 0.002" in said["std of pressure_bias"][0] or "std of initial_position" in said
+    by_unknown = remarks(QUICK, problem)
+    assert "lower bound, 0.002" in by_unknown["std of pressure_bias"][0] or "std of initial_position" in by_unknown
 
 
-def test_scatter_beyond_the_bounds_is_said(problem: InferenceProblem) -> None:
+def test_stds_at_the_upper_bounds_give_remarks(problem: InferenceProblem) -> None:
     tight = replace(QUICK, std_bounds=((0.002, 0.01),), output_std_bounds=(0.0005, 0.003))
-    said = causes(tight, problem)
-    assert "upper bound, 0.01" in said["std of pressure_bias"][0]
-    assert "upper bound, 0.003" in said["output std"][0]
-    assert "lacks" in said["output std"][1]
+    by_unknown = remarks(tight, problem)
+    assert "upper bound, 0.01" in by_unknown["std of pressure_bias"][0]
+    assert "upper bound, 0.003" in by_unknown["output std"][0]
+    assert "lacks" in by_unknown["output std"][1]
 
 
-def test_a_condition_that_never_locks_is_named(problem: InferenceProblem) -> None:
-    def broken(points: np.ndarray, conditions: object) -> np.ndarray:
+def test_a_condition_that_never_locks_is_named_in_the_error(problem: InferenceProblem) -> None:
+    def partial(points: np.ndarray, conditions: object) -> np.ndarray:
         times = problem.model(points, conditions)
         times[:, 17] = np.nan
         return times
 
     with pytest.raises(InvalidValue, match=r"\[17\]"):
-        run(QUICK, replace(problem, model=broken), generations=1)
+        run(QUICK, replace(problem, model=partial), generations=1)
 
 
-def test_steers_clear_of_where_conditions_never_lock(problem: InferenceProblem) -> None:
-    """A corner without times costs its candidates, not the fit; the refinement may look into it."""
-    def holed(points: np.ndarray, conditions: object) -> np.ndarray:
+def test_a_region_where_conditions_never_lock_is_avoided(problem: InferenceProblem) -> None:
+    """Candidates with nodes in the region have a likelihood of 0, but the search succeeds."""
+    def partial(points: np.ndarray, conditions: object) -> np.ndarray:
         times = problem.model(points, conditions)
         times[points[:, 0] - points[:, 1] > 0.25] = np.nan
         return times
 
     settings = replace(QUICK, generations=10)
-    result = conclude(settings, replace(problem, model=holed), run(settings, replace(problem, model=holed)))
+    result = conclude(settings, replace(problem, model=partial), run(settings, replace(problem, model=partial)))
     assert result["log10_likelihood"] >= result["searched"]["log10_likelihood"]
     assert result["searched"]["log10_likelihood_by_expansion"] is not None
 
 
-def test_one_input(truth: Candidate) -> None:
-    """Any dimension: one input, whose times are its own multiples."""
+def test_one_input() -> None:
+    """The times are proportional to the input."""
     random = np.random.default_rng(2)
     slope = random.uniform(0.5, 1.0, 100)
     measured = slope * random.normal(1.1, 0.03, 100) + 0.002 * random.standard_normal(100)
-    problem = InferenceProblem(lambda points, conditions: points * conditions, slope, measured, np.array([0.5]), np.array([1.5]),
-                      ("gain",))
+    problem = InferenceProblem(lambda points, conditions: points * conditions, slope, measured, np.array([0.5]),
+                               np.array([1.5]), ("gain",))
     state = fit.initial_state(QUICK, problem)
     while not fit.is_finished(QUICK, state):
         state = fit.next_state(QUICK, problem, state)
@@ -223,7 +226,7 @@ def test_one_input(truth: Candidate) -> None:
     np.testing.assert_allclose(result["mean"] + result["std"], [1.1, 0.03], atol=0.01)
 
 
-def test_settings_survive_json_and_refuse_nonsense() -> None:
+def test_settings_are_converted_to_json_and_back_and_checked() -> None:
     settings = replace(QUICK, mean_bounds=((0.5, 1.5), (0.6, 1.4)), tolerance=1 / 3)
     assert FitSettings.from_dict(json.loads(json.dumps(settings.to_dict()))) == settings
     with pytest.raises(UnknownName, match="Did you mean 'population'"):
@@ -235,28 +238,28 @@ def test_settings_survive_json_and_refuse_nonsense() -> None:
             FitSettings(**wrong)  # type: ignore[arg-type]
 
 
-def test_bounds_that_do_not_fit_the_problem_are_refused(problem: InferenceProblem) -> None:
-    with pytest.raises(InvalidValue, match="outside what the model covers"):
+def test_settings_that_do_not_suit_the_problem_raise(problem: InferenceProblem) -> None:
+    with pytest.raises(InvalidValue, match="outside the domain of the model"):
         run(replace(QUICK, mean_bounds=((1.6, 2.0),)), problem, generations=1)
     with pytest.raises(InvalidValue, match="3 pairs of bounds for 2 inputs"):
         run(replace(QUICK, mean_bounds=((0.5, 1.5),) * 3), problem, generations=1)
-    with pytest.raises(InvalidValue, match="5 nodes an axis"):
+    with pytest.raises(InvalidValue, match="5 nodes per axis"):
         fit.initial_state(FitSettings(nodes=5), problem)
 
 
-def test_intervals_hold_the_truth_and_stay_open_where_nothing_is_known(problem: InferenceProblem, truth: Candidate,
-                                                                       settled: SearchState) -> None:
-    result = conclude(replace(QUICK, intervals=True), problem, settled)
+def test_intervals_contain_the_truth_and_are_open_for_an_input_without_influence(
+        problem: InferenceProblem, truth: Candidate, finished: SearchState) -> None:
+    result = conclude(replace(QUICK, intervals=True), problem, finished)
     by_name = {entry["unknown"]: entry for entry in result["intervals"]}
     assert list(by_name) == list(search_space(QUICK, problem).names)
     noise = by_name["output std"]
-    assert (noise["lower"] or 0) < truth.output_std < noise["upper"]  # open below: so much can be scatter
+    assert (noise["lower"] or 0) < truth.output_std < noise["upper"]  # the lower end may be open
     for entry in result["intervals"]:
         ends = (entry["lower"], entry["upper"])
         assert all(end is None or end > 0 for end in ends)
         assert ends[0] is None or ends[0] < entry["estimate"]
     assert result["combinations"][0]["identified"]
-    # An input that moves nothing is open at both ends.
+    # The interval of an input without influence is open at both ends.
     idle = InferenceProblem(lambda points, conditions: problem.model(
         np.column_stack([points[:, :1], np.ones(len(points))]), conditions), problem.conditions, problem.measured_time,
         problem.lower, problem.upper, problem.axes)
@@ -280,7 +283,7 @@ def test_families_correlation_and_the_classic_grid(problem: InferenceProblem) ->
 
 
 def test_seven_inputs(truth: Candidate) -> None:
-    """Seven inputs of linear conditions: no tensor grid, and polynomials about the candidate to climb on."""
+    """Seven inputs of a linear model, without a tensor grid, refined on local expansions."""
     random = np.random.default_rng(7)
     slope = random.uniform(-0.2, 0.2, (16, 7))
 

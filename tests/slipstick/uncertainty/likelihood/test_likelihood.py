@@ -1,4 +1,4 @@
-"""The likelihood against closed forms, a readable twin, large direct Monte Carlo, and numbers at the ends."""
+"""The likelihood compared with closed forms, a SciPy implementation and direct Monte Carlo, and extreme values."""
 
 import warnings
 from collections.abc import Callable
@@ -23,18 +23,18 @@ from slipstick.uncertainty.likelihood import (
     exact,
 )
 
-THETA = standard_normals(2, SAMPLES, 1)
+NORMALS = standard_normals(2, SAMPLES, 1)
 DEFAULT = ExpansionSettings(checks=0)
 
 
-def readable(outputs: np.ndarray, times: np.ndarray, output_std: float) -> np.ndarray:
-    """The same in scipy's words: log10 of the mean normal density, per ms."""
+def by_scipy(outputs: np.ndarray, times: np.ndarray, output_std: float) -> np.ndarray:
+    """log10 of the mean normal density, per ms."""
     logs = norm.logpdf(1e3 * times, 1e3 * outputs, 1e3 * output_std)
     return logsumexp(logs, axis=0, b=1 / len(outputs)) / np.log(10)
 
 
 def direct(problem: InferenceProblem, candidate: Candidate, blocks: int = 32) -> np.ndarray:
-    """Plain Monte Carlo with 8192 fresh pseudo-random runs a block."""
+    """Monte Carlo with 8192 pseudo-random runs per block."""
     random = np.random.default_rng(11)
     logs = [sampled(problem, candidate, random.standard_normal((8192, 2))) for _ in range(blocks)]
     return np.log10(np.mean(np.power(10.0, logs), axis=0))
@@ -45,43 +45,43 @@ def sampled(problem: InferenceProblem, candidate: Candidate, normals: np.ndarray
     return log10_mean_density(outputs, problem.measured_time, candidate.output_std)
 
 
-def test_density_against_its_readable_twin() -> None:
+def test_density_agrees_with_scipy() -> None:
     random = np.random.default_rng(1)
     outputs, times = random.normal(0.5, 0.01, (500, 7)), random.normal(0.5, 0.05, 7)
     for output_std in (1e-5, 1e-3, 0.1):
-        np.testing.assert_allclose(log10_mean_density(outputs, times, output_std), readable(outputs, times, output_std),
+        np.testing.assert_allclose(log10_mean_density(outputs, times, output_std), by_scipy(outputs, times, output_std),
                                    rtol=1e-12)
 
 
-def test_linear_model_has_a_normal_density(linear_problem: InferenceProblem, mixed: Candidate) -> None:
+def test_a_linear_model_has_a_normal_density(linear_problem: InferenceProblem, mixed: Candidate) -> None:
     candidate, surfaces = mixed, linear_problem.conditions
     spread = np.sum((surfaces.slope @ mixed.inputs.mixing) ** 2, axis=1)
     mean = surfaces.base + surfaces.slope @ (candidate.inputs.mean - 1)
     expected = norm.logpdf(1e3 * linear_problem.measured_time, 1e3 * mean,
                            1e3 * np.sqrt(spread + candidate.output_std**2)) / np.log(10)
     first = ExpansionSettings(1, checks=0)
-    np.testing.assert_allclose(by_sampling(linear_problem, [candidate], first, THETA)[0], expected, atol=5e-3)
+    np.testing.assert_allclose(by_sampling(linear_problem, [candidate], first, NORMALS)[0], expected, atol=5e-3)
     np.testing.assert_allclose(by_expansion(linear_problem, [candidate], first)[0], expected, atol=1e-6)
     np.testing.assert_allclose(exact(linear_problem, candidate), expected, atol=1e-6)
-    knots = replace(linear_problem, knots=(np.linspace(-9.0, 11.0, 9),) * 2)
-    np.testing.assert_allclose(exact(knots, candidate), expected, atol=1e-6)
-    # The transposed mixing is another model.
+    knotted = replace(linear_problem, knots=(np.linspace(-9.0, 11.0, 9),) * 2)
+    np.testing.assert_allclose(exact(knotted, candidate), expected, atol=1e-6)
+    # Negative control: the transposed mixing matrix gives another distribution.
     transposed = Candidate(Inputs(mixed.inputs.mean, mixing=mixed.inputs.mixing.T), mixed.output_std)
     assert np.abs(exact(linear_problem, transposed) - expected).max() > 0.1
 
 
-def test_integration_is_right_far_in_the_tails_where_samples_are_not(linear_problem: InferenceProblem) -> None:
-    """Noise of 1 ms, and times a hundred of it away from anything that 4096 samples reach."""
+def test_integration_is_accurate_far_in_the_tails_where_sampling_is_not(linear_problem: InferenceProblem) -> None:
+    """The noise is 1 ms, and the times are a hundred times the noise away from all of 4096 samples."""
     candidate = Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 1e-3)
     surfaces = linear_problem.conditions
     spread = np.sqrt(np.sum((surfaces.slope * candidate.inputs.marginal_std) ** 2, axis=1) + 1e-6)
     far = replace(linear_problem, measured_time=surfaces.base + 10 * spread, knots=(np.linspace(-9.0, 11.0, 41),) * 2)
     expected = norm.logpdf(10.0) / np.log(10) - np.log10(1e3 * spread)
     np.testing.assert_allclose(exact(far, candidate), expected, atol=1e-6)
-    assert np.abs(sampled(far, candidate, THETA) - expected).max() > 10
+    assert np.abs(sampled(far, candidate, NORMALS) - expected).max() > 10
 
 
-def test_settled_keeps_its_error(problem: InferenceProblem, truth: Candidate) -> None:
+def test_converged_meets_its_tolerance(problem: InferenceProblem, truth: Candidate) -> None:
     for noise in (0.001, 0.004, 0.02):
         candidate = Candidate(truth.inputs, noise)
         likelihood, error = converged(problem, candidate)
@@ -90,20 +90,22 @@ def test_settled_keeps_its_error(problem: InferenceProblem, truth: Candidate) ->
 
 
 @pytest.mark.parametrize("std", [0.01, 0.03, 0.1])
-def test_agrees_with_direct_monte_carlo(problem_measured_at: Callable[[Candidate], InferenceProblem], std: float) -> None:
+def test_agrees_with_direct_monte_carlo(problem_measured_at: Callable[[Candidate], InferenceProblem],
+                                        std: float) -> None:
     candidate = Candidate(Inputs([1.04, 0.97], [std, 1.5 * std]), 0.004)
     problem = problem_measured_at(candidate)
     reference = direct(problem, candidate)
     expanded = by_expansion(problem, [candidate], DEFAULT)[0]
     assert abs(exact(problem, candidate, 256).sum() - reference.sum()) < 0.15
-    assert abs(sampled(problem, candidate, THETA).sum() - reference.sum()) < 0.15
-    # Kinks cost the expansion, a few hundredths of a decade a condition at most and 2 % of the whole.
+    assert abs(sampled(problem, candidate, NORMALS).sum() - reference.sum()) < 0.15
+    # The error of the expansion at kinks is a few hundredths of a decade per condition.
     assert np.abs(expanded - reference).max() < 0.12
     assert abs(expanded.sum() - reference.sum()) < 1.0
 
 
-def test_default_samples_cost_hundredths_of_a_decade(problem: InferenceProblem, truth: Candidate) -> None:
-    """Over all 216 conditions, noise and scatter alike; a sixteenth of the samples is not enough for that."""
+def test_the_error_of_the_default_samples_is_a_few_hundredths_of_a_decade(problem: InferenceProblem,
+                                                                          truth: Candidate) -> None:
+    """Negative control: a sixteenth of the samples has a larger error."""
     reference = sampled(problem, truth, standard_normals(2, 2**17, 99)).sum()
 
     def error(count: int) -> float:
@@ -114,8 +116,8 @@ def test_default_samples_cost_hundredths_of_a_decade(problem: InferenceProblem, 
     assert error(SAMPLES // 16) > 0.05
 
 
-def test_never_under_or_overflows(linear_problem: InferenceProblem) -> None:
-    """One sample, so that the answer is a single normal, thousands of decades down or a spike."""
+def test_extreme_densities_neither_underflow_nor_overflow(linear_problem: InferenceProblem) -> None:
+    """Without scatter the density is a single normal density, thousands of decades below or above 1."""
     inputs = Inputs([1.0, 1.0], [0.0, 0.0])
     base = linear_problem.conditions.base
     with warnings.catch_warnings():
@@ -125,23 +127,24 @@ def test_never_under_or_overflows(linear_problem: InferenceProblem) -> None:
             expected = norm.logpdf(1e3 * far.measured_time, 1e3 * base, 1e3 * output_std) / np.log(10)
             candidate = Candidate(inputs, output_std)
             np.testing.assert_allclose(exact(far, candidate), expected, rtol=1e-9, atol=1e-7)
-            np.testing.assert_allclose(sampled(far, candidate, THETA[:8]), expected, rtol=1e-9)
+            np.testing.assert_allclose(sampled(far, candidate, NORMALS[:8]), expected, rtol=1e-9)
             assert np.isfinite(by_expansion(far, [candidate], DEFAULT)).all()
 
 
-def test_is_per_millisecond(linear_problem: InferenceProblem) -> None:
-    """Per second, each condition would be 3 decades higher: the density at the peak of 1 ms of noise is 0.4 per ms."""
-    here = replace(linear_problem, measured_time=linear_problem.conditions.base)
-    likelihood = exact(here, Candidate(Inputs([1.0, 1.0], [0.0, 0.0]), 1e-3))
+def test_densities_are_per_millisecond(linear_problem: InferenceProblem) -> None:
+    """With 1 ms of noise the peak density is 0.4 per ms; per second it would be 3 decades higher."""
+    at_peak = replace(linear_problem, measured_time=linear_problem.conditions.base)
+    likelihood = exact(at_peak, Candidate(Inputs([1.0, 1.0], [0.0, 0.0]), 1e-3))
     np.testing.assert_allclose(likelihood, np.log10(1 / np.sqrt(2 * np.pi)), rtol=1e-6)
 
 
-def test_many_candidates_are_answered_as_one_by_one(problem: InferenceProblem) -> None:
+def test_many_candidates_have_the_same_likelihoods_as_single_ones(problem: InferenceProblem) -> None:
     random, settings = np.random.default_rng(3), ExpansionSettings(4, checks=0)
-    many = [Candidate(Inputs(random.uniform(0.8, 1.2, 2), random.uniform(0.01, 0.1, 2)), 0.005) for _ in range(70)]
-    together = by_expansion(problem, many, settings)
-    alone = np.concatenate([by_expansion(problem, [one], settings) for one in many])
-    np.testing.assert_array_equal(together, alone)
+    candidates = [Candidate(Inputs(random.uniform(0.8, 1.2, 2), random.uniform(0.01, 0.1, 2)), 0.005)
+                  for _ in range(70)]
+    together = by_expansion(problem, candidates, settings)
+    single = np.concatenate([by_expansion(problem, [candidate], settings) for candidate in candidates])
+    np.testing.assert_array_equal(together, single)
     assert len(np.unique(together.sum(axis=1))) == 70
 
 
@@ -151,23 +154,23 @@ def test_engagements_that_never_lock(linear_problem: InferenceProblem) -> None:
         times[points[:, 0] > 1.0, 3] = np.nan
         return times
 
-    candidate, lost = Candidate(Inputs([1.0, 1.0], [0.03, 0.03]), 10.0), replace(linear_problem, model=half)
-    whole, holed = (by_expansion(p, [candidate], DEFAULT)[0] for p in (linear_problem, lost))
-    assert holed[3] == -np.inf
-    np.testing.assert_allclose(np.delete(holed, 3), np.delete(whole, 3), rtol=1e-14)
-    # Run directly, the half that never locks has no density at the measured time, and noise this wide hides the rest.
-    difference = sampled(lost, candidate, THETA) - sampled(linear_problem, candidate, THETA)
+    candidate, partial = Candidate(Inputs([1.0, 1.0], [0.03, 0.03]), 10.0), replace(linear_problem, model=half)
+    expected, by_partial = (by_expansion(p, [candidate], DEFAULT)[0] for p in (linear_problem, partial))
+    assert by_partial[3] == -np.inf
+    np.testing.assert_allclose(np.delete(by_partial, 3), np.delete(expected, 3), rtol=1e-14)
+    # With the model itself, the half of the runs that never locks has a density of 0, and the noise dominates.
+    difference = sampled(partial, candidate, NORMALS) - sampled(linear_problem, candidate, NORMALS)
     np.testing.assert_allclose(difference[3], np.log10(0.5), atol=1e-3)
     assert np.count_nonzero(difference) == 1
 
 
 @pytest.mark.parametrize("output_std", [0.0, -1.0, np.nan, np.inf])
-def test_noise_that_makes_no_sense_is_refused(output_std: float) -> None:
+def test_invalid_noise_raises(output_std: float) -> None:
     with pytest.raises(InvalidValue, match="output std"):
         Candidate(Inputs([1.0], [0.1]), output_std)
 
 
-def test_problems_that_make_no_sense_are_refused(problem: InferenceProblem) -> None:
+def test_invalid_problems_raise(problem: InferenceProblem) -> None:
     with pytest.raises(InvalidValue, match="one finite number"):
         replace(problem, measured_time=np.append(problem.measured_time[:-1], np.nan))
     with pytest.raises(InvalidValue, match="1 axes"):

@@ -1,4 +1,4 @@
-"""The integral along lines against closed forms and against scipy's quadrature of what it integrates."""
+"""The integral along lines compared with closed forms and with adaptive quadrature by SciPy."""
 
 import warnings
 from collections.abc import Callable
@@ -18,12 +18,12 @@ from slipstick.uncertainty.likelihood.lines import (
     log10_density,
 )
 
-WHOLE = Lines(np.array([[-2e4, 2e4]]), np.zeros((1, 0)), np.zeros(1), np.eye(1))
-"""One straight line over all scores there are."""
+STRAIGHT = Lines(np.array([[-2e4, 2e4]]), np.zeros((1, 0)), np.zeros(1), np.eye(1))
+"""A line with a single piece that covers all scores."""
 
 
 def kinked(count: int = 3, conditions: int = 5) -> tuple[Lines, np.ndarray, np.ndarray]:
-    """A few lines in three dimensions with unlike breakpoints, their times and measured ones."""
+    """Lines in three dimensions with random breakpoints, the times on them, and measured times."""
     random = np.random.default_rng(1)
     breakpoints = np.sort(random.uniform(-4, 4, (count, 7)), axis=1)
     across, weight = random.standard_normal((count, 2)), random.dirichlet(np.ones(count))
@@ -31,111 +31,112 @@ def kinked(count: int = 3, conditions: int = 5) -> tuple[Lines, np.ndarray, np.n
     return Lines(breakpoints, across, np.log(weight), np.eye(3)), outputs, random.normal(0.5, 0.05, conditions)
 
 
-def twin(quadrature: Lines, outputs: np.ndarray, time: float, noise: float, condition: int,
-         of: Callable[[np.ndarray, float], float] = lambda u, residual: 1.0) -> float:
-    """The same by adaptive quadrature of the normal densities themselves: mean of `of`(u, residual), per ms."""
-    whole = 0.0
-    for row, (points, across, log_weight) in enumerate(zip(quadrature.breakpoints, quadrature.across, quadrature.log_weight,
-                                                           strict=True)):
+def by_quadrature(quadrature: Lines, outputs: np.ndarray, time: float, noise: float, condition: int,
+                  function: Callable[[np.ndarray, float], float] = lambda u, residual: 1.0) -> float:
+    """The integral of function(u, residual) times the density, per ms, by adaptive quadrature along the lines."""
+    total = 0.0
+    for row, (points, across, log_weight) in enumerate(zip(quadrature.breakpoints, quadrature.across,
+                                                           quadrature.log_weight, strict=True)):
         values = outputs.reshape(*quadrature.breakpoints.shape, -1)[row, :, condition]
 
         def density(z: float, points: np.ndarray = points, across: np.ndarray = across,
                     values: np.ndarray = values) -> float:
             y = np.interp(z, points, values)
-            return float(norm.pdf(z) * norm.pdf(time, y, noise) / 1e3 * of(np.array([z, *across]), time - y))
+            return float(norm.pdf(z) * norm.pdf(time, y, noise) / 1e3 * function(np.array([z, *across]), time - y))
 
         pieces = [quad(density, low, high, epsabs=0, epsrel=1e-9, limit=200)[0]
                   for low, high in pairwise(points)]
-        whole += float(np.exp(log_weight)) * sum(pieces)
-    return whole
+        total += float(np.exp(log_weight)) * sum(pieces)
+    return total
 
 
 @pytest.mark.parametrize("noise", [1e-12, 1e-6, 1e-3, 0.05, 10.0])
-@pytest.mark.parametrize("away", [0.0, 1.0, 30.0, 1e4])
-def test_a_straight_line_has_a_normal_density(noise: float, away: float) -> None:
-    """However narrow the noise, and ten thousand stds from the centre, where the density is 10^-20,000,000."""
+@pytest.mark.parametrize("distance", [0.0, 1.0, 30.0, 1e4])
+def test_a_straight_line_has_a_normal_density(noise: float, distance: float) -> None:
+    """For very small noise, and up to ten thousand stds from the mean, where the density is 10^-20,000,000."""
     slope = np.array([0.0, 1e-6, 1e-3, -0.2, 5.0])
     std = np.hypot(slope, noise)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = log10_density(WHOLE, WHOLE.breakpoints.T * slope, away * std, noise)
-    expected = norm.logpdf(away) / np.log(10) - np.log10(1e3 * std)
-    np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-9)
+        density = log10_density(STRAIGHT, STRAIGHT.breakpoints.T * slope, distance * std, noise)
+    expected = norm.logpdf(distance) / np.log(10) - np.log10(1e3 * std)
+    np.testing.assert_allclose(density, expected, rtol=1e-11, atol=1e-9)
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.2])
-def test_kinked_lines_against_quadrature(noise: float) -> None:
+def test_kinked_lines_agree_with_quadrature(noise: float) -> None:
     quadrature, outputs, times = kinked()
-    expected = [np.log10(twin(quadrature, outputs, time, noise, i)) for i, time in enumerate(times)]
+    expected = [np.log10(by_quadrature(quadrature, outputs, time, noise, i)) for i, time in enumerate(times)]
     np.testing.assert_allclose(log10_density(quadrature, outputs, times, noise), expected, atol=1e-9)
 
 
-def test_moments_against_quadrature() -> None:
+def test_moments_agree_with_quadrature() -> None:
     quadrature, outputs, times = kinked()
     noise = 0.03
     density, moments = density_and_moments(quadrature, outputs, times, noise)
     np.testing.assert_array_equal(density, log10_density(quadrature, outputs, times, noise))
     for i, time in enumerate(times[:2]):
-        whole = twin(quadrature, outputs, time, noise, i)
+        total = by_quadrature(quadrature, outputs, time, noise, i)
 
-        def given(of: Callable[[np.ndarray, float], float], i: int = i, time: float = time,
-                  whole: float = whole) -> float:
-            return twin(quadrature, outputs, time, noise, i, of) / whole
+        def conditional_mean(function: Callable[[np.ndarray, float], float], i: int = i, time: float = time,
+                             total: float = total) -> float:
+            return by_quadrature(quadrature, outputs, time, noise, i, function) / total
 
-        np.testing.assert_allclose(moments.residual[i], given(lambda u, residual: residual**2), rtol=1e-8)
+        np.testing.assert_allclose(moments.residual[i], conditional_mean(lambda u, residual: residual**2), rtol=1e-8)
         for a in range(3):
-            np.testing.assert_allclose(moments.first[i, a], given(lambda u, _, a=a: u[a]), atol=1e-8)
+            np.testing.assert_allclose(moments.first[i, a], conditional_mean(lambda u, _, a=a: u[a]), atol=1e-8)
             for b in range(a, 3):
-                expected = given(lambda u, _, a=a, b=b: u[a] * u[b])
+                expected = conditional_mean(lambda u, _, a=a, b=b: u[a] * u[b])
                 np.testing.assert_allclose(moments.second[i, [a, b], [b, a]], expected, atol=1e-8)
 
 
 @pytest.mark.parametrize("noise", [1e-9, 1e-3, 0.3])
-@pytest.mark.parametrize("away", [0.0, 5.0, 300.0])
-def test_moments_of_a_straight_line_are_those_of_a_normal_variable(noise: float, away: float) -> None:
-    """Given the time, z is normal with mean b gap / (s^2 + b^2) and variance s^2 / (s^2 + b^2)."""
+@pytest.mark.parametrize("distance", [0.0, 5.0, 300.0])
+def test_moments_of_a_straight_line_are_those_of_a_normal_variable(noise: float, distance: float) -> None:
+    """Given the time t of the line y = b z, z is normal with mean b t / (s^2 + b^2) and variance s^2 / (s^2 + b^2)."""
     slope = np.array([0.3, -0.01])
     total = slope**2 + noise**2
-    gap = away * np.sqrt(total)
-    moments: Moments = density_and_moments(WHOLE, WHOLE.breakpoints.T * slope, gap, noise)[1]
-    mean, variance = slope * gap / total, noise**2 / total
+    times = distance * np.sqrt(total)
+    moments: Moments = density_and_moments(STRAIGHT, STRAIGHT.breakpoints.T * slope, times, noise)[1]
+    mean, variance = slope * times / total, noise**2 / total
     np.testing.assert_allclose(moments.first[:, 0], mean, rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(moments.second[:, 0, 0], mean**2 + variance, rtol=1e-6, atol=1e-12)
-    np.testing.assert_allclose(moments.residual, (gap - slope * mean) ** 2 + slope**2 * variance, rtol=1e-4, atol=1e-12)
+    np.testing.assert_allclose(moments.residual, (times - slope * mean) ** 2 + slope**2 * variance, rtol=1e-4,
+                               atol=1e-12)
 
 
-def test_changes_against_differences() -> None:
-    """With each time on the lines, and with the noise; a NaN changes nothing."""
+def test_derivatives_agree_with_differences() -> None:
+    """With respect to each time on the lines and to the noise; the derivative with respect to NaN is 0."""
     quadrature, outputs, times = kinked()
     outputs[4, 1] = np.nan
     for noise in (0.05, 0.002):
-        density, changes, of_noise = density_and_derivatives(quadrature, outputs, times, noise)
+        density, derivatives, by_noise = density_and_derivatives(quadrature, outputs, times, noise)
         np.testing.assert_array_equal(density, log10_density(quadrature, outputs, times, noise))
         step = 1e-4 * noise
         ends = [log10_density(quadrature, outputs, times, noise * np.exp(side * 1e-4)) for side in (1, -1)]
-        np.testing.assert_allclose(of_noise, (ends[0] - ends[1]) * np.log(10) / 2e-4, rtol=1e-5, atol=1e-5)
+        np.testing.assert_allclose(by_noise, (ends[0] - ends[1]) * np.log(10) / 2e-4, rtol=1e-5, atol=1e-5)
         for row in range(len(outputs)):
             moved = np.zeros(outputs.shape)
             moved[row] = step
             ends = [log10_density(quadrature, outputs + side * moved, times, noise) for side in (1, -1)]
             expected = (ends[0] - ends[1]) * np.log(10) / (2 * step)
-            np.testing.assert_allclose(changes[row], expected, rtol=1e-4, atol=1e-4 * np.abs(changes).max())
+            np.testing.assert_allclose(derivatives[row], expected, rtol=1e-4, atol=1e-4 * np.abs(derivatives).max())
 
 
-def test_a_line_cut_in_pieces_is_the_line() -> None:
+def test_additional_breakpoints_do_not_change_a_straight_line() -> None:
     random = np.random.default_rng(2)
     inner = np.sort(np.concatenate([random.uniform(-2e4, 2e4, 100), random.normal(0, 2, 100), [0.0, 0.0, 1e-15]]))
     breakpoints = np.concatenate([[-2e4], inner, [2e4]])[None]
     cut = Lines(breakpoints, np.zeros((1, 0)), np.zeros(1), np.eye(1))
     slope, times = np.array([0.0, 0.1, -2.0]), np.array([0.3, 3.0, -0.5])
     for noise in (1e-3, 1.0):
-        whole = density_and_moments(WHOLE, WHOLE.breakpoints.T * slope, times, noise)
+        expected = density_and_moments(STRAIGHT, STRAIGHT.breakpoints.T * slope, times, noise)
         pieces = density_and_moments(cut, breakpoints.T * slope, times, noise)
-        np.testing.assert_allclose(pieces[0], whole[0], rtol=1e-9)
-        np.testing.assert_allclose(pieces[1].first, whole[1].first, rtol=1e-7, atol=1e-11)
+        np.testing.assert_allclose(pieces[0], expected[0], rtol=1e-9)
+        np.testing.assert_allclose(pieces[1].first, expected[1].first, rtol=1e-7, atol=1e-11)
 
 
-def test_a_piece_with_a_gap_at_either_end_has_no_density() -> None:
+def test_a_piece_with_nan_at_either_end_has_a_density_of_zero() -> None:
     quadrature = Lines(np.array([[-9.0, -1.0, 1.0, 9.0]]), np.zeros((1, 0)), np.zeros(1), np.eye(1))
     outputs = np.array([[0.5, 0.5, np.nan], [0.5, np.nan, np.nan], [0.5, 0.5, np.nan], [0.5, 0.5, np.nan]])
     density, moments = density_and_moments(quadrature, outputs, np.full(3, 0.5), 0.01)
@@ -145,27 +146,28 @@ def test_a_piece_with_a_gap_at_either_end_has_no_density() -> None:
     assert np.isfinite(moments.first[:2]).all()
 
 
-def test_lines_add_up_by_their_weights() -> None:
-    """Also where one of them lies a thousand decades below the other."""
+def test_the_density_is_the_weighted_sum_over_lines() -> None:
+    """Also if the density of one line is a thousand decades below that of the other."""
     quadrature, outputs, times = kinked(2)
     for noise in (0.05, 1e-4):
-        apart = [log10_density(Lines(quadrature.breakpoints[[row]], quadrature.across[[row]], quadrature.log_weight[[row]], quadrature.factor),
-                               outputs[7 * row:7 * row + 7], times, noise) for row in range(2)]
+        single = [log10_density(Lines(quadrature.breakpoints[[row]], quadrature.across[[row]],
+                                      quadrature.log_weight[[row]], quadrature.factor),
+                                outputs[7 * row:7 * row + 7], times, noise) for row in range(2)]
         np.testing.assert_allclose(log10_density(quadrature, outputs, times, noise),
-                                   logsumexp(np.array(apart) * np.log(10), axis=0) / np.log(10), rtol=1e-12)
+                                   logsumexp(np.array(single) * np.log(10), axis=0) / np.log(10), rtol=1e-12)
 
 
-def test_conditions_do_not_touch_each_other() -> None:
-    """Nor the threads they are shared among."""
+def test_conditions_are_independent() -> None:
+    """The result of a condition does not depend on the other conditions or on the threads."""
     quadrature, outputs, times = kinked(conditions=300)
     together = density_and_moments(quadrature, outputs, times, 0.02)
     for i in (0, 63, 64, 299):
-        alone = density_and_moments(quadrature, outputs[:, [i]], times[[i]], 0.02)
-        assert alone[0] == together[0][i]
-        np.testing.assert_array_equal(alone[1].second[0], together[1].second[i])
+        single = density_and_moments(quadrature, outputs[:, [i]], times[[i]], 0.02)
+        assert single[0] == together[0][i]
+        np.testing.assert_array_equal(single[1].second[0], together[1].second[i])
 
 
-def test_scores_go_line_after_line_by_the_factor() -> None:
+def test_scores_are_listed_line_by_line() -> None:
     factor = np.array([[1.0, 2.0], [3.0, 4.0]])
     quadrature = Lines(np.array([[10.0, 20.0], [30.0, 40.0]]), np.array([[1.0], [2.0]]), np.zeros(2), factor)
     np.testing.assert_array_equal(quadrature.scores, [[12, 34], [22, 64], [34, 98], [44, 128]])
