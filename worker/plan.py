@@ -34,7 +34,7 @@ class Plan:
 
     @property
     def chunks(self) -> list[slice]:
-        """Slices of the grid points; the same for the same plan."""
+        """Slices of the grid points, which depend on the plan only."""
         size = max(1, CHUNK // len(self.conditions))
         total = int(np.prod(self.shape))
         return [slice(first, min(first + size, total)) for first in range(0, total, size)]
@@ -46,7 +46,7 @@ class Plan:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all that the result depends on, with the simulator source: only equal builds share chunks."""
+        """SHA-256 of all that determines the result, including the simulator source: only equal builds share chunks."""
         columns = [column.tolist() for column in self.conditions.columns(self.model.uses_run_order)]
         axes = [(axis.name, axis.values.tolist()) for axis in self.axes]
         description = json.dumps([self.model.digest, columns, axes, vars(self.accuracy), CHUNK])

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if RECORDINGS is a CSV file")
     parser.add_argument("--settings", type=Path, metavar="FILE.json",
-                        help='settings of the study as JSON, such as {"shortlist": 4} (default: default settings)')
+                        help='JSON file with the study settings to change, such as {"shortlist": 4}')
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the result as JSON")
     parser.add_argument("--report", type=Path, metavar="FILE.html", help="write the report, one HTML page with figures")
     parser.add_argument("--extended", type=Path, metavar="FILE.json",

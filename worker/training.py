@@ -18,11 +18,11 @@ from slipstick.table.network import Network, sigmoid
 from slipstick.uncertainty.chaos.least_squares import projection
 
 WIDTHS = (64, 64, 64)
-"""Units of the hidden layers. Networks 50 % wider or deeper were no better in the same time."""
+"""Units of the hidden layers. Networks 50 % wider or deeper were no better after the same training time."""
 BATCH = 250
 """Points per step."""
 RATE = 0.01
-"""Initial rate, after the warm-up."""
+"""Learning rate at the start of the cosine decay; the warm-up raises the rate to it linearly."""
 _WARM_UP = 200  # steps until Adam's moment estimates are settled
 _DECAY, _SQUARE_DECAY = 0.9, 0.999  # of the first and second moments
 _RIDGE = 1e-10  # makes the least-squares problem well-posed if hidden units are nearly collinear
