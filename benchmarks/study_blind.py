@@ -24,6 +24,7 @@ import numpy as np
 from numba import set_num_threads
 from scipy.stats import chi2
 
+from benchmarks.benches import HEAVY
 from benchmarks.study_quantity import error
 from benchmarks.study_signatures import recorded, strengths
 from benchmarks.study_table import SAME, summarise
@@ -71,7 +72,7 @@ def answered(name: str, case: hidden.Case) -> dict[str, Any]:
     begun, settings = time.perf_counter(), StudySettings()
     found = {"case": name, "hidden": dict(case.effects), "truth": asdict(case)}
     try:
-        compared = comparison.compare(recordings, settings.shifting_time_noise)
+        compared = comparison.compare(HEAVY, recordings, settings.shifting_time_noise)
         state = study.start(settings, compared)
         while not study.finished(state):
             state = study.advance(settings, compared, state)

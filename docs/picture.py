@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.benches import HEAVY
 from slipstick.bench import parameters
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
@@ -22,7 +23,7 @@ def main(calibration: Path, out: Path) -> None:
     recordings = Recordings.open("tables/measured.h5")
     assert recordings.signals is not None
     time, conditions = recordings.signals.time, recordings.conditions.take([CONDITION])
-    models = {"nominal": Model(), "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
+    models = {"nominal": Model(HEAVY.physics), "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
     lines = {"measured": {name: getattr(recordings.signals, name)[CONDITION].tolist() for name in SIGNAL_UNITS}}
     locks = {"measured": float(recordings.measured_time[CONDITION])}
     for name, model in models.items():

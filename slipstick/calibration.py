@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from slipstick.bench import parameters
+from slipstick.bench import Bench, Prior, parameters
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
@@ -80,44 +80,52 @@ class Calibration:
                 "rms_before_s": self.rms_before, "rms_after_s": self.rms_after, "evaluations": self.evaluations}
 
 
-def calibrate(recordings: Recordings, start: Model | None = None, shifting_time_noise: float = 3e-3,
+def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
               report: Report = lambda *_: None) -> Calibration:
-    """Fit the seven uncertain parameters of `start` to `recordings`, which must have signals.
+    """Fit the uncertain parameters of the `bench` to `recordings`, which must have signals.
 
-    `shifting_time_noise` is the standard deviation of the shifting-time measurement in s; those of the signals are
-    estimated from the recordings. `report` is called after every iteration. The effects of `start` are not changed.
-    Raises `InvalidValue`.
+    The search starts from the model `start`, by default from the nominal parameters, whose effects are not changed. The
+    noise of the shifting time is that of the bench; the noise of the signals is estimated from the recordings. `report`
+    is called after every iteration. Raises `InvalidValue`.
     """
+    shifting_time_noise = bench.sensors["shifting_time"].noise
+    if not shifting_time_noise:
+        raise InvalidValue(f"The bench '{bench.name}' does not state the noise of the shifting time",
+                           'Add `shifting_time = { noise = "3 ms" }` to its [sensors]')
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
                            "Record pressure, speeds and torque as well")
     if len(recordings.conditions) < _FEWEST:
         raise InvalidValue(f"{len(recordings.conditions)} engagements are too few for a calibration",
                            f"Record at least {_FEWEST} engagements under different conditions")
-    model = start or Model()
+    model = start or Model(bench.physics)
+    bench.require(model.physics)
     noise = {**sensor_noise(recordings.signals), "shifting_time": shifting_time_noise}
-    problem = _Problem(recordings, recordings.signals, noise, model.coefficients(), report)
+    problem = _Problem(recordings, recordings.signals, bench, noise, model.coefficients(), report)
     before = problem.residuals(model.parameters)["shifting_time"] * shifting_time_noise
     evaluations = 0
-    for free, channels in _STAGES:
+    for stage, channels in _STAGES:
+        free = tuple(name for name in stage if name in bench.uncertain)
+        if not free:
+            continue
         model, solution = problem.solve(model, free, channels)
         evaluations += solution.nfev
-        if "pressure" in channels:
+        if "pressure" in channels and "friction_coefficient" in bench.uncertain:
             model = model.with_parameters({"friction_coefficient": problem.friction(model)})
-    fitted = parameters.UNCERTAIN
+    fitted = bench.uncertain
     model, solution = problem.solve(model, fitted, _CHANNELS)
 
     covariance = problem.covariance(solution)
     error = np.sqrt(np.diag(covariance))
     residuals = problem.residuals(model.parameters)
     dof = 1 - len(fitted) / sum(residual.size for residual in residuals.values())
-    nominal = parameters.nominal()[[parameters.index(name) for name in fitted]]
+    nominal = model.nominal[[parameters.index(name) for name in fitted]]
     return Calibration(
         model=model, free=fitted, standard_error=error * nominal,
         correlation=covariance / np.outer(error, error),
         chi_square={name: float(np.mean(residual**2) / dof) for name, residual in residuals.items()},
         noise=problem.noise, rms_before=_rms(before), rms_after=_rms(residuals["shifting_time"] * shifting_time_noise),
-        at_bound=tuple(name for name, value in zip(fitted, solution.x, strict=True) if _is_at_bound(name, value)),
+        at_bound=tuple(name for name, value in zip(fitted, solution.x, strict=True) if _is_at_bound(bench.prior(name), value)),
         evaluations=evaluations + solution.nfev,
     )
 
@@ -128,6 +136,7 @@ class _Problem:
 
     recordings: Recordings
     signals: Signals
+    bench: Bench
     noise: dict[str, float]
     coefficients: np.ndarray
     report: Report
@@ -138,7 +147,7 @@ class _Problem:
 
     def _residuals(self, vectors: np.ndarray) -> dict[str, np.ndarray]:
         coefficients = np.tile(self.coefficients, (len(vectors), 1))
-        response = ensemble.simulate(vectors, coefficients, self.recordings.conditions, self.signals.time, _ACCURACY)
+        response = ensemble.simulate(self.bench.physics.curves, vectors, coefficients, self.recordings.conditions, self.signals.time, _ACCURACY)
         if np.any(response.status == ensemble.FAILED):
             raise InvalidValue("A simulation failed within the bounds of the calibration",
                                "Start from a model closer to the nominal one")
@@ -157,7 +166,7 @@ class _Problem:
     def solve(self, model: Model, free: tuple[str, ...], channels: tuple[str, ...]) -> tuple[Model, Any]:
         """Fit the multipliers of the nominal values of `free` to `channels` by least squares, starting at `model`."""
         columns = [parameters.index(name) for name in free]
-        nominal = parameters.nominal()[columns]
+        nominal = model.nominal[columns]
         base = np.array(model.parameters)
 
         def vectors(points: np.ndarray) -> np.ndarray:
@@ -177,8 +186,8 @@ class _Problem:
             shifted = residual_rows(np.concatenate([point + steps, point - steps]))
             return np.asarray((shifted[:len(free)] - shifted[len(free):]).T / (2 * _STEP))
 
-        lower = np.array([parameters.PARAMETERS[column].lower for column in columns])
-        upper = np.array([parameters.PARAMETERS[column].upper for column in columns])
+        lower = np.array([self.bench.prior(name).lower for name in free])
+        upper = np.array([self.bench.prior(name).upper for name in free])
         initial = np.clip(base[columns] / nominal, lower + 1e-6, upper - 1e-6)
         solution = least_squares(residuals, initial, jac=jacobian,
                                  bounds=(lower, upper), x_scale="jac",
@@ -213,10 +222,9 @@ class _Problem:
         return np.asarray(bread @ (scores.T @ scores) @ bread * n / (n - 1))
 
 
-def _is_at_bound(name: str, multiplier: float) -> bool:
-    parameter = parameters.PARAMETERS[parameters.index(name)]
-    margin = _AT_BOUND * (parameter.upper - parameter.lower)
-    return multiplier < parameter.lower + margin or multiplier > parameter.upper - margin
+def _is_at_bound(prior: Prior, multiplier: float) -> bool:
+    margin = _AT_BOUND * (prior.upper - prior.lower)
+    return multiplier < prior.lower + margin or multiplier > prior.upper - margin
 
 
 def _rms(values: np.ndarray) -> float:

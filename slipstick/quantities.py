@@ -41,7 +41,8 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
     except Exception as error:  # pint raises tokenizer, attribute and arithmetic errors on malformed text
         reason = str(error).splitlines()[0] if str(error) else "it is not a unit"
         raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({reason})") from None
-    return values * factor
+    converted: np.ndarray = values * factor
+    return converted
 
 
 @cache

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from selenium import webdriver
 
-from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid
+from tests.benches import HEAVY
 
 ROOT = Path(__file__).parents[1]
 BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -28,7 +28,7 @@ BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable
 def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small simulated table, `nominal`, and the shipped recordings, `measured`."""
     folder = tmp_path_factory.mktemp("tables")
-    model, conditions, grid = Model(), paper_conditions(), np.linspace(0.5, 1.5, 9)
+    model, conditions, grid = Model(HEAVY.physics), HEAVY.conditions, np.linspace(0.5, 1.5, 9)
     axes = (Axis("pressure_bias", grid, 1.6, "bar"), Axis("initial_position", grid, 5e-4, "m"))
     times, status = shifting_times(model, conditions, [axis.name for axis in axes], np.array(list(product(grid, grid))))
     shape = (len(grid), len(grid), len(conditions))
@@ -58,7 +58,7 @@ def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def made() -> Callable[..., dict[str, Any]]:
     """A function that makes up the output of a fit job, with a ridge in the likelihood and an open interval."""
     def make(axes: tuple[str, ...] = ("pressure_bias", "initial_position"), n: int = 216) -> dict[str, Any]:
-        rng, d, conditions = np.random.default_rng(1), len(axes), paper_conditions().take(np.arange(n))
+        rng, d, conditions = np.random.default_rng(1), len(axes), HEAVY.conditions.take(np.arange(n))
         measured = rng.uniform(0.4, 1.2, n)
         predicted, std = measured + 0.01 * rng.normal(size=n), 0.01
         grid, time = np.linspace(0.8, 1.2, 21), np.linspace(0, 1.5, 151)

@@ -16,7 +16,6 @@ from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
 from slipstick.bench import parameters
-from slipstick.bench.conditions import HORIZON
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.recordings.signals import SIGNAL_UNITS

@@ -11,6 +11,7 @@ from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.physics import Physics
 from slipstick.bench.sensing import Prior, Sensor
+from slipstick.errors import InvalidValue
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,13 @@ class Bench:
     def uncertain(self) -> tuple[str, ...]:
         """Names of the parameters that a calibration estimates."""
         return tuple(name for name, prior in zip(parameters.NAMES, self.priors, strict=True) if prior.uncertain)
+
+    def require(self, physics: Physics) -> None:
+        """Raise `InvalidValue` where `physics`, that of a model, is not that of this bench."""
+        if physics.digest != self.digest:
+            raise InvalidValue(f"The model was made for another bench than '{self.name}': the digest of its physics is "
+                               f"{physics.digest[:12]}, not {self.digest[:12]}",
+                               "Give the bench file of the model, or a model of this bench")
 
     def prior(self, name: str) -> Prior:
         """The prior of a parameter; raises `UnknownName`."""

@@ -44,6 +44,9 @@ PARAMETERS = (
 )
 
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
+UNCERTAIN = ("current_delay", "current_bias", "current_gain", "pressure_bias", "temperature_gain", "initial_position",
+             "friction_coefficient")
+"""The parameters that the paper treats as uncertain (section II.C)."""
 
 
 def index(name: str) -> int:

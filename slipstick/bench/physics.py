@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.bench import parameters
-from slipstick.bench.converter import Converter
+from slipstick.bench.converter import NO_CONVERTER, Converter
 from slipstick.errors import InvalidValue
 
 
@@ -29,6 +29,11 @@ class Physics:
         if len(self.nominal) != len(parameters.NAMES) or not np.all(np.isfinite(self.nominal)):
             raise InvalidValue(f"The nominal values are not {len(parameters.NAMES)} finite numbers",
                                f"Give one for each of {', '.join(parameters.NAMES)}")
+
+    @property
+    def curves(self) -> Converter:
+        """The converter curves to simulate with: those of no torque on a bench without a converter."""
+        return self.converter or NO_CONVERTER
 
     def spec(self) -> dict[str, Any]:
         """The physics as JSON."""

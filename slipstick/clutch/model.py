@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.bench import parameters
-from slipstick.bench.converter import NO_CONVERTER, Converter
+from slipstick.bench.converter import Converter
 from slipstick.bench.physics import Physics
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import Effect
@@ -59,7 +59,7 @@ class Model:
     @property
     def converter(self) -> Converter:
         """The torque converter of the bench."""
-        return self.physics.converter or NO_CONVERTER
+        return self.physics.curves
 
     def coefficients(self) -> np.ndarray:
         """All coefficients in catalogue order, neutral unless set in the model: shape (c,)."""

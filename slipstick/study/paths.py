@@ -79,8 +79,8 @@ def _needed(settings: StudySettings, comparison: Comparison, last: Round, place:
     if effects.find(last["added"][place]).uses_run_order:
         return True
     rest = [*last["added"][:place], *last["added"][place + 1:]]
-    start = design(settings, *last["added"]).part(np.array(last["fit"]["theta"]), rest)
-    without = {"added": rest, "fit": stored(mixed.fit(comparison, design(settings, *rest), start, profiled=False))}
+    start = design(settings, comparison, *last["added"]).part(np.array(last["fit"]["theta"]), rest)
+    without = {"added": rest, "fit": stored(mixed.fit(comparison, design(settings, comparison, *rest), start, profiled=False))}
     return better(settings, comparison, without, last)
 
 

@@ -35,9 +35,9 @@ _STARTS = 3
 """Points from which a candidate is fitted at most."""
 
 
-def design(settings: StudySettings, *added: str) -> Design:
+def design(settings: StudySettings, comparison: Comparison, *added: str) -> Design:
     """What moves in a fit with the effects added."""
-    return Design(settings.parameters, settings.scattering, added, settings.widest_scatter)
+    return Design(comparison.bench, settings.parameters, settings.scattering, added, settings.widest_scatter)
 
 
 def restore(settings: StudySettings, comparison: Comparison, one: Round,
@@ -46,7 +46,7 @@ def restore(settings: StudySettings, comparison: Comparison, one: Round,
     added = (*one["added"], candidate) if candidate else tuple(one["added"])
     stored = one["candidates"][candidate] if candidate else one["fit"]
     state = _state(stored)
-    found = mixed.at(comparison, design(settings, *added), state)
+    found = mixed.at(comparison, design(settings, comparison, *added), state)
     return replace(found, converged=stored["converged"], iterations=stored["iterations"])
 
 

@@ -21,6 +21,7 @@ from slipstick.study.conclusion import conclude
 from slipstick.study.evidence import evidence
 from slipstick.study.progress import STAGES, progress
 from slipstick.study.settings import StudySettings
+from tests.benches import HEAVY
 
 KEY = {"Idempotency-Key": "mine"}
 SETTINGS = {"catalogue": ["stribeck_friction", "centrifugal_pressure"], "shortlist": 2, "significance": 0.99,
@@ -68,7 +69,7 @@ def done(output: dict[str, Any], serving_jobs, tmp_path_factory: pytest.TempPath
 
 def settings_and_comparison(few_recordings: Path) -> tuple[StudySettings, Any]:
     settings = StudySettings.from_dict(SETTINGS)
-    return settings, compare(Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
+    return settings, compare(HEAVY, Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
 
 
 def test_a_study_is_queued_with_a_note_about_the_worker(client: httpx.Client) -> None:

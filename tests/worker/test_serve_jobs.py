@@ -22,6 +22,7 @@ from slipstick.study.conclusion import conclude
 from slipstick.study.progress import STAGES
 from slipstick.study.settings import StudySettings
 from slipstick.uncertainty import fit
+from tests.benches import HEAVY
 
 SETTINGS = {"population": 24, "generations": 30, "patience": 30, "order": 4, "seed": 5}
 
@@ -147,7 +148,7 @@ def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(
 
 def uninterrupted_study(few_recordings: Path) -> dict[str, Any]:
     settings = StudySettings.from_dict(STUDY)
-    compared = compare(Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
+    compared = compare(HEAVY, Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
     state = study.start(settings, compared)
     while not study.finished(state):
         state = study.advance(settings, compared, state)

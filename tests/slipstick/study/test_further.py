@@ -7,7 +7,6 @@ from itertools import product
 import numpy as np
 import pytest
 
-from slipstick.bench.conditions import paper_conditions
 from slipstick.clutch import effects, ensemble
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
@@ -19,6 +18,7 @@ from slipstick.study.design import Design
 from slipstick.study.further import further, tried
 from slipstick.study.marginal import State
 from slipstick.study.mixed import MixedFit
+from tests.benches import HEAVY
 
 PARAMETERS = ("pressure_bias", "initial_position", "friction_coefficient")
 NOISE = dict(zip(CHANNELS, (0.02, 0.1, 0.03, 2.0, 0.003), strict=True))
@@ -30,13 +30,13 @@ STILL = np.zeros((12, 2))  # modes of 12 runs without scatter
 @pytest.fixture(scope="module")
 def compared() -> Comparison:
     """The plain model under 12 conditions: two profiles, three motor speeds, two brake torques, one inertia."""
-    paper, time = paper_conditions(), np.arange(0.0, 2.0, 0.002)
+    paper, time = HEAVY.conditions, np.arange(0.0, 2.0, 0.002)
     speeds = np.unique(paper.motor_speed)[:3]
     rows = [np.flatnonzero((paper.current_profile == profile) & (paper.motor_speed == speed)
                            & (paper.load_inertia == 10) & (paper.brake_torque == brake))[0]
             for profile, speed, brake in product((0, 3), speeds, (20.0, 80.0))]
     conditions = replace(paper.take(rows), run_order=np.arange(12))
-    response = ensemble.signals(Model(), conditions, time)
+    response = ensemble.signals(Model(HEAVY.physics), conditions, time)
     locked = response.shifting_time[0]
     k = len(time) // WIDTH
     channels = {name: slice(place * k, min((place + 1) * k, 4 * k + 1)) for place, name in enumerate(CHANNELS)}
@@ -109,7 +109,7 @@ def test_shifting_times_alone_tell_by_how_they_differ_beside_noise_and_scatter(c
     place = np.flatnonzero(np.all([getattr(conditions, name) == best[name] for name in (
         "current_profile", "motor_speed", "brake_torque")], axis=0))
     points = np.array([[1, 1, 1.1], [1.01, 1, 1], [0.99, 1, 1], [1, 1.01, 1], [1, 0.99, 1], [1, 1, 1]])
-    times = ensemble.shifting_times(Model(), conditions.take(place), PARAMETERS, points)[0][:, 0]
+    times = ensemble.shifting_times(Model(HEAVY.physics), conditions.take(place), PARAMETERS, points)[0][:, 0]
     slopes = (times[1:5:2] - times[2:5:2]) / 0.02
     expected = abs(times[0] - times[-1]) / np.sqrt(NOISE["shifting_time"] ** 2 + SCATTER**2 * (slopes @ slopes))
     assert best["apart"] == pytest.approx(expected, rel=0.05)
@@ -139,6 +139,6 @@ def test_recorded_levels_and_a_step_beyond_are_tried(compared: Comparison) -> No
     assert len(grid) == 2 * 5 * 3 * 4
     assert np.unique(grid.load_inertia) == pytest.approx([8, 10, 12])
     assert np.all(grid.run_order == 12)
-    many = replace(paper_conditions(), motor_speed=np.linspace(100, 200, 216), load_inertia=np.linspace(5, 15, 216))
+    many = replace(HEAVY.conditions, motor_speed=np.linspace(100, 200, 216), load_inertia=np.linspace(5, 15, 216))
     assert len(tried(many, SEED)) == 1000
     assert set(tried(many, SEED).motor_speed) <= {*many.motor_speed, 80.0, 240.0}

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from slipstick.bench.conditions import paper_conditions
+
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
@@ -19,14 +19,15 @@ from slipstick.uncertainty.chaos import (
     germs_from_normals,
     make_basis,
 )
+from tests.benches import HEAVY
 
 AXES = ("pressure_bias", "initial_position", "friction_coefficient", "current_gain", "current_delay")
-CONDITIONS = paper_conditions().take(range(0, 216, 5))
+CONDITIONS = HEAVY.conditions.take(range(0, 216, 5))
 OfGerms = Callable[[np.ndarray], np.ndarray]
 
 
 def clutch(dimension: int, std: float) -> OfGerms:
-    simulator = Simulator(Model(), AXES[:dimension])
+    simulator = Simulator(Model(HEAVY.physics), AXES[:dimension])
     return lambda germs: simulator(1 + std * germs, CONDITIONS)
 
 

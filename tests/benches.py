@@ -1,0 +1,10 @@
+"""The shipped benches."""
+
+from pathlib import Path
+
+from slipstick.bench import Bench
+
+TABLES = Path(__file__).parents[1] / "tables"
+HEAVY = Bench.open(TABLES / "heavy.toml")
+COMPACT = Bench.open(TABLES / "compact.toml")
+BENCHES = (HEAVY, COMPACT)
