@@ -95,7 +95,7 @@ def test_a_tie_suggests_experiments(few_recordings: Path) -> None:
     output["result"]["further"] = [tie]
     text = study_text(output["result"], output["figure_data"], 0.9)
     lines = [" ".join(line.split()) for line in text.splitlines()]
-    assert "To tell slip-speed-dependent friction and centrifugal pressure head apart, run:" in text
+    assert "To distinguish slip-speed-dependent friction and centrifugal pressure head, run:" in text
     assert "3 238.8 4.8 16 no 0.21 shifting time more than 1000" in lines
     assert "0 104.7 6 20 yes 0.1 shifting time 12" in lines
 
