@@ -107,7 +107,7 @@ class Expansion:
 
     @property
     def missing(self) -> np.ndarray:
-        """Conditions without an expansion, shape (n,): the shifting time is NaN at one of the nodes or more."""
+        """Mask of the conditions without an expansion, shape (n,): those with a time of NaN at any node."""
         missing: np.ndarray = np.isnan(self.coefficients[0])
         return missing
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-REACH = 0.5  # alpha of the blend crossover: largest distance beyond a parent, relative to the distance of the parents
+REACH = 0.5  # alpha of the blend crossover: largest distance beyond a parent, relative to that between the parents
 TOGETHER = 0.5  # fraction of children on the line through their parents, for likelihood ridges oblique to the axes
 MUTATION = 20.0  # distribution index of the polynomial mutation; a higher index gives smaller mutations
 

@@ -130,7 +130,7 @@ class _Profile:
         self.path = covariance @ direction / self.variance  # slope of the unknowns along the profile, if it is normal
 
     def end(self, side: int, drop_at_end: float) -> float | None:
-        """The value below (`side` -1) or above (1) the estimate at which the profile has dropped; None if open."""
+        """The value below (`side` -1) or above (1) the estimate with a drop of `drop_at_end` decades; None if open."""
         edges = np.sort([self.direction * self.low, self.direction * self.high], axis=0).sum(axis=1)
         low, high = float(edges[0]), float(edges[1])
 
@@ -183,7 +183,7 @@ class _Profile:
         return float(exact(self.reference, self.space.candidate(vector)).sum())
 
     def _maximum(self, start: np.ndarray, local: Local) -> tuple[np.ndarray, Local]:
-        """The constrained maximum near `start` (k,); the local expansion is renewed if it ends at the edge of one."""
+        """The constrained maximum near `start` (k,); a local expansion is renewed if the maximum is at its edge."""
         for _ in range(ROUNDS):
             problem, region = local
             if np.all((start >= region.lower) & (start <= region.upper)):

@@ -29,7 +29,7 @@ _LN10 = np.log(10.0)
 
 
 def refined_vector(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> np.ndarray:
-    """The best vector of unknowns (k,) among `begin` and the maxima reached from it and from the additional starts.
+    """The best vector of unknowns (k,): `begin`, or a local maximum reached from it or from an additional start.
 
     The vectors are compared by the likelihood of the model itself, because local expansions around different candidates
     have different errors.

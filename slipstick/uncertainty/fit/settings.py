@@ -29,11 +29,13 @@ class FitSettings:
 
     The `method` "genetic" evaluates `population` candidates per generation, for at most `generations` generations. It
     stops early if `patience` generations improve the likelihood by no more than `tolerance` decades. It uses the
-    likelihood by expansion (expansion.py: `order`, `norm`, `rule`, `nodes`, and the number of samples `runs`; the
-    default None depends on the number of inputs). The `integration` is along "lines", or by "sampling" with `samples`
-    (a power of two) as in the paper. The method "classic" evaluates a grid with `grid` values per unknown, by samples
-    of the model. With `refine`, the best candidate of either method is refined on the exact likelihood. With
-    `intervals`, profile-likelihood intervals of confidence `level` are computed.
+    likelihood by expansion. `order`, `norm`, `rule`, `nodes` and the number of samples `runs` are those of
+    expansion.py; None selects a default for the number of inputs. The `integration` is along "lines", or by "sampling"
+    with `samples` (a power of two) as in the paper.
+
+    The method "classic" evaluates a grid with `grid` values per unknown, by samples of the model. With `refine`, the
+    best candidate of either method is refined on the exact likelihood. With `intervals`, profile-likelihood intervals
+    of confidence `level` are computed.
     """
 
     seed: int = 1
