@@ -6,6 +6,7 @@ from pydantic import BaseModel, Field
 
 from service.jobs import Job
 from service.schemas import (
+    BenchName,
     MassOutside,
     OutsidePolicy,
     RecordingsDigest,
@@ -85,8 +86,8 @@ class FitRequest(StrictModel):
     simulate: bool = Field(
         default=False, description="Whether to run the simulator instead of interpolating the table. The simulator "
                                    "uses the model of the table, and any of its parameters can be an input. Inputs are "
-                                   "clipped to the range from 0.5 to 1.5 times their value in that model (0.1 to 3 "
-                                   "times for the initial piston position).")
+                                   "clipped to the bounds of the bench.")
+    bench: BenchName = None
     parameters: list[str] | None = Field(
         default=None, min_length=1, max_length=20, examples=[["pressure_bias", "initial_position"]],
         description="Names of the uncertain inputs; all other parameters keep their nominal value. By default all axes "
@@ -101,6 +102,9 @@ class Fit(Job):
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
+    bench: str | None = Field(description="Name of the bench; null if none was needed.")
+    bench_digest: str | None = Field(description="SHA-256 digest of the physics of the bench.")
+    sensing_digest: str | None = Field(description="SHA-256 digest of the sensors and priors of the bench.")
     simulate: bool = Field(description="Whether the simulator is run instead of interpolating the table.")
     parameters: list[str] = Field(description="Names of the uncertain inputs.")
     outside: OutsidePolicy

@@ -125,7 +125,8 @@ def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
         correlation=covariance / np.outer(error, error),
         chi_square={name: float(np.mean(residual**2) / dof) for name, residual in residuals.items()},
         noise=problem.noise, rms_before=_rms(before), rms_after=_rms(residuals["shifting_time"] * shifting_time_noise),
-        at_bound=tuple(name for name, value in zip(fitted, solution.x, strict=True) if _is_at_bound(bench.prior(name), value)),
+        at_bound=tuple(name for name, value in zip(fitted, solution.x, strict=True)
+                       if _is_at_bound(bench.prior(name), value)),
         evaluations=evaluations + solution.nfev,
     )
 
@@ -147,7 +148,8 @@ class _Problem:
 
     def _residuals(self, vectors: np.ndarray) -> dict[str, np.ndarray]:
         coefficients = np.tile(self.coefficients, (len(vectors), 1))
-        response = ensemble.simulate(self.bench.physics.curves, vectors, coefficients, self.recordings.conditions, self.signals.time, _ACCURACY)
+        response = ensemble.simulate(self.bench.physics.curves, vectors, coefficients, self.recordings.conditions,
+                                     self.signals.time, _ACCURACY)
         if np.any(response.status == ensemble.FAILED):
             raise InvalidValue("A simulation failed within the bounds of the calibration",
                                "Start from a model closer to the nominal one")

@@ -14,9 +14,8 @@ import pytest
 from selenium import webdriver
 
 from slipstick.clutch.ensemble import shifting_times
-from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 ROOT = Path(__file__).parents[1]
 BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -28,7 +27,7 @@ BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable
 def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small simulated table, `nominal`, and the shipped recordings, `measured`."""
     folder = tmp_path_factory.mktemp("tables")
-    model, conditions, grid = Model(HEAVY.physics), HEAVY.conditions, np.linspace(0.5, 1.5, 9)
+    model, conditions, grid = NOMINAL, HEAVY.conditions, np.linspace(0.5, 1.5, 9)
     axes = (Axis("pressure_bias", grid, 1.6, "bar"), Axis("initial_position", grid, 5e-4, "m"))
     times, status = shifting_times(model, conditions, [axis.name for axis in axes], np.array(list(product(grid, grid))))
     shape = (len(grid), len(grid), len(conditions))

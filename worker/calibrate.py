@@ -5,13 +5,11 @@ import json
 import sys
 from pathlib import Path
 
-from slipstick.bench import parameters
+from slipstick.bench import Bench, parameters
 from slipstick.calibration import Calibration, calibrate
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.recordings import Recordings
 from slipstick.storage.files import replacing
-from worker.build import read_model
+from worker.bench_option import add_bench_argument, open_model, open_recordings
 
 LARGE_CHI_SQUARE = 2.0
 """Reduced chi-square above which sensor noise alone does not explain a signal."""
@@ -23,23 +21,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="recordings with signals, .h5 or .csv (default: %(default)s)")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if the recordings are a CSV file")
+    add_bench_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to start from (default: the nominal parameters)")
-    parser.add_argument("--shifting-time-noise", type=float, default=3e-3, metavar="S",
-                        help="standard deviation of the shifting-time measurement in s (default: %(default)s)")
     parser.add_argument("--out", type=Path, metavar="FILE",
                         help="write the calibration as JSON, for `build --model`")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print the result, and write it unless a parameter is at a bound."""
-    start = read_model(arguments.model) if arguments.model else Model()
-    recordings = Recordings.open(arguments.recordings, arguments.signals)
-    calibration = calibrate(recordings, start, arguments.shifting_time_noise, print_progress)
+    bench = Bench.open(arguments.bench)
+    recordings = open_recordings(bench, arguments.recordings, arguments.signals)
+    calibration = calibrate(recordings, bench, open_model(bench, arguments.model), print_progress)
     print(report(calibration))
     if calibration.at_bound:
         bounds = ", ".join(f"{name} ({p.lower:g} to {p.upper:g} times nominal)" for name in calibration.at_bound
-                           for p in [parameters.PARAMETERS[parameters.index(name)]])
+                           for p in [bench.prior(name)])
         raise InvalidValue(f"The calibration was not written, because parameters are at a bound: {bounds}",
                            "Look for an effect that the model lacks (`study`), or start from another --model")
     if arguments.out:
@@ -58,7 +55,7 @@ def print_progress(free: tuple[str, ...], evaluations: int, squares: float) -> N
 
 def report(calibration: Calibration) -> str:
     """The calibration as plain text."""
-    nominal = dict(zip(parameters.NAMES, parameters.nominal(), strict=True))
+    nominal = dict(zip(parameters.NAMES, calibration.model.physics.nominal, strict=True))
     lines = [f"{'parameter':22}{'value':>12}  {'std. error':>10}  {'x nominal':>9}"]
     for name, entry in calibration.spec()["parameters"].items():
         note = "  at a bound: not a valid estimate" if name in calibration.at_bound else ""

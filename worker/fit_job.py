@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.bench.conditions import Conditions
+from slipstick.bench import Bench, Conditions
 from slipstick.clutch.model import Model
 from slipstick.figure_data import figure_data
 from slipstick.inference import simulated_problem, table_problem
@@ -122,6 +122,13 @@ def _open(library: Library, order: Order) -> _Task:
     table, recordings = library.table(order["table"]), library.recording(order["recordings"])
     require_same(order, "table", table.digest, "fit")
     require_same(order, "recordings", recordings.digest, "fit")
-    problem = (simulated_problem(table.model, recordings, order["parameters"]) if order["simulate"]
-               else table_problem(table, recordings, order["outside"], order["parameters"]))
+    problem = (simulated_problem(table.model, recordings, order["parameters"], _bench(library, order))
+               if order["simulate"] else table_problem(table, recordings, order["outside"], order["parameters"]))
     return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
+
+
+def _bench(library: Library, order: Order) -> Bench:
+    bench = library.bench(order["bench"])
+    require_same(order, "bench", bench.digest, "fit")
+    require_same(order, "sensing", bench.sensing_digest, "fit")
+    return bench

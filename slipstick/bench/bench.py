@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.physics import Physics
@@ -43,6 +45,11 @@ class Bench:
     def uncertain(self) -> tuple[str, ...]:
         """Names of the parameters that a calibration estimates."""
         return tuple(name for name, prior in zip(parameters.NAMES, self.priors, strict=True) if prior.uncertain)
+
+    @property
+    def profiles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times in s and currents in A of the current profiles, (p, k) each."""
+        return self.conditions.profile_time, self.conditions.profile_current
 
     def require(self, physics: Physics) -> None:
         """Raise `InvalidValue` where `physics`, that of a model, is not that of this bench."""

@@ -12,7 +12,6 @@ from slipstick.storage.sheet import Sheet
 
 CONDITION_UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m^2", "brake_torque": "N m"}
 INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
-"""Further columns of a bench without a torque converter."""
 PROFILE_UNITS = {"time": "s", "current": "A"}
 _LARGEST = 64 << 20  # bytes of a CSV file
 

@@ -55,9 +55,9 @@ def drive(first, stop, conditions_per_point, vectors, coefficients, active_effec
 
     Engagement e combines point e // conditions_per_point and condition e modulo n: conditions_per_point = n combines
     every point with all n conditions, 1 pairs them. `conditions` is (n, 5): motor speed, load inertia, brake torque,
-    position in the run order, given input torque. `curves` are the `Converter.terms`. `profiles` is (n, 2): current profile, column of `initial_speed`. A sample is the state
-    vector, the slip flag and the sign of the slip. An engagement that has not locked by the end of its current profile
-    counts as never locked.
+    position in the run order, given input torque. `curves` are the `Converter.terms`. `profiles` is (n, 2): current
+    profile, column of `initial_speed`. A sample is the state vector, the slip flag and the sign of the slip. An
+    engagement that has not locked by the end of its current profile counts as never locked.
     """
     active, state_size = active_effects.flags, active_effects.state_size
     n, count, last_segment = len(conditions), len(sample_times), profile_segments.shape[1] - 1

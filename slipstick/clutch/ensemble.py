@@ -74,7 +74,7 @@ class Response:
 def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditions,
              sample_times: np.ndarray | None = None, accuracy: Accuracy = DEFAULT,
              threads: int | None = None, paired: bool = False) -> Response:
-    """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions on a bench with `converter`.
+    """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions, with a `converter`.
 
     All points are combined with all conditions; with `paired`, m = n and point i is combined with condition i only.
     With `sample_times` (k,) in s, not decreasing, the response contains the sensor signals at these times. The result

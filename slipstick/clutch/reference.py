@@ -120,7 +120,8 @@ class Engagement:
         film = self.with_effects("film torque", p.film_coefficient * per_gap * (y[3] / p.gear_ratio - y[4]), t, y)
         friction = self.with_effects("friction coefficient", p.friction_coefficient, t, y)
         capacity = s * s * (3 - 2 * s) * friction * contact
-        drive = (self.with_effects("converter torque", self.converter.torque(y[3], self.motor_speed) + self.input_torque, t, y)
+        given = self.converter.torque(y[3], self.motor_speed) + self.input_torque
+        drive = (self.with_effects("converter torque", given, t, y)
                  - p.input_viscous * y[3] - p.input_coulomb)
         load = self.with_effects("load torque", self.brake_torque + p.output_viscous * y[4], t, y)
 

@@ -22,7 +22,10 @@ LARGEST = 20_000_000
 
 @dataclass(frozen=True)
 class Sheet:
-    """Columns of finite numbers (r,) by name, in the units asked for; their headings; the line of each row."""
+    """Columns of finite numbers (r,) by name, their headings with units, the line number of each row (r,).
+
+    `columns` are in the units of the caller, whatever units the headings state.
+    """
 
     columns: dict[str, np.ndarray]
     headings: dict[str, str]
@@ -35,12 +38,13 @@ class Sheet:
              error: type[SlipstickError]) -> "Sheet":
         """Read the bytes of a file, converting the columns to the units in `required` and `optional`.
 
-        `what` is what the rows are, for errors. Raises `error`.
+        `what` names the file in errors. Raises `error`.
         """
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as fault:
-            raise error(f"Byte {fault.start} of the {what} is not UTF-8", "Save as UTF-8") from fault
+            raise error(f"Byte {fault.start} of the {what} file is not valid UTF-8",
+                        "Save the file in the encoding UTF-8") from fault
         reader = csv.reader(io.StringIO(text, newline=""), strict=True)
         try:
             remarks, heading = _first_row(reader, error)
@@ -52,11 +56,13 @@ class Sheet:
                     lines.append(reader.line_num)
                     rows.append(_numbers(cells, heading, reader.line_num, error))
                     if len(rows) * len(heading) > LARGEST:
-                        raise error(f"There are more than {LARGEST:,} numbers", "Thin out the signals")
+                        raise error(f"The {what} file has more than {LARGEST:,} numbers",
+                                    "Reduce the sampling rate of the signals, or split the file")
         except csv.Error as fault:
-            raise error(f"Row {reader.line_num} is not CSV: {fault}", "Separate the columns by commas") from fault
+            raise error(f"Row {reader.line_num} is not valid CSV: {fault}",
+                        "Separate the cells by commas and close every quotation mark") from fault
         if not rows:
-            raise error(f"There is no row of {what}", "Give them below the names of the columns")
+            raise error(f"The {what} file has no rows of numbers", "Add them below the row of column names")
         table = np.array(rows)
         return cls({name: table[:, column] * factor for column, (name, factor) in enumerate(columns)},
                    dict(zip((name for name, _ in columns), heading, strict=True)), np.array(lines), remarks, error)
@@ -71,7 +77,7 @@ class Sheet:
         column = self.columns[name]
         broken = np.flatnonzero((column != np.round(column)) | (column < 0))
         if len(broken):
-            raise self.refusal(name, int(broken[0]), "is not a whole number from 0", "Count from 0")
+            raise self.refusal(name, int(broken[0]), "is not an integer from 0", "Enter an integer, counted from 0")
         return column.astype(np.int64)
 
     def positive(self, name: str, zero: bool = False) -> np.ndarray:
@@ -80,7 +86,7 @@ class Sheet:
         low = np.flatnonzero(column < 0 if zero else column <= 0)
         if len(low):
             says = "is negative" if zero else "is not positive"
-            raise self.refusal(name, int(low[0]), says, "Check the column and its unit")
+            raise self.refusal(name, int(low[0]), says, "Check the value and its unit")
         return column
 
 
@@ -91,7 +97,7 @@ def _first_row(reader: Iterator[list[str]], error: type[SlipstickError]) -> tupl
             remarks.append(",".join(cells).lstrip("# "))
         elif cells:
             return "\n".join(remarks), [cell.strip() for cell in cells]
-    raise error("The CSV file has no row", "Name the columns in the first row")
+    raise error("The CSV file has no row of column names", "Name the columns in the first row")
 
 
 def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...],
@@ -115,15 +121,17 @@ def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...
     for label, name in known.items():
         if name in required and name not in names:
             raise error(f"The column '{label}' is missing",
-                        "Name it in the first row, unit included, and separate columns by commas")
+                        "Add it under this name, unit included, and separate columns by commas")
     if len(set(names)) < len(names):
-        raise error("A column appears twice", "Give each once")
+        double = next(name for name in names if names.count(name) > 1)
+        raise error(f"The column '{double}' appears more than once", "Give each column once")
     return found
 
 
 def _numbers(cells: list[str], heading: list[str], line: int, error: type[SlipstickError]) -> list[float]:
     if len(cells) != len(heading):
-        raise error(f"Row {line} has {len(cells)} cells for {len(heading)} columns", "Give every row one cell a column")
+        raise error(f"Row {line} has {len(cells)} cells for {len(heading)} columns",
+                    "Give one cell per column, and use a decimal point, not a decimal comma")
     numbers = []
     for column, cell in zip(heading, cells, strict=True):
         try:
@@ -133,6 +141,6 @@ def _numbers(cells: list[str], heading: list[str], line: int, error: type[Slipst
         if not np.isfinite(number):
             says = f"'{cell.strip()[:40]}' is not a finite number" if cell.strip() else "the cell is empty"
             raise error(f"Row {line}, column '{column}': {says}",
-                        "Give a number with a decimal point, or leave the whole row out")
+                        "Enter a number with a decimal point, or leave out the engagement")
         numbers.append(number)
     return numbers

@@ -49,7 +49,8 @@ def ideal(comparison: Comparison, model: MixedFit, conditions: Conditions, modes
     """What would be recorded without noise if a fit were right, with the scatter `modes` (n, q), where all lock."""
     recorded = comparison.recordings.signals
     time = None if recorded is None else recorded.time
-    response = ensemble.simulate(model.design.bench.physics.curves, *_points(model, modes), conditions, time, paired=True)
+    response = ensemble.simulate(model.design.bench.physics.curves, *_points(model, modes), conditions, time,
+                                 paired=True)
     signals = None if time is None else Signals(time, *(getattr(response, name) for name in SIGNAL_UNITS))
     blank = replace(comparison, recordings=Recordings(conditions, response.shifting_time, signals))
     values = blank.predicted(response)

@@ -67,7 +67,8 @@ def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarra
         m = some.stop - first
         conditions = comparison.recordings.conditions.take(np.tile(np.arange(n), m))
         flat, acting = (one[some].reshape(m * n, -1) for one in (vectors, coefficients))
-        response = ensemble.simulate(comparison.bench.physics.curves, flat, acting, conditions, comparison.times, paired=True)
+        response = ensemble.simulate(comparison.bench.physics.curves, flat, acting, conditions, comparison.times,
+                                     paired=True)
         found.append(comparison.predicted(response).reshape(m, n, -1))
     return np.concatenate(found)
 

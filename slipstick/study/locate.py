@@ -49,7 +49,8 @@ def blocks(comparison: Comparison, found: MixedFit) -> Blocks | None:
     if signals is None or comparison.times is None:
         return None
     vectors, coefficients = found.design.vectors(found.points)
-    response = ensemble.simulate(comparison.bench.physics.curves, vectors, coefficients, recordings.conditions, comparison.times,
+    curves = comparison.bench.physics.curves
+    response = ensemble.simulate(curves, vectors, coefficients, recordings.conditions, comparison.times,
                                  paired=True)
     p = dict(zip(parameters.NAMES, vectors.T[:, :, None], strict=True))
     time, step = signals.time, float(np.median(np.diff(signals.time)))

@@ -80,7 +80,8 @@ def _needed(settings: StudySettings, comparison: Comparison, last: Round, place:
         return True
     rest = [*last["added"][:place], *last["added"][place + 1:]]
     start = design(settings, comparison, *last["added"]).part(np.array(last["fit"]["theta"]), rest)
-    without = {"added": rest, "fit": stored(mixed.fit(comparison, design(settings, comparison, *rest), start, profiled=False))}
+    fitted = mixed.fit(comparison, design(settings, comparison, *rest), start, profiled=False)
+    without = {"added": rest, "fit": stored(fitted)}
     return better(settings, comparison, without, last)
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
-BEFORE, AFTER = Model(HEAVY.physics), Model(HEAVY.physics).with_effect("stribeck_friction", {"strength": 0.2})
+BEFORE, AFTER = NOMINAL, NOMINAL.with_effect("stribeck_friction", {"strength": 0.2})
 JOB_INPUT = {"recordings": "mine", "recordings_digest": "c3d4", "simulate": False, "parameters": ["pressure_bias"],
              "outside": "clip", "settings": {"seed": 1}}
 

@@ -21,7 +21,7 @@ from slipstick.study.conclusion import conclude
 from slipstick.study.evidence import evidence
 from slipstick.study.settings import StudySettings
 from slipstick.table import Axis, Grid
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 TRUTH = (("pressure_bias", 1.05), ("initial_position", 0.95))
 STUDY = StudySettings(catalogue=("stribeck_friction", "quadratic_load_drag"), shortlist=2, significance=0.05)
@@ -32,7 +32,7 @@ CONDITIONS = HEAVY.conditions.take([3, 40, 77, 100, 150, 180, 199, 215])
 @pytest.fixture(scope="session")
 def small_table() -> Grid:
     """A table of 8 conditions on a grid of 5 x 5 points."""
-    model, values = Model(HEAVY.physics), np.linspace(0.7, 1.3, 5)
+    model, values = NOMINAL, np.linspace(0.7, 1.3, 5)
     axes = (Axis("pressure_bias", values, 1.6, "bar"), Axis("initial_position", values, 5e-4, "m"))
     points = np.array(list(product(values, values)))
     times, status = shifting_times(model, CONDITIONS, [axis.name for axis in axes], points)
@@ -44,7 +44,7 @@ def small_recordings() -> Recordings:
     """The same 8 conditions, simulated at `TRUTH` with 8 ms of noise on the shifting times."""
     names, multiples = zip(*TRUTH, strict=True)
     time = np.arange(0.0, 1.5, 0.01)
-    response = signals(Model(HEAVY.physics), CONDITIONS, time, names, np.array([multiples]))
+    response = signals(NOMINAL, CONDITIONS, time, names, np.array([multiples]))
     measured = response.shifting_time[0] + 0.008 * np.random.default_rng(2).standard_normal(8)
     return Recordings(CONDITIONS, measured, Signals(time, *(getattr(response, name)[0] for name in SIGNAL_UNITS)))
 
@@ -83,8 +83,8 @@ def studied(few_recordings: Path) -> Callable[[str], tuple[Comparison, study.Sta
     recordings: dict[str, Callable[[], Recordings]] = {
         "friction": lambda: few,
         "times": lambda: replace(few, signals=None),
-        "drag": lambda: bench(few, Model(HEAVY.physics).with_effect("quadratic_load_drag", {"drag": 0.03})),
-        "nothing": lambda: bench(few, Model(HEAVY.physics))}
+        "drag": lambda: bench(few, NOMINAL.with_effect("quadratic_load_drag", {"drag": 0.03})),
+        "nothing": lambda: bench(few, NOMINAL)}
 
     @cache
     def finished(name: str) -> tuple[Comparison, study.State, dict[str, Any]]:

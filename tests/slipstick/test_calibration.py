@@ -13,7 +13,7 @@ from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.processing import sensor_noise
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 TRUE_MULTIPLIERS = {"current_delay": 1.04, "current_bias": 0.94, "current_gain": 1.03, "pressure_bias": 0.93,
                     "temperature_gain": 1.05, "initial_position": 1.08, "friction_coefficient": 0.95}
@@ -32,8 +32,8 @@ def simulated_recordings(model: Model, step: int = 5, seed: int = 7) -> Recordin
 
 
 def true_model() -> Model:
-    nominal = dict(zip(parameters.NAMES, Model(HEAVY.physics).parameters, strict=True))
-    return Model(HEAVY.physics).with_parameters({name: nominal[name] * factor for name, factor in TRUE_MULTIPLIERS.items()})
+    nominal = dict(zip(parameters.NAMES, NOMINAL.parameters, strict=True))
+    return NOMINAL.with_parameters({name: nominal[name] * factor for name, factor in TRUE_MULTIPLIERS.items()})
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def test_chi_square_is_one_for_pure_noise_and_larger_for_missing_physics(calibra
 def test_effects_of_the_start_model_are_simulated() -> None:
     effect = {"strength": 0.22, "decay_speed": 25.0}
     hidden = true_model().with_effect("stribeck_friction", effect)
-    start = Model(HEAVY.physics).with_effect("stribeck_friction", effect)
+    start = NOMINAL.with_effect("stribeck_friction", effect)
     calibrated = calibration.calibrate(simulated_recordings(hidden), start)
     assert calibrated.chi_square["output_torque"] < 1.1
     assert calibrated.model.effects == hidden.effects
@@ -67,8 +67,8 @@ def test_effects_of_the_start_model_are_simulated() -> None:
 
 def test_too_few_engagements_and_signals_without_noise_are_rejected() -> None:
     with pytest.raises(InvalidValue, match="too few for a calibration"):
-        calibration.calibrate(simulated_recordings(Model(HEAVY.physics), step=24))
-    recordings = simulated_recordings(Model(HEAVY.physics), step=12)
+        calibration.calibrate(simulated_recordings(NOMINAL, step=24))
+    recordings = simulated_recordings(NOMINAL, step=12)
     assert recordings.signals is not None
     coarse = replace(recordings.signals, input_speed=np.round(recordings.signals.input_speed / 5) * 5)
     with pytest.raises(InvalidValue, match="input_speed shows no noise"):
@@ -76,7 +76,7 @@ def test_too_few_engagements_and_signals_without_noise_are_rejected() -> None:
 
 
 def test_noise_is_estimated_from_the_signals_alone() -> None:
-    signals = simulated_recordings(Model(HEAVY.physics)).signals
+    signals = simulated_recordings(NOMINAL).signals
     assert signals is not None
     estimated = sensor_noise(signals)
     for name, std in NOISE.items():
@@ -84,7 +84,7 @@ def test_noise_is_estimated_from_the_signals_alone() -> None:
 
 
 def test_a_parameter_at_its_bound_is_named() -> None:
-    out_of_bounds = Model(HEAVY.physics).with_parameters({"friction_coefficient": 3.2e-4 * 1.7})
+    out_of_bounds = NOMINAL.with_parameters({"friction_coefficient": 3.2e-4 * 1.7})
     calibrated = calibration.calibrate(simulated_recordings(out_of_bounds, step=12))
     assert "friction_coefficient" in calibrated.at_bound
 
@@ -99,4 +99,4 @@ def test_calibration_on_the_shipped_recordings_reduces_the_shifting_time_residua
 
 def test_recordings_without_signals_are_rejected() -> None:
     with pytest.raises(InvalidValue, match="Record pressure, speeds and torque"):
-        calibration.calibrate(replace(simulated_recordings(Model(HEAVY.physics), step=24), signals=None))
+        calibration.calibrate(replace(simulated_recordings(NOMINAL, step=24), signals=None))

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import shifting_times
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, OutsideTable, UnknownName
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.recordings import Recordings
 from slipstick.table import Grid
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 AXES = ["pressure_bias", "initial_position"]
 POINTS = np.random.default_rng(1).uniform(0.7, 1.3, (7, 2))
@@ -63,13 +62,13 @@ def test_the_policy_outside_the_table_is_applied(small_table: Grid, small_record
 def test_a_simulated_problem_agrees_with_the_simulator(small_recordings: Recordings) -> None:
     """Parameters need not be axes of a table, keep the given order, and are clipped at their bounds."""
     chosen = ["film_coefficient", "initial_position", "friction_coefficient"]
-    problem = simulated_problem(Model(HEAVY.physics), small_recordings, chosen)
+    problem = simulated_problem(NOMINAL, small_recordings, chosen)
     assert problem.axes == tuple(chosen)
     assert problem.knots is None
     np.testing.assert_array_equal([problem.lower, problem.upper], [[0.5, 0.1, 0.5], [1.5, 3.0, 1.5]])
     points = np.array([[1.0, 1.0, 1.0], [0.8, 1.4, 1.1], [9.0, 0.0, 1.0]])
     clipped = np.array([[1.0, 1.0, 1.0], [0.8, 1.4, 1.1], [1.5, 0.1, 1.0]])
-    expected = shifting_times(Model(HEAVY.physics), small_recordings.conditions, chosen, clipped)[0]
+    expected = shifting_times(NOMINAL, small_recordings.conditions, chosen, clipped)[0]
     np.testing.assert_array_equal(problem.model(points, problem.conditions), expected)
     assert len(np.unique(expected[:2, 0])) == 2
 
@@ -85,7 +84,7 @@ def test_invalid_inputs_raise(small_table: Grid, small_recordings: Recordings, c
     with pytest.raises(error, match=message):
         table_problem(small_table, small_recordings, "clip", chosen)
     with pytest.raises(error, match=message):
-        simulated_problem(Model(HEAVY.physics), small_recordings, chosen)
+        simulated_problem(NOMINAL, small_recordings, chosen)
 
 
 def test_the_error_distinguishes_axes_of_the_table_from_parameters(small_table: Grid,
@@ -93,4 +92,4 @@ def test_the_error_distinguishes_axes_of_the_table_from_parameters(small_table: 
     with pytest.raises(UnknownName, match=r"no axis of the table 'film_coefficient'.*initial_position, pressure_bias"):
         table_problem(small_table, small_recordings, "clip", ["film_coefficient"])
     with pytest.raises(UnknownName, match=r"no parameter 'mood'.*film_coefficient"):
-        simulated_problem(Model(HEAVY.physics), small_recordings, ["mood"])
+        simulated_problem(NOMINAL, small_recordings, ["mood"])

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import DEFAULT, NEVER_LOCKED, TIGHT, shifting_times
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.table import Table
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 from worker import building
 from worker.__main__ import main
 from worker.build import read_axis, read_model
@@ -26,7 +25,7 @@ AXES = ("pressure_bias=0.8:1.2:6", "initial_position=0.9:1.1:3", "friction_coeff
 
 
 def make_plan(conditions, axes=AXES, model=None, accuracy=DEFAULT):
-    model = model or Model(HEAVY.physics)
+    model = model or NOMINAL
     return Plan(model, conditions, tuple(read_axis(text, model) for text in axes), accuracy)
 
 
@@ -46,7 +45,7 @@ def test_the_table_equals_the_simulator_at_every_grid_point(six_conditions, tmp_
     assert len(plan.chunks) == 8
     a, b, c = (axis.values for axis in plan.axes)
     points = np.array([[x, y, z] for x in a for y in b for z in c])
-    times, status = shifting_times(Model(HEAVY.physics), six_conditions, [axis.name for axis in plan.axes], points)
+    times, status = shifting_times(NOMINAL, six_conditions, [axis.name for axis in plan.axes], points)
     assert np.array_equal(table.times.reshape(-1, 6), times, equal_nan=True)
     assert np.array_equal(table.status.reshape(-1, 6), status)
     assert np.array_equal(table(points, six_conditions), times, equal_nan=True)
@@ -98,7 +97,7 @@ def test_chunks_of_a_different_build_are_not_reused(six_conditions, tmp_path):
     plan, out = make_plan(six_conditions), tmp_path / "a.h5"
     others = [make_plan(six_conditions.take([0, 1, 2, 3, 4, 0])), make_plan(six_conditions, accuracy=TIGHT),
               make_plan(six_conditions, ("pressure_bias=0.8:1.201:6", *AXES[1:])),
-              make_plan(six_conditions, model=Model(HEAVY.physics).with_parameters({"gear_ratio": 3.1}))]
+              make_plan(six_conditions, model=NOMINAL.with_parameters({"gear_ratio": 3.1}))]
     assert len({plan.digest, *(other.digest for other in others)}) == 5
     interrupted_chunks(plan, out, after=4)
     reports = []
@@ -135,7 +134,7 @@ def test_a_repeatedly_killed_build_gives_the_same_table(tmp_path, monkeypatch):
 
 
 def test_the_command_reads_a_model_and_conditions(tmp_path, capsys):
-    model = Model(HEAVY.physics).with_parameters({"gear_ratio": 3.0}).with_effect("quadratic_load_drag", {})
+    model = NOMINAL.with_parameters({"gear_ratio": 3.0}).with_effect("quadratic_load_drag", {})
     (tmp_path / "calibrated.json").write_text(json.dumps({"model": model.spec(), "chi_square": 1.0}))
     (tmp_path / "bench.csv").write_text(
         "current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m]\n2,140,10,50\n5,110,6,20\n")
@@ -165,11 +164,11 @@ def test_invalid_options_are_refused_with_a_remedy(arguments, message, tmp_path,
 
 def test_invalid_model_files_are_refused(tmp_path):
     path = tmp_path / "model.json"
-    for content in ("[]", "{", "{}", '{"model": 3}', json.dumps({**Model(HEAVY.physics).spec(), "torque_converter": {}})):
+    for content in ("[]", "{", "{}", '{"model": 3}', json.dumps({**NOMINAL.spec(), "torque_converter": {}})):
         path.write_text(content)
         with pytest.raises(InvalidValue):
             read_model(path)
-    path.write_text(json.dumps({**Model(HEAVY.physics).spec(), "effects": {"gravity": {"g": 9.81}}}))
+    path.write_text(json.dumps({**NOMINAL.spec(), "effects": {"gravity": {"g": 9.81}}}))
     with pytest.raises(UnknownName):
         read_model(path)
 

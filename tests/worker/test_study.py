@@ -15,7 +15,7 @@ from slipstick.recordings import Recordings
 from slipstick.study.comparison import compare
 from slipstick.study.settings import StudySettings
 from slipstick.table import Table
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 from worker.__main__ import main
 from worker.study import study_output
 from worker.study_text import study_text
@@ -137,7 +137,7 @@ def test_a_drifting_model_is_built_only_for_conditions_with_a_run_order(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     effect = next(effect for effect in CATALOGUE if effect.uses_run_order)
     coefficients = {coefficient.name: coefficient.typical for coefficient in effect.coefficients}
-    (tmp_path / "model.json").write_text(json.dumps(Model(HEAVY.physics).with_effect(effect.name, coefficients).spec()))
+    (tmp_path / "model.json").write_text(json.dumps(NOMINAL.with_effect(effect.name, coefficients).spec()))
     build = ["build", "--model", str(tmp_path / "model.json"), "--axis", "pressure_bias=0.9:1.1:2",
              "--out", str(tmp_path / "table.h5")]
     assert main(build) == 1

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, shifting_times
-from slipstick.clutch.model import Model
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 from worker.__main__ import main
 from worker.build import PAPER_AXES, read_axis
 from worker.building import build
@@ -14,7 +13,7 @@ from worker.plan import Plan
 
 
 def build_table(axes, conditions, out):
-    plan = Plan(Model(HEAVY.physics), conditions, tuple(read_axis(text, Model(HEAVY.physics)) for text in axes), DEFAULT)
+    plan = Plan(NOMINAL, conditions, tuple(read_axis(text, NOMINAL) for text in axes), DEFAULT)
     with ThreadPoolExecutor(2) as pool:
         return build(plan, out, pool, lambda done, resumed: None)
 
@@ -38,7 +37,7 @@ def test_the_printed_error_is_that_of_the_table(six_conditions, tmp_path, capsys
     table = build_table(axes, six_conditions, tmp_path / "a.h5")
     points = np.random.default_rng(7).uniform(table.lower, table.upper, (50, 2))
     names = [axis.name for axis in table.axes]
-    difference = table.interpolate(points) - shifting_times(Model(HEAVY.physics), six_conditions, names, points, TIGHT)[0]
+    difference = table.interpolate(points) - shifting_times(NOMINAL, six_conditions, names, points, TIGHT)[0]
     assert main(["verify", str(tmp_path / "a.h5"), "--points", "50", "--seed", "7"]) == 0
     output = capsys.readouterr().out
     rms = 1e3 * np.sqrt(np.mean(difference**2))

@@ -13,7 +13,7 @@ from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect,
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 CONDITIONS = replace(HEAVY.conditions, run_order=np.random.default_rng(4).permutation(216))
 SAMPLE_TIMES = np.arange(0.0, 1.8, 0.02)
@@ -25,7 +25,7 @@ each_effect = pytest.mark.parametrize("effect", effects.CATALOGUE, ids=lambda ef
 
 def with_effects(added: Iterable[Effect], fraction: float = 1.0) -> Model:
     """The model with the added effects, their amplitudes at a fraction of their typical values."""
-    model = Model(HEAVY.physics)
+    model = NOMINAL
     for effect in added:
         model = model.with_effect(effect.name, {
             c.name: c.typical if c.shape else c.neutral + fraction * (c.typical - c.neutral)
@@ -68,10 +68,10 @@ def test_all_effects_together_agree_with_the_reference_in_slip_stick_and_rest() 
 
 @each_effect
 def test_neutral_coefficients_are_bit_identical_to_the_papers_model(effect: Effect) -> None:
-    baseline = ensemble.signals(Model(HEAVY.physics), CONDITIONS, SAMPLE_TIMES)
+    baseline = ensemble.signals(NOMINAL, CONDITIONS, SAMPLE_TIMES)
     # The second point makes the effect active for both points, so the formula runs with neutral values for the first.
-    vectors = np.tile(Model(HEAVY.physics).parameters, (2, 1))
-    coefficients = np.array([Model(HEAVY.physics).coefficients(), with_effects([effect]).coefficients()])
+    vectors = np.tile(NOMINAL.parameters, (2, 1))
+    coefficients = np.array([NOMINAL.coefficients(), with_effects([effect]).coefficients()])
     both = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, SAMPLE_TIMES)
     np.testing.assert_array_equal(both.shifting_time[0], baseline.shifting_time[0])
     np.testing.assert_array_equal(stacked(both)[0], stacked(baseline)[0])
@@ -79,7 +79,7 @@ def test_neutral_coefficients_are_bit_identical_to_the_papers_model(effect: Effe
 
 @each_effect
 def test_typical_coefficients_are_visible_and_every_engagement_locks(effect: Effect) -> None:
-    baseline = stacked(ensemble.signals(Model(HEAVY.physics), CONDITIONS, SAMPLE_TIMES))
+    baseline = stacked(ensemble.signals(NOMINAL, CONDITIONS, SAMPLE_TIMES))
     response = ensemble.signals(with_effects([effect]), CONDITIONS, SAMPLE_TIMES)
     assert np.all(response.status == ensemble.LOCKED)
     rms = np.sqrt(np.mean((stacked(response) - baseline) ** 2, axis=(0, 1, 2)))
@@ -135,9 +135,9 @@ def test_an_effect_depends_on_its_input_value(effect: Effect) -> None:
 
 
 def test_sensor_effects_change_only_the_reading_of_their_sensor() -> None:
-    model = Model(HEAVY.physics).with_effect("pressure_sensor_gain", {"gain": 0.1}).with_effect("pressure_sensor_offset",
+    model = NOMINAL.with_effect("pressure_sensor_gain", {"gain": 0.1}).with_effect("pressure_sensor_offset",
                                                                                  {"offset": 0.5})
-    baseline, reading = (ensemble.signals(entry, CONDITIONS, SAMPLE_TIMES) for entry in (Model(HEAVY.physics), model))
+    baseline, reading = (ensemble.signals(entry, CONDITIONS, SAMPLE_TIMES) for entry in (NOMINAL, model))
     # Catalogue order: lag, offset, gain.
     np.testing.assert_allclose(reading.pressure, (baseline.pressure + 0.5) * 1.1, rtol=1e-14)
     for name in SIGNALS[1:]:
@@ -173,14 +173,14 @@ def test_signals_are_finite_within_the_bounds_of_every_amplitude(effect: Effect)
                       for bound in (amplitude.lower, amplitude.upper) for fraction in (0.25, 0.5, 0.75)):
             values = {c.name: c.typical if c.shape else c.neutral for c in effect.coefficients}
             values[amplitude.name] = value
-            response = ensemble.signals(Model(HEAVY.physics).with_effect(effect.name, values), few, SAMPLE_TIMES)
+            response = ensemble.signals(NOMINAL.with_effect(effect.name, values), few, SAMPLE_TIMES)
             assert np.isfinite(stacked(response)).all(), (amplitude.name, value)
 
 
 @each_effect
 def test_every_amplitude_alone_has_an_effect(effect: Effect) -> None:
-    baseline = stacked(ensemble.signals(Model(HEAVY.physics), CONDITIONS, SAMPLE_TIMES))
+    baseline = stacked(ensemble.signals(NOMINAL, CONDITIONS, SAMPLE_TIMES))
     for amplitude in (c for c in effect.coefficients if not c.shape):
         values = {c.name: c.typical if c.shape or c is amplitude else c.neutral for c in effect.coefficients}
-        changed = stacked(ensemble.signals(Model(HEAVY.physics).with_effect(effect.name, values), CONDITIONS, SAMPLE_TIMES))
+        changed = stacked(ensemble.signals(NOMINAL.with_effect(effect.name, values), CONDITIONS, SAMPLE_TIMES))
         assert np.abs(changed - baseline).max() > 0, f"{amplitude.name} is a shape coefficient: set shape=True"

@@ -7,18 +7,18 @@ import pytest
 from slipstick.bench import parameters
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 
 def test_spec_survives_json_and_keeps_the_digest() -> None:
-    model = Model(HEAVY.physics).with_parameters({"pressure_bias": 1.7}).with_effect("stribeck_friction", {"strength": 0.1})
+    model = NOMINAL.with_parameters({"pressure_bias": 1.7}).with_effect("stribeck_friction", {"strength": 0.1})
     restored = Model.from_spec(json.loads(json.dumps(model.spec())))
     assert restored == model
-    assert restored.digest == model.digest != Model(HEAVY.physics).digest
+    assert restored.digest == model.digest != NOMINAL.digest
 
 
 def test_other_converter_curves_are_rejected() -> None:
-    spec = Model(HEAVY.physics).spec()
+    spec = NOMINAL.spec()
     spec["torque_converter"] = {**spec["torque_converter"], "torque_ratio": [2.0] * 13}
     with pytest.raises(InvalidValue, match="other torque converter curves"):
         Model.from_spec(spec)
@@ -32,7 +32,7 @@ def test_unknown_effects_are_rejected(coefficients: dict[str, float]) -> None:
 
 def test_values_that_are_not_finite_are_rejected() -> None:
     with pytest.raises(InvalidValue, match="not finite"):
-        Model(HEAVY.physics).with_parameters({"pressure_bias": float("nan")})
+        NOMINAL.with_parameters({"pressure_bias": float("nan")})
 
 
 def test_every_parameter_is_described() -> None:

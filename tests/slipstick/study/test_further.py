@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from slipstick.clutch import effects, ensemble
-from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.study import mixed
@@ -18,7 +17,7 @@ from slipstick.study.design import Design
 from slipstick.study.further import further, tried
 from slipstick.study.marginal import State
 from slipstick.study.mixed import MixedFit
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 PARAMETERS = ("pressure_bias", "initial_position", "friction_coefficient")
 NOISE = dict(zip(CHANNELS, (0.02, 0.1, 0.03, 2.0, 0.003), strict=True))
@@ -36,7 +35,7 @@ def compared() -> Comparison:
                            & (paper.load_inertia == 10) & (paper.brake_torque == brake))[0]
             for profile, speed, brake in product((0, 3), speeds, (20.0, 80.0))]
     conditions = replace(paper.take(rows), run_order=np.arange(12))
-    response = ensemble.signals(Model(HEAVY.physics), conditions, time)
+    response = ensemble.signals(NOMINAL, conditions, time)
     locked = response.shifting_time[0]
     k = len(time) // WIDTH
     channels = {name: slice(place * k, min((place + 1) * k, 4 * k + 1)) for place, name in enumerate(CHANNELS)}
@@ -109,7 +108,7 @@ def test_shifting_times_alone_tell_by_how_they_differ_beside_noise_and_scatter(c
     place = np.flatnonzero(np.all([getattr(conditions, name) == best[name] for name in (
         "current_profile", "motor_speed", "brake_torque")], axis=0))
     points = np.array([[1, 1, 1.1], [1.01, 1, 1], [0.99, 1, 1], [1, 1.01, 1], [1, 0.99, 1], [1, 1, 1]])
-    times = ensemble.shifting_times(Model(HEAVY.physics), conditions.take(place), PARAMETERS, points)[0][:, 0]
+    times = ensemble.shifting_times(NOMINAL, conditions.take(place), PARAMETERS, points)[0][:, 0]
     slopes = (times[1:5:2] - times[2:5:2]) / 0.02
     expected = abs(times[0] - times[-1]) / np.sqrt(NOISE["shifting_time"] ** 2 + SCATTER**2 * (slopes @ slopes))
     assert best["apart"] == pytest.approx(expected, rel=0.05)

@@ -4,10 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.table import Axis, Grid
-from tests.benches import HEAVY
+from tests.benches import HEAVY, NOMINAL
 
 
 def test_conditions_are_matched_by_value(table):
@@ -42,17 +41,17 @@ def test_the_digest_depends_on_the_content_only(table):
         Grid(axes, later, status, table.conditions, table.model),
         Grid(axes, times, failed, table.conditions, table.model),
         Grid(axes, times, status, faster, table.model),
-        Grid(axes, times, status, table.conditions, Model(HEAVY.physics).with_parameters({"gear_ratio": 3.0})),
+        Grid(axes, times, status, table.conditions, NOMINAL.with_parameters({"gear_ratio": 3.0})),
         *(Grid((replace(axes[0], **change), axes[1]), times, status, table.conditions, table.model)
           for change in ({"name": "gear_ratio"}, {"nominal": 1.7}, {"unit": "Pa"},
                          {"values": axes[0].values + 0.01})),
     ]
     assert len({table.digest, *(other.digest for other in others)}) == len(others) + 1
-    assert Grid(axes, times.copy(), status, table.conditions, Model(HEAVY.physics), "another origin").digest == table.digest
+    assert Grid(axes, times.copy(), status, table.conditions, NOMINAL, "another origin").digest == table.digest
 
 
 def test_the_run_order_matters_only_if_an_effect_depends_on_it(table, tmp_path):
-    drifting = Model(HEAVY.physics).with_effect("temperature_drift", {"drift": 0.02})
+    drifting = NOMINAL.with_effect("temperature_drift", {"drift": 0.02})
     ordered, other = (replace(table.conditions, run_order=np.array(order)) for order in ([2, 0, 1], [0, 2, 1]))
     constant, drift = replace(table, conditions=ordered), replace(table, conditions=ordered, model=drifting)
     assert constant.digest == table.digest
