@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from slipstick.errors import SlipstickError
 
 COMMANDS = {
+    "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)",
     "build": "simulate a table of shifting times on a grid; after an interruption the same command resumes the build",
     "calibrate": "fit the seven uncertain parameters to recordings by nonlinear least squares",
     "serve-jobs": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
