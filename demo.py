@@ -1,7 +1,8 @@
 """End-to-end demo: calibration, tables, a fit, a study of the missing effect, and fits before and after adding it.
 
-`python demo.py start` leaves service and worker running; `python demo.py stop` stops them. The demo needs only the
-standard library. It runs the commands that a user would type, and prints each of them.
+`python demo.py start` leaves service and worker running; `python demo.py stop` stops them. The environment variable BENCH
+selects another bench file. The demo needs only the standard library. It runs the commands that a user would type, and
+prints each of them.
 """
 
 import fcntl
@@ -20,8 +21,11 @@ from pathlib import Path
 PORT = os.environ.get("SLIPSTICK_PORT", "8000")
 ADDRESS = f"http://127.0.0.1:{PORT}"
 RUN = Path("var/demo")
-CALIBRATION = "var/calibration.json"
-FIT = {"table": "calibrated", "recordings": "measured"}
+BENCH = Path(os.environ.get("BENCH", "tables/heavy.toml"))
+SUFFIX = "" if BENCH == Path("tables/heavy.toml") else f"-{BENCH.stem}"
+"""Of the files of a bench that is not the default, whose recordings are tables/measured-NAME.h5."""
+CALIBRATION = f"var/calibration{SUFFIX}.json"
+FIT = {"table": f"calibrated{SUFFIX}", "recordings": f"measured{SUFFIX}"}
 STUDY = {"recordings": FIT["recordings"]}
 STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
           "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",
@@ -34,15 +38,20 @@ def start() -> None:
     """Run the demo and leave service and worker running."""
     if not (PORT.isdecimal() and 0 < int(PORT) < 65536):
         sys.exit(f"SLIPSTICK_PORT is '{PORT}', which is not a port. Give a number from 1 to 65535.")
+    if not (BENCH.is_file() and Path(f"tables/{FIT['recordings']}.h5").is_file()):
+        sys.exit(f"The demo needs {BENCH} and the recordings tables/{FIT['recordings']}.h5 that go with it. Give the bench "
+                 "with `make demo BENCH=tables/compact.toml`.")
     stop()
     with socket.socket() as probe:
         if probe.connect_ex(("127.0.0.1", int(PORT))) == 0:
             sys.exit(f"Port {PORT} is in use. Stop the program that uses it, or run `SLIPSTICK_PORT=8001 make demo`.")
     seconds: dict[str, float] = {}
-    step(seconds, "table at the nominal parameters", "build", "--out", "tables/nominal.h5")
-    step(seconds, "calibration on the shipped recordings", "calibrate", "--out", CALIBRATION)
+    step(seconds, "table at the nominal parameters",
+         "build", "--bench", str(BENCH), "--out", f"tables/nominal{SUFFIX}.h5")
+    step(seconds, "calibration on the shipped recordings", "calibrate", "--bench", str(BENCH),
+         "--recordings", f"tables/{FIT['recordings']}.h5", "--out", CALIBRATION)
     step(seconds, "table at the calibrated parameters",
-         "build", "--model", CALIBRATION, "--out", f"tables/{FIT['table']}.h5")
+         "build", "--bench", str(BENCH), "--model", CALIBRATION, "--out", f"tables/{FIT['table']}.h5")
 
     print("\nStarting service and worker", flush=True)
     begin = time.monotonic()
@@ -87,9 +96,9 @@ def refit(links: dict[str, str], seconds: dict[str, float]) -> dict[str, dict]:
     """Fit the study's models before and after with the same settings, each on its own table; return both results."""
     outputs = {}
     for which in ("before", "after"):
-        spec, table = RUN / f"{which}.json", f"study-{which}"
+        spec, table = RUN / f"{which}.json", f"study-{which}{SUFFIX}"
         request(f"{links['model']}?which={which}", out=spec)
-        step(seconds, f"table of the model {which} the extension", "build", "--model", str(spec),
+        step(seconds, f"table of the model {which} the extension", "build", "--bench", str(BENCH), "--model", str(spec),
              "--conditions", f"tables/{STUDY['recordings']}.h5", "--out", f"tables/{table}.h5")
         begin = time.monotonic()
         outputs[which] = follow(request("/v1/fits", {"table": table, **REFIT})["links"]["self"])

@@ -245,6 +245,16 @@ class FitSummary(BaseModel):
     history: list[float | None] = Field(description="Best log10 likelihood of the search after each generation.")
 
 
+class PhysicalInput(BaseModel):
+    """A fitted input in the unit of its parameter."""
+
+    name: str = Field(description="Name of the input.")
+    unit: str = Field(description="Unit of the values.")
+    nominal: float = Field(description="Value of the parameter in the model; the multiple 1 corresponds to it.")
+    mean: float = Field(description="Fitted mean.")
+    std: float = Field(description="Fitted standard deviation.")
+
+
 class FitResult(BaseModel):
     """The result of a finished fit."""
 
@@ -254,6 +264,7 @@ class FitResult(BaseModel):
     recordings: str = Field(description="Name of the recordings.")
     recordings_digest: RecordingsDigest
     result: FitSummary
+    physical: list[PhysicalInput] = Field(description="The fitted inputs in their units, in the order of the inputs.")
     seconds: dict[str, float] = Field(description="Elapsed (wall-clock) time of each stage in s.")
     processor_seconds: dict[str, float] = Field(
         description="Processor time of each stage in s, summed over all threads of the worker.")

@@ -48,6 +48,23 @@ MassOutside = Annotated[float, Field(
     description="Probability that the inputs lie outside the table, where the policy `outside` applies.")]
 
 
+class AxisUnit(BaseModel):
+    """An axis of a table, and what its multiple 1 stands for."""
+
+    name: str = Field(description="Name of the parameter.")
+    nominal: float = Field(description="Value of the parameter at the multiple 1, in `unit`.")
+    unit: str = Field(description="Unit of the parameter.")
+
+    @classmethod
+    def of(cls, table: Table) -> list[dict[str, Any]]:
+        """The axes of a table as JSON."""
+        return [cls(name=axis.name, nominal=axis.nominal, unit=axis.unit).model_dump() for axis in table.axes]
+
+
+AxisUnits = Annotated[list[AxisUnit], Field(
+    description="The axes of the table in the order of the inputs, with the physical value of the multiple 1.")]
+
+
 class InputsBody(StrictModel):
     """Probability distribution of the uncertain inputs, one input per axis, in multiples of the nominal values."""
 

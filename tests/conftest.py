@@ -94,7 +94,8 @@ def made() -> Callable[..., dict[str, Any]]:
                 "measured": {name: values.tolist() for name, values in signals.items()},
                 "simulated": {name: values.tolist() for name, values in (
                     *signals.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
-        return {"result": result, "figure_data": figure_data,
+        physical = [{"name": axis, "unit": "bar", "nominal": 1.6, "mean": 1.6, "std": 0.08} for axis in axes]
+        return {"result": result, "physical": physical, "figure_data": figure_data,
                 "seconds": {"open": 0.2, "search": 18.0, "refine": 6.0, "intervals": 14.0},
                 "processor_seconds": {"open": 0.1, "search": 9.0, "refine": 3.0, "intervals": 7.0}}
 

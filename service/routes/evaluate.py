@@ -12,6 +12,8 @@ from service import npy
 from service.bodies import JsonRoute, require_media_type
 from service.problem_details import MalformedBody, error_responses
 from service.schemas import (
+    AxisUnit,
+    AxisUnits,
     ConditionList,
     LibraryDependency,
     OutsidePolicy,
@@ -62,6 +64,7 @@ class EvaluateResponse(BaseModel):
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
+    axes: AxisUnits
     outside: OutsidePolicy
     points_outside: int = Field(description="Number of points outside the table, to which `outside` was applied.")
     conditions: list[int] = Field(description="Indices of the conditions, in the order of the columns.")
@@ -112,8 +115,9 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
     if npy.MEDIA_TYPE in request.headers.get("accept", ""):
         return Response(npy.dump(times), headers=headers, media_type=npy.MEDIA_TYPE)
-    return json_response({"table": options.table, "table_digest": table.digest, "outside": options.outside,
-                          "points_outside": outside, "conditions": conditions, "shifting_time": times}, headers)
+    return json_response({"table": options.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
+                          "outside": options.outside, "points_outside": outside, "conditions": conditions,
+                          "shifting_time": times}, headers)
 
 
 def _parse(content: bytes) -> tuple[EvaluateRequest, np.ndarray]:

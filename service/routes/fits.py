@@ -77,7 +77,7 @@ def fit_result(id: FitId, store: FitStore) -> FitResult:
     job_input, output = input_of(fit), output_of(fit)
     return FitResult(id=id, **{name: job_input[name] for name in ("table", "table_digest", "recordings",
                                                                   "recordings_digest")},
-                     **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
+                     **{name: output[name] for name in ("result", "physical", "seconds", "processor_seconds")})
 
 
 @router.post("/{id}/cancel", summary="Cancel a fit", responses=error_responses(404, 503))

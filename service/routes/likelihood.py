@@ -12,6 +12,8 @@ from service.problem_details import error_responses
 from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from service.schemas import (
     SIMULATED,
+    AxisUnit,
+    AxisUnits,
     InputsBody,
     LibraryDependency,
     MassOutside,
@@ -103,6 +105,7 @@ class LikelihoodResponse(BaseModel):
     table_digest: TableDigest
     recordings: str = Field(description=f"Name of the recordings. {SIMULATED}")
     recordings_digest: RecordingsDigest
+    axes: AxisUnits
     outside: OutsidePolicy
     candidates: list[CandidateLikelihood] = Field(description="Likelihoods, in the order of the candidates.")
 
@@ -130,7 +133,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     normals = standard_normals(len(table.axes), SAMPLES, body.seed)
     return json_response({
         "table": body.table, "table_digest": table.digest, "recordings": body.recordings,
-        "recordings_digest": recordings.digest, "outside": body.outside,
+        "recordings_digest": recordings.digest, "axes": AxisUnit.of(table), "outside": body.outside,
         "candidates": [{"log10_likelihood": float(row.sum()), "error": error,
                         "per_condition": row.tolist() if body.per_condition else None,
                         "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, normals)}

@@ -9,6 +9,8 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute
 from service.problem_details import error_responses
 from service.schemas import (
+    AxisUnit,
+    AxisUnits,
     ConditionList,
     InputsBody,
     LibraryDependency,
@@ -126,6 +128,7 @@ class PropagateResponse(BaseModel):
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
+    axes: AxisUnits
     outside: OutsidePolicy
     mass_outside: MassOutside
     order: int = Field(description="Order of the expansions.")
@@ -169,7 +172,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     output = Output(expansion, body.output_std, body.samples, body.seed)
     normals = standard_normals(inputs.dimension, body.samples, body.seed)
     return json_response({
-        "table": body.table, "table_digest": table.digest, "outside": body.outside,
+        "table": body.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
+        "outside": body.outside,
         "mass_outside": mass_outside(inputs, table.lower, table.upper, normals),
         "order": basis.order, "nodes": adapted.runs, "reached": None if body.tolerance is None else adapted.reached,
         "germs": [germ.name for germ in basis.germs],

@@ -29,7 +29,7 @@ def engagement_findings(steady: SteadyStates, behaviour: Behaviour, known: np.nd
                     f"{1e3 * behaviour.position_at_lock[np.argmax(early)]:.3g} of "
                     f"{1e3 * steady['contact_position']:.3g} mm",
                     "the oil film alone brings both shafts to the same speed, and friction does not matter",
-                    "Check the units of film_coefficient, load_inertia, motor_speed and of the losses and torque of the input")]
+                    "Check film_coefficient, load_inertia and motor_speed, and the losses and torque of the input")]
 
 
 def _described(steady: SteadyStates, behaviour: Behaviour, row: int) -> str:

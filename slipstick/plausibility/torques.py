@@ -68,7 +68,7 @@ def brake_findings(steady: SteadyStates, known: np.ndarray) -> list[Finding]:
         f"the brake is stronger than the clutch in {numbered('condition', np.flatnonzero(weak))}: it holds "
         f"{_first(brake, weak):.4g} N m, and the closed clutch transmits at most {_first(held, weak):.4g} N m at the "
         "largest pressure",
-        "the load does not move, so these engagements do not lock",
+        "the load does not move, and an engagement can lock only by stopping the input shaft",
         "Check the units of brake_torque and friction_coefficient: the clutch transmits gear_ratio "
         "friction_coefficient times the contact pressure in Pa"),
         *Finding.of(

@@ -32,7 +32,7 @@ def test_a_sound_bench_is_described(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Nothing implausible" in out
 
 
-@pytest.mark.parametrize(("name", "start"), [("engagement.svg", b"<svg"), ("engagement.png", b"\x89PNG"), (None, b"<svg")])
+@pytest.mark.parametrize(("name", "start"), [("some.svg", b"<svg"), ("some.png", b"\x89PNG"), (None, b"<svg")])
 def test_the_median_engagement_is_drawn(tmp_path: Path, name: str | None, start: bytes) -> None:
     options = ("--picture",) if name is None else ("--picture", str(tmp_path / name))
     assert check(tmp_path / "mine.toml", (TABLES / "compact.toml").read_text(), *options) == 0
@@ -60,8 +60,7 @@ def test_findings_are_listed_and_only_a_useless_bench_fails(tmp_path: Path, caps
     text = (TABLES / "compact.toml").read_text()
     assert check(tmp_path / "mine.toml", text.replace("[5, 15, 30]", "[5, 15, 3000]")) == 0
     out = capsys.readouterr().out
-    assert "60 locked, 30 never locked" in out
-    for word in ("Implausible: 1", "1. conditions.brake_torque: the brake is stronger than the clutch",
+    for word in ("0 failed", "Implausible: 1", "1. conditions.brake_torque: the brake is stronger than the clutch",
                  "   Why it matters: ", "   What to do: "):
         assert word in out
     assert check(tmp_path / "mine.toml", text.replace('"1.1 bar"', '"110 bar"')) == 1
