@@ -1,8 +1,8 @@
 """End-to-end demo: calibration, tables, a fit, a study of the missing effect, and fits before and after adding it.
 
-`python demo.py start` leaves service and worker running; `python demo.py stop` stops them. The environment variable BENCH
-selects another bench file. The demo needs only the standard library. It runs the commands that a user would type, and
-prints each of them.
+`python demo.py start` leaves service and worker running; `python demo.py stop` stops them. The environment variable
+BENCH selects another bench file. The demo needs only the standard library. It runs the commands that a user would type,
+and prints each of them.
 """
 
 import fcntl
@@ -22,7 +22,7 @@ PORT = os.environ.get("SLIPSTICK_PORT", "8000")
 ADDRESS = f"http://127.0.0.1:{PORT}"
 RUN = Path("var/demo")
 BENCH = Path(os.environ.get("BENCH", "tables/heavy.toml"))
-SUFFIX = "" if BENCH == Path("tables/heavy.toml") else f"-{BENCH.stem}"
+SUFFIX = "" if BENCH.stem == "heavy" else f"-{BENCH.stem}"
 """Of the files of a bench that is not the default, whose recordings are tables/measured-NAME.h5."""
 CALIBRATION = f"var/calibration{SUFFIX}.json"
 FIT = {"table": f"calibrated{SUFFIX}", "recordings": f"measured{SUFFIX}"}
@@ -39,8 +39,8 @@ def start() -> None:
     if not (PORT.isdecimal() and 0 < int(PORT) < 65536):
         sys.exit(f"SLIPSTICK_PORT is '{PORT}', which is not a port. Give a number from 1 to 65535.")
     if not (BENCH.is_file() and Path(f"tables/{FIT['recordings']}.h5").is_file()):
-        sys.exit(f"The demo needs {BENCH} and the recordings tables/{FIT['recordings']}.h5 that go with it. Give the bench "
-                 "with `make demo BENCH=tables/compact.toml`.")
+        sys.exit(f"The demo needs {BENCH} and the recordings tables/{FIT['recordings']}.h5 that go with it. "
+                 "Give the bench with `make demo BENCH=tables/compact.toml`.")
     stop()
     with socket.socket() as probe:
         if probe.connect_ex(("127.0.0.1", int(PORT))) == 0:

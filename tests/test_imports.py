@@ -30,6 +30,9 @@ MAY_IMPORT = {
                             "slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.clutch "
                        "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5",
+    "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
+                              "slipstick.recordings.signals",
+    "slipstick.physical_values": "slipstick.bench slipstick.clutch.model",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.clutch slipstick.recordings",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
     "slipstick.uncertainty": "",

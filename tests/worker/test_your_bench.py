@@ -89,6 +89,6 @@ def test_the_fit_has_its_physical_values(folder: Path) -> None:
     assert physical["std"] == pytest.approx(nominal * result["result"]["std"][0])
 
 
-@pytest.mark.parametrize("part", re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL), ids=lambda part: part.split("\n")[0])
+@pytest.mark.parametrize("part", re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL), ids=lambda part: part.split()[0])
 def test_the_parts_shown_are_those_of_the_compact_bench(part: str) -> None:
     assert part in (TABLES / "compact.toml").read_text()
