@@ -77,7 +77,7 @@ def start() -> None:
     seconds["study"] = time.monotonic() - begin
     refits = refit(study["links"], seconds) if study_output["result"]["answer"]["effects"] else {}
 
-    print_fit(fit_output["result"])
+    print_fit(fit_output["result"], fit_output["physical"])
     print_study(study_output["result"])
     if refits:
         print_refits(study_output["result"]["models"], refits)
@@ -209,13 +209,15 @@ def progress_line(progress: dict) -> str | None:
         f"{progress['log10_likelihood']:.3f}")
 
 
-def print_fit(fit: dict) -> None:
-    """Print the estimates of a fit and its likelihood."""
+def print_fit(fit: dict, physical: list[dict]) -> None:
+    """Print the estimates of a fit, in multiples and in the units of its inputs, and its likelihood."""
     print("\nFitted inputs (multiples of the calibrated values; output std in s) with 90 % intervals")
     for interval in fit["intervals"]:
         lower, upper = (f"{interval[side]:.4g}" if interval[side] is not None else
                         "not found" if side in interval["unsettled"] else "open" for side in ("lower", "upper"))
         print(f"  {interval['unknown']:25} {interval['estimate']:8.4g}   [{lower}, {upper}]")
+    for row in physical:
+        print(f"  {row['name']:25} {row['mean']:8.4g} {row['unit']}, std {row['std']:.4g} {row['unit']}")
     before = fit["before"]
     print(f"log10 likelihood per ms: {before['log10_likelihood']:.2f} before the fit (calibrated model with output "
           f"noise of {1e3 * before['output_std']:.1f} ms only), {fit['log10_likelihood']:.2f} after")

@@ -1,11 +1,12 @@
 """Each quantity of a bench file, put wrong by a unit or a power of ten, is found, and nothing else is."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from slipstick.bench import Bench
+from slipstick.bench import Bench, parameters
 from slipstick.bench.reader import read
 from slipstick.plausibility import Inspection, inspect
 from tests.benches import BENCHES, TABLES
@@ -74,6 +75,22 @@ def test_a_broken_quantity_is_found_and_nothing_else(old: str, new: str, key: st
     inspection = inspect(changed((old, new)))
     assert keys(inspection) == [key]
     assert all(finding.what and finding.why and finding.remedy for finding in inspection.findings)
+
+
+@pytest.mark.parametrize("bench", [*BENCHES, TEMPLATE], ids=lambda bench: bench.name)
+@pytest.mark.parametrize(("name", "factor", "key"), [
+    ("current_delay", 1e3, "current_delay"), ("current_gain", 0.01, "pressure_bias"),
+    ("piston_pressure_rate", 1e3, "piston_pressure_rate"), ("piston_pressure", 0.01, "piston_pressure"),
+    ("piston_return", 100, "piston_pressure"), ("pressure_bias", 100, "pressure_bias"),
+    ("contact_position", 100, "piston_pressure"), ("initial_position", 10, "initial_position"),
+    ("contact_length", 1e3, "contact_length"), ("film_coefficient", 1e3, "film_coefficient"),
+    ("friction_coefficient", 100, "friction_coefficient"), ("input_coulomb", 1e3, "capacity_factor"),
+    ("ramp_share", 100, "ramp_share"), ("output_viscous", 1e3, "conditions")])
+def test_a_slip_by_powers_of_ten_is_found_on_every_bench(bench: Bench, name: str, factor: float, key: str) -> None:
+    values = tuple(value * (factor if known == name else 1)
+                   for known, value in zip(parameters.NAMES, bench.physics.nominal, strict=True))
+    found = keys(inspect(replace(bench, physics=replace(bench.physics, nominal=values))))
+    assert [entry.split(".")[-1] for entry in found] == [key]
 
 
 def test_two_broken_quantities_are_both_found() -> None:
