@@ -1,8 +1,6 @@
 # One image for the service, the worker and the offline commands (see docker-compose.yml).
 
 FROM python:3.11-slim AS packages
-# numpoly has no Linux wheel, so pip compiles it. The final image does not need the compiler.
-RUN apt-get update && apt-get install -y --no-install-recommends gcc libc6-dev
 WORKDIR /build
 COPY pyproject.toml ./
 RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" > requirements.txt \

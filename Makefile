@@ -13,7 +13,6 @@ help: ## list the targets
 
 setup: $(VENV)/.stamp ## make the environment in .venv and install everything into it
 
-# Wheels are preferred to newer source packages, so that no compiler is needed (numpoly).
 $(VENV)/.stamp: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Slipstick needs Python 3.11 or newer: set PYTHON=/path/to/python3.11"; exit 1; }
@@ -21,7 +20,7 @@ $(VENV)/.stamp: pyproject.toml
 	@$(PYTHON) -m venv $(VENV)
 	@echo "Installing Slipstick and its dependencies (a few minutes)"
 	@$(PIP) install --upgrade pip 2>&1 | sed '/^WARNING/d'
-	@$(PIP) install --prefer-binary -e '.[test]' > $(VENV)/install.log 2>&1 || { cat $(VENV)/install.log; exit 1; }
+	@$(PIP) install -e '.[test]' > $(VENV)/install.log 2>&1 || { cat $(VENV)/install.log; exit 1; }
 	@touch $@
 	@echo "Installed; activate the environment with: . $(BIN)/activate"
 
@@ -32,7 +31,7 @@ demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop
 
 test: lint ## ruff, mypy and all tests (at most six minutes on two cores)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
 lint: setup ## ruff and mypy only
 	@$(BIN)/ruff check .

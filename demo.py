@@ -25,7 +25,7 @@ BENCH = Path(os.environ.get("BENCH", "tables/heavy.toml"))
 SUFFIX = "" if BENCH.stem == "heavy" else f"-{BENCH.stem}"
 """Of the files of a bench that is not the default, whose recordings are tables/measured-NAME.h5."""
 CALIBRATION = f"var/calibration{SUFFIX}.json"
-FIT = {"table": f"calibrated{SUFFIX}", "recordings": f"measured{SUFFIX}"}
+FIT = {"table": f"calibrated{SUFFIX}", "recordings": f"measured{SUFFIX}", "parameters": ["initial_position"]}
 STUDY = {"recordings": FIT["recordings"]}
 STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
           "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",

@@ -1,4 +1,9 @@
-"""Draw the figure of the README: one recorded engagement and its simulations before and after calibration."""
+"""Draw the pictures of the README: the finding of a study, an engagement before and after calibration, and a fit.
+
+    python docs/picture.py var docs
+
+Needs a finished `make demo`: the calibration in var, and the table `calibrated`.
+"""
 
 import json
 import sys
@@ -10,17 +15,42 @@ from benchmarks.benches import HEAVY
 from slipstick.bench import parameters
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
-from slipstick.pictures import engagement, theme
+from slipstick.figure_data import figure_data
+from slipstick.inference import table_problem
+from slipstick.pictures import Spec, engagement, pictures, theme
 from slipstick.pictures.rendering import render
+from slipstick.pictures.study import study_pictures
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.study.comparison import compare
+from slipstick.study.settings import StudySettings
+from slipstick.table import Table
+from slipstick.uncertainty import fit
+from worker.study import study_output
 
 CONDITION = 100
 SIGNALS = (*SIGNAL_UNITS, "piston_position")
+FITTED = ("initial_position",)
+"""The uncertain input of the README's first fit."""
 
 
-def main(calibration: Path, out: Path) -> None:
+def main(var: Path, out: Path) -> None:
     recordings = Recordings.open("tables/measured.h5")
+    (out / "finding.png").write_bytes(render(finding(recordings), "png"))  # its points would fill a large SVG
+    engaged = one_engagement(recordings, var / "calibration.json")
+    (out / "engagement.svg").write_bytes(render(engaged, "svg"))
+    (out / "fit.svg").write_bytes(render(profiles(recordings, Table.open("tables/calibrated.h5")), "svg"))
+
+
+def finding(recordings: Recordings) -> Spec:
+    """The friction law that a study finds."""
+    settings = StudySettings()
+    output = study_output(settings, compare(recordings, settings.shifting_time_noise))
+    return study_pictures(output["result"], output["figure_data"])["law"]
+
+
+def one_engagement(recordings: Recordings, calibration: Path) -> Spec:
+    """One recorded engagement, and its simulation before and after calibration."""
     assert recordings.signals is not None
     time, conditions = recordings.signals.time, recordings.conditions.take([CONDITION])
     models = {"nominal": Model(HEAVY.physics), "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
@@ -32,13 +62,23 @@ def main(calibration: Path, out: Path) -> None:
         locks[name] = float(response.shifting_time[0, 0])
     values = dict(zip(parameters.NAMES, models["calibrated"].parameters, strict=True))
     position = np.array(lines["calibrated"]["piston_position"])
-    contact_time = time[np.argmax(position > (1 - values["ramp_share"]) * values["contact_position"])]
-    picture = theme.picture(
-        f"Experiment {CONDITION} locks at {theme.milliseconds(locks['measured'])} on the bench, at "
+    contact = time[np.argmax(position > (1 - values["ramp_share"]) * values["contact_position"])]
+    return theme.picture(
+        f"Condition {CONDITION} locks at {theme.milliseconds(locks['measured'])} on the bench, at "
         f"{theme.milliseconds(locks['calibrated'])} in the calibrated model",
         "Shaded: the phases of the calibrated simulation. Dashed: the shifting times.",
-        engagement.panels(time.tolist(), lines, locks, float(contact_time), values["gear_ratio"]))
-    out.write_bytes(render(picture, "svg"))
+        engagement.panels(time.tolist(), lines, locks, float(contact), values["gear_ratio"]))
+
+
+def profiles(recordings: Recordings, table: Table) -> Spec:
+    """The profile likelihoods of the README's first fit."""
+    settings, problem = fit.FitSettings(), table_problem(table, recordings, "clip", FITTED)
+    state = fit.final_state(settings, problem)
+    estimate = fit.refined_estimate(settings, problem, state)
+    while not fit.has_all_intervals(settings, estimate):
+        estimate = fit.with_next_interval(settings, problem, estimate)
+    data = figure_data(settings, problem, estimate["vector"], table.model, recordings)
+    return pictures(fit.summary(settings, problem, state, estimate), data)["profiles"]
 
 
 if __name__ == "__main__":

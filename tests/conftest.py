@@ -11,11 +11,20 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from distribution import Once, once, pytest_collection_modifyitems, pytest_xdist_make_scheduler
 from selenium import webdriver
 
 from slipstick.clutch.ensemble import shifting_times
+from slipstick.recordings import Recordings
+from slipstick.study import study
+from slipstick.study.comparison import compare
+from slipstick.study.conclusion import conclude
+from slipstick.study.evidence import evidence
+from slipstick.study.settings import StudySettings
 from slipstick.table import Axis, Grid
 from tests.benches import HEAVY, NOMINAL
+
+__all__ = ["once", "pytest_collection_modifyitems", "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
 
 ROOT = Path(__file__).parents[1]
 BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -51,6 +60,27 @@ def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
             few[name].attrs["units"] = shipped[name].attrs["units"]
         few["conditions/run_order"][:] = np.argsort(np.argsort(few["conditions/run_order"]))
     return folder
+
+
+@pytest.fixture(scope="session")
+def few_study(few_recordings: Path, once: Once) -> dict[str, Any]:
+    """A study of `few` that adds one effect: its `settings`, its `states`, None before the first, and its `output`."""
+    chosen = {"catalogue": ["stribeck_friction", "centrifugal_pressure"], "shortlist": 2, "significance": 0.99,
+              "smallest": 0.0, "most_effects": 1}
+
+    def compute() -> dict[str, Any]:
+        settings = StudySettings.from_dict(chosen)
+        compared = compare(HEAVY, Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
+        states: list[study.State] = [study.start(settings, compared)]
+        while not study.finished(states[-1]):
+            states.append(study.advance(settings, compared, states[-1]))
+        left = {"result": conclude(settings, compared, states[-1]),
+                "figure_data": evidence(settings, compared, states[-1]),
+                "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
+        return {"settings": chosen, "states": [None, *states], "output": json.loads(json.dumps(left, allow_nan=False))}
+
+    found: dict[str, Any] = once("few_study", compute)
+    return found
 
 
 @pytest.fixture(scope="session")

@@ -102,7 +102,7 @@ def worker(settings: Settings, address: str, launch: Callable[..., object]) -> N
     launch("worker", "serve-jobs", "--tables", str(settings.tables), "--jobs", settings.jobs)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def quick_service(shelf: Path, few_recordings: Path, serving: Serving, launch: Callable[..., subprocess.Popen[bytes]],
           tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, httpx.Client]]:
     """Folder of tables and client of a separate service and worker, with so few recordings that a study is fast."""

@@ -14,19 +14,12 @@ import pytest
 from service.settings import Settings
 from service.study_schemas import ModelSpec, StudyProgress, StudySettingsBody, StudySummary
 from slipstick.clutch.model import Model
-from slipstick.recordings import Recordings
 from slipstick.study import study
-from slipstick.study.comparison import compare
-from slipstick.study.conclusion import conclude
-from slipstick.study.evidence import evidence
 from slipstick.study.progress import STAGES, progress
 from slipstick.study.settings import StudySettings
-from tests.benches import HEAVY
 
 KEY = {"Idempotency-Key": "mine"}
-SETTINGS = {"catalogue": ["stribeck_friction", "centrifugal_pressure"], "shortlist": 2, "significance": 0.99,
-            "smallest": 0.0, "most_effects": 1}
-BODY = {"recordings": "few", "settings": SETTINGS}
+BODY = {"recordings": "few", "settings": {"significance": 0.99, "most_effects": 1}}
 
 
 @pytest.fixture
@@ -39,37 +32,27 @@ def client(few_recordings: Path, shelf: Path, tmp_path: Path, serving) -> Iterat
 
 
 @pytest.fixture(scope="module")
-def steps(few_recordings: Path) -> list[study.State | None]:
+def steps(few_study: dict[str, Any]) -> list[study.State | None]:
     """The states of a study after each step; None before the first."""
-    settings, compared = settings_and_comparison(few_recordings)
-    states: list[study.State | None] = [None, study.start(settings, compared)]
-    while not study.finished(states[-1]):
-        states.append(study.advance(settings, compared, states[-1]))
+    states: list[study.State | None] = few_study["states"]
     return states
 
 
 @pytest.fixture(scope="module")
-def output(few_recordings: Path, steps: list[study.State | None]) -> dict[str, Any]:
+def output(few_study: dict[str, Any]) -> dict[str, Any]:
     """The output of the job of that study, as JSON."""
-    settings, compared = settings_and_comparison(few_recordings)
-    output = {"result": conclude(settings, compared, steps[-1]), "figure_data": evidence(settings, compared, steps[-1]),
-              "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
-    stored: dict[str, Any] = json.loads(json.dumps(output, allow_nan=False))
+    stored: dict[str, Any] = few_study["output"]
     return stored
 
 
 @pytest.fixture(scope="module")
-def done(output: dict[str, Any], serving_jobs, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+def done(few_study: dict[str, Any], output: dict[str, Any], serving_jobs,
+         tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
     """Client of a service whose job store contains the finished study `done`."""
     job_input = {"recordings": "few", "recordings_digest": "c3d4",
-                 "settings": json.loads(json.dumps(asdict(StudySettings.from_dict(SETTINGS))))}
+                 "settings": json.loads(json.dumps(asdict(StudySettings.from_dict(few_study["settings"]))))}
     with serving_jobs(tmp_path_factory.mktemp("reports"), {"done": (job_input, output)}) as client:
         yield client
-
-
-def settings_and_comparison(few_recordings: Path) -> tuple[StudySettings, Any]:
-    settings = StudySettings.from_dict(SETTINGS)
-    return settings, compare(HEAVY, Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
 
 
 def test_a_study_is_queued_with_a_note_about_the_worker(client: httpx.Client) -> None:
@@ -133,9 +116,9 @@ def test_a_constant_signal_is_rejected(client: httpx.Client, tmp_path: Path) -> 
 
 
 def test_the_schemas_cover_all_fields_of_a_study(
-        output: dict[str, Any], steps: list[study.State | None]) -> None:
+        few_study: dict[str, Any], output: dict[str, Any], steps: list[study.State | None]) -> None:
     assert set(StudySettingsBody.model_fields) == {field.name for field in fields(StudySettings)}
-    reports = [progress(StudySettings.from_dict(SETTINGS), state) for state in steps]
+    reports = [progress(StudySettings.from_dict(few_study["settings"]), state) for state in steps]
     assert tuple(dict.fromkeys(report["stage"] for report in reports)) == STAGES
     assert [report["candidate"] for report in reports[2:4]] == ["stribeck_friction", "centrifugal_pressure"]
     assert [report["fitted"] for report in reports if report["stage"] == "candidates"] == list(

@@ -49,7 +49,8 @@ def test_a_wrong_effect_does_not_close_the_gap(studied: Any) -> None:
     control = studied(41, "friction_falls_with_slip")["gap"]["control"]
     assert control["effect"] != "stribeck_friction"
     closed = control["closures"]["shifting_time"]["closure"]
-    assert closed is None or closed < 0.5
+    assert closed is not None, "no gap was clear, so that the control says nothing"
+    assert closed < 0.5
 
 
 @pytest.mark.parametrize("seed", [11, 12])
@@ -71,4 +72,4 @@ def test_two_effects_are_both_found_without_a_similar_third(studied: Any) -> Non
     assert sorted(result["answer"]["effects"]) == ["centrifugal_pressure", "thermal_fade"]
     # In the first round, other effects predict as well as the best one; once both are in the model, none does.
     assert sum(entry["tied"] for entry in result["rounds"][0]["ranking"]) > 1
-    assert all(len(group) == 1 for group in result["answer"]["tied"])
+    assert sorted(result["answer"]["tied"]) == [["centrifugal_pressure"], ["thermal_fade"]]

@@ -14,31 +14,22 @@ import httpx
 import pytest
 
 from slipstick.inference import table_problem
-from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.study import study
-from slipstick.study.comparison import compare
-from slipstick.study.conclusion import conclude
 from slipstick.study.progress import STAGES
-from slipstick.study.settings import StudySettings
 from slipstick.uncertainty import fit
-from tests.benches import HEAVY
 
-SETTINGS = {"population": 24, "generations": 30, "patience": 30, "order": 4, "seed": 5}
-
+SETTINGS = {"population": 24, "generations": 12, "patience": 12, "order": 4, "seed": 5}
 ENDLESS = {**SETTINGS, "generations": 10_000, "patience": 10_000}
-
-
-STUDY = {"catalogue": ["stribeck_friction", "centrifugal_pressure", "quadratic_load_drag"], "shortlist": 2,
-         "significance": 0.99, "smallest": 0.0, "most_effects": 1}
+SHORT = {"population": 4, "generations": 1, "refine": False, "intervals": False}
 
 
 class Bench:
-    """A service and a worker on one folder."""
+    """A service and a worker on one folder, with the shipped recordings, `measured`, and a ninth of them, `few`."""
 
-    def __init__(self, shelf: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]]) -> None:
+    def __init__(self, shelf: Path, few: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]]) -> None:
         self.tables, self.launch = folder / "tables", launch
         shutil.copytree(shelf, self.tables)
+        shutil.copy(few, self.tables)
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
@@ -61,6 +52,19 @@ class Bench:
     def work(self) -> None:
         self.worker = self.launch("worker", "serve-jobs", **self.environment)
 
+    def run_both(self) -> None:
+        """Start what an earlier test has killed and not started again."""
+        if self.service.poll() is not None:
+            self.serve()
+        if self.worker.poll() is not None:
+            self.work()
+
+    def cancel_all(self) -> None:
+        for kind in ("fits", "studies"):
+            for job in self.client.get(f"/v1/{kind}").json()[kind]:
+                if not ended(job):
+                    self.client.post(f"/v1/{kind}/{job['id']}/cancel")
+
     def kill(self, *processes: subprocess.Popen[bytes]) -> None:
         for process in processes:
             process.send_signal(signal.SIGKILL)
@@ -82,15 +86,25 @@ class Bench:
             if until(found):
                 return found
             assert time.monotonic() < deadline, found
-            time.sleep(0.02)
+            time.sleep(0.2 if until is ended else 0.02)  # a stage may last a tenth of a second only
 
 
-@pytest.fixture
-def bench(shelf: Path, tmp_path: Path, launch: Callable[..., subprocess.Popen[bytes]]) -> Iterator[Bench]:
-    bench = Bench(shelf, tmp_path, launch)
+@pytest.fixture(scope="module")
+def processes(shelf: Path, few_recordings: Path, tmp_path_factory: pytest.TempPathFactory,
+              launch: Callable[..., subprocess.Popen[bytes]]) -> Iterator[Bench]:
+    """One bench for all tests of this file: starting a service and a worker takes seconds."""
+    bench = Bench(shelf, few_recordings / "few.h5", tmp_path_factory.mktemp("bench"), launch)
     yield bench
     bench.kill(bench.service, bench.worker)
     bench.client.close()
+
+
+@pytest.fixture
+def bench(processes: Bench) -> Iterator[Bench]:
+    processes.run_both()
+    yield processes
+    processes.run_both()
+    processes.cancel_all()
 
 
 def in_stage(stage: str, generation: int) -> Callable[[dict[str, Any]], bool]:
@@ -130,14 +144,14 @@ def uninterrupted(shelf: Path) -> dict[str, Any]:
 
 def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(bench: Bench, shelf: Path) -> None:
     bench.submit("killed", **SETTINGS)
-    bench.follow("killed", in_stage("search", 5))
+    bench.follow("killed", in_stage("search", 3))
     bench.kill(bench.worker, bench.service)
     bench.serve()
     cut = bench.follow("killed", lambda found: True)
-    assert 5 <= cut["progress"]["generation"] < 30
+    assert 3 <= cut["progress"]["generation"] < 12
     for stage in ("refine", "intervals", "conclude"):
         bench.work()
-        bench.follow("killed", in_stage(stage, 30))
+        bench.follow("killed", in_stage(stage, 12))
         bench.kill(bench.worker)
     bench.work()
     assert bench.follow("killed", ended)["status"] == "done"
@@ -146,62 +160,53 @@ def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(
     assert list(result["seconds"]) == ["open", "search", "refine", "intervals", "conclude"]
 
 
-def uninterrupted_study(few_recordings: Path) -> dict[str, Any]:
-    settings = StudySettings.from_dict(STUDY)
-    compared = compare(HEAVY, Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
-    state = study.start(settings, compared)
-    while not study.finished(state):
-        state = study.advance(settings, compared, state)
-    return conclude(settings, compared, state)
-
-
 def test_killed_in_any_stage_a_study_ends_with_the_result_of_an_uninterrupted_one(
-        bench: Bench, few_recordings: Path) -> None:
-    shutil.copy(few_recordings / "few.h5", bench.tables)
-    bench.post("/v1/studies", "killed", {"recordings": "few", "settings": STUDY})
+        bench: Bench, few_study: dict[str, Any]) -> None:
+    bench.post("/v1/studies", "killed-study", {"recordings": "few", "settings": few_study["settings"]})
     for stage, since in (("fit", "fit"), ("candidates", "fit"), ("conclude", "candidates")):
-        bench.follow("killed", study_in_stage(stage, since), address="/v1/studies")
+        bench.follow("killed-study", study_in_stage(stage, since), address="/v1/studies")
         bench.kill(bench.worker)
         bench.work()
-    assert bench.follow("killed", ended, address="/v1/studies")["status"] == "done"
-    result = bench.client.get("/v1/studies/killed/result").json()
-    assert result["result"] == json.loads(json.dumps(uninterrupted_study(few_recordings)))
+    assert bench.follow("killed-study", ended, address="/v1/studies")["status"] == "done"
+    result = bench.client.get("/v1/studies/killed-study/result").json()
+    assert result["result"] == few_study["output"]["result"]
     assert list(result["seconds"]) == ["fit", "screen", "candidates", "choose", "conclude"]
 
 
-def test_a_cancelled_study_frees_the_worker_for_a_fit(bench: Bench, few_recordings: Path) -> None:
-    shutil.copy(few_recordings / "few.h5", bench.tables)
-    bench.post("/v1/studies", "long", {"recordings": "few", "settings": STUDY})
-    bench.submit("next", population=4, generations=1, refine=False, intervals=False)
-    bench.follow("long", study_in_stage("fit"), address="/v1/studies")
-    assert bench.client.get("/v1/fits/next").json()["status"] == "queued"
-    assert bench.client.post("/v1/studies/long/cancel").json()["status"] == "cancelled"
-    assert bench.follow("next", ended)["status"] == "done"
-    assert bench.client.get("/v1/studies/long").json()["status"] == "cancelled"
+def test_a_cancelled_study_frees_the_worker_for_a_fit(bench: Bench) -> None:
+    bench.post("/v1/studies", "long-study", {"recordings": "few"})
+    bench.submit("after-study", **SHORT)
+    bench.follow("long-study", study_in_stage("fit"), address="/v1/studies")
+    assert bench.client.get("/v1/fits/after-study").json()["status"] == "queued"
+    assert bench.client.post("/v1/studies/long-study/cancel").json()["status"] == "cancelled"
+    assert bench.follow("after-study", ended)["status"] == "done"
+    assert bench.client.get("/v1/studies/long-study").json()["status"] == "cancelled"
 
 
 @pytest.mark.parametrize(("stage", "settings"), [("search", ENDLESS), ("refine", {**SETTINGS, "generations": 1})])
 def test_a_cancelled_fit_frees_the_worker(bench: Bench, stage: str, settings: dict[str, Any]) -> None:
-    bench.submit("long", **settings)
-    bench.submit("next", population=4, generations=1, refine=False, intervals=False)
-    bench.follow("long", in_stage(stage, 1))
-    assert bench.client.get("/v1/fits/next").json()["status"] == "queued"
-    assert bench.client.post("/v1/fits/long/cancel").json()["status"] == "cancelled"
-    assert bench.follow("next", ended, seconds=30)["status"] == "done"
-    assert bench.client.get("/v1/fits/long").json()["status"] == "cancelled"
-    assert bench.client.get("/v1/fits/long/result").status_code == 409
+    long, after = f"long-{stage}", f"after-{stage}"
+    bench.submit(long, **settings)
+    bench.submit(after, **SHORT)
+    bench.follow(long, in_stage(stage, 1))
+    assert bench.client.get(f"/v1/fits/{after}").json()["status"] == "queued"
+    assert bench.client.post(f"/v1/fits/{long}/cancel").json()["status"] == "cancelled"
+    assert bench.follow(after, ended, seconds=30)["status"] == "done"
+    assert bench.client.get(f"/v1/fits/{long}").json()["status"] == "cancelled"
+    assert bench.client.get(f"/v1/fits/{long}/result").status_code == 409
 
 
 def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench) -> None:
-    bench.kill(bench.worker)
-    bench.submit("stale", **SETTINGS)
     table = Library(bench.tables).table("nominal")
+    table.write(bench.tables / "changing.h5")
+    bench.submit("ahead", **ENDLESS)
+    bench.post("/v1/fits", "stale", {"table": "changing", "settings": SETTINGS})
     type(table)(table.axes, table.times + (table.times > 0) * 1e-3, table.status, table.conditions, table.model
-                ).write(bench.tables / "nominal.h5")
-    bench.work()
+                ).write(bench.tables / "changing.h5")
+    bench.client.post("/v1/fits/ahead/cancel")
     found = bench.follow("stale", ended)
     assert found["status"] == "failed"
-    assert found["problem"] == "The table 'nominal' changed after the fit was submitted. Submit the fit again."
+    assert found["problem"] == "The table 'changing' changed after the fit was submitted. Submit the fit again."
 
 
 def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:

@@ -50,7 +50,7 @@ def test_the_page_reports_the_missing_effect_and_its_support(output: dict[str, A
 @pytest.mark.parametrize(("name", "lead"), [
     ("nothing", "In 24 experiments, no effect of the catalogue is both significant and large enough to matter"),
     ("drag", "With quadratic load drag added, the model predicts held-out conditions better than the best fit"),
-    ("times", "")])
+    ("times", "Nothing is missing that these recordings could show")])
 def test_every_kind_of_answer_has_a_page(studied: Studied, reading: Read, name: str, lead: str) -> None:
     parsed = reading(study_page(STUDY, studied(name)[2]))
     assert lead in parsed.text

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.study import study
 from slipstick.study.evidence import evidence
 from slipstick.study.settings import StudySettings
@@ -15,7 +16,7 @@ Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]
 
 
 def shown(studied: Studied, name: str) -> dict[str, Any]:
-    found: dict[str, Any] = studied(name)[2]["evidence"]
+    found: dict[str, Any] = studied(name)[2]["figure_data"]
     return found
 
 
@@ -37,8 +38,11 @@ def test_what_is_left_is_noise_once_the_effect_is_added(studied: Studied) -> Non
     assert where["worst"]["block"] == "output_torque"
     assert where["before"]["chi_square"]["output_torque"]["slip"] > 10
     # The film phase lasts a moment: 24 experiments hardly fill its cells.
-    assert all(0.7 < row[phase] < 1.4 for row in where["after"]["chi_square"].values() for phase in ("slip", "stick")
-               if row[phase] is not None)
+    filled = {(block, phase): row[phase] for block, row in where["after"]["chi_square"].items()
+              for phase in ("slip", "stick") if row[phase] is not None}
+    assert {block for block, _ in filled} == set(SIGNAL_UNITS)
+    assert ("output_torque", "slip") in filled
+    assert all(0.7 < value < 1.4 for value in filled.values()), filled
     film = where["before"]["chi_square"]["output_torque"]["film"], where["after"]["chi_square"]["output_torque"]["film"]
     assert film[0] > 5 * film[1]
     assert {name: len(groups) for name, groups in where["before"]["by_condition"].items()} == {
@@ -57,7 +61,7 @@ def test_the_effect_shows_over_what_it_depends_on(studied: Studied) -> None:
 
 def test_predictions_are_those_of_the_gap_and_their_std_is_right(studied: Studied) -> None:
     output = studied("friction")[2]
-    prediction, gap = output["evidence"]["prediction"], output["result"]["gap"]
+    prediction, gap = output["figure_data"]["prediction"], output["result"]["gap"]
     for who in ("before", "after"):
         assert prediction[who]["mean"] == pytest.approx(gap[who], rel=1e-5)
     score = (np.array(prediction["measured"]) - prediction["after"]["mean"]) / prediction["after"]["std"]
@@ -67,8 +71,8 @@ def test_predictions_are_those_of_the_gap_and_their_std_is_right(studied: Studie
 
 def test_the_worst_experiments_are_of_different_profiles(studied: Studied) -> None:
     compared, _, output = studied("friction")
-    worst = output["evidence"]["signals"]
-    profiles = [output["evidence"]["conditions"]["current_profile"][one["condition"]] for one in worst]
+    worst = output["figure_data"]["signals"]
+    profiles = [output["figure_data"]["conditions"]["current_profile"][one["condition"]] for one in worst]
     assert len(set(profiles)) == len(worst) == 3
     one = worst[0]
     torque = compared.recordings.signals.output_torque[one["condition"], :8].mean()
@@ -85,8 +89,10 @@ def test_where_nothing_is_missing_there_is_no_after(studied: Studied) -> None:
     assert "after" not in found["where"]
     assert "after" not in found["signals"][0]
     assert np.ptp(found["law"]["bins"]["median"]) < 0.02 * found["law"]["bins"]["median"][0]
-    assert all(value < 3 for row in found["where"]["before"]["chi_square"].values() for value in row.values()
-               if value is not None)
+    filled = [value for row in found["where"]["before"]["chi_square"].values() for value in row.values()
+              if value is not None]
+    assert len(filled) > len(SIGNAL_UNITS)
+    assert max(filled) < 3
 
 
 def test_shifting_times_alone_leave_predictions(studied: Studied) -> None:

@@ -262,9 +262,10 @@ def test_a_killed_writer_leaves_no_partial_table(table, tmp_path):
         arguments = [sys.executable, "-c", WRITER, tmp_path / "first.h5", tmp_path / "second.h5", out]
         with subprocess.Popen(arguments, stdout=subprocess.PIPE, cwd=Path(__file__).parents[3]) as writer:
             assert writer.stdout.readline() == b"ready\n"
+            while not out.exists():
+                assert writer.poll() is None
+                time.sleep(0.001)
             time.sleep(generator.uniform(0, 0.06))
             writer.send_signal(signal.SIGKILL)
-        if out.exists():
-            digests.add(Table.open(out).digest)
-    assert digests
+        digests.add(Table.open(out).digest)
     assert digests <= {table.digest, other.digest}

@@ -88,13 +88,20 @@ def test_agrees_with_openturns_on_the_same_nodes(germs: tuple[Germ, ...], settin
 def test_agrees_with_chaospy_by_eq_6() -> None:
     germ = chaospy.J(chaospy.Normal(0, 1), chaospy.Uniform(-np.sqrt(3), np.sqrt(3)))
     polynomials = chaospy.generate_expansion(6, germ, normed=True)
+    powers, factors = np.array(polynomials.exponents), np.array(polynomials.coefficients)
+
+    def values(germs: np.ndarray) -> np.ndarray:  # the numpoly that needs no compiler cannot evaluate on numpy 2.4
+        return np.prod(germs[:, None, :] ** powers, axis=2) @ factors
+
     nodes, weights = chaospy.generate_quadrature(6, germ, rule="gaussian")
-    oracle = chaospy.fit_quadrature(polynomials, nodes, weights, wavy(nodes.T))
+    coefficients = (values(nodes.T) * weights[:, None]).T @ wavy(nodes.T)
+    constant = np.flatnonzero(np.abs(factors).sum(axis=0) == np.abs(factors[~powers.any(axis=1)]).sum(axis=0))
     basis = make_basis((HERMITE, Germ("legendre")), ExpansionSettings(6, checks=0))
     expansion, germs = expand(basis, wavy(basis.nodes)), germs_from_normals(basis.germs, standard_normals(2, 256, 1))
-    np.testing.assert_allclose(expansion.mean, chaospy.E(oracle, germ), rtol=1e-12)
-    np.testing.assert_allclose(expansion.std, chaospy.Std(oracle, germ), rtol=1e-9)
-    np.testing.assert_allclose(expansion.at(germs), oracle(*germs.T).T, rtol=1e-9)
+    np.testing.assert_allclose(expansion.mean, coefficients[constant].sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(expansion.std, np.sqrt(np.sum(np.delete(coefficients, constant, axis=0) ** 2, axis=0)),
+                               rtol=1e-9)
+    np.testing.assert_allclose(expansion.at(germs), values(germs) @ coefficients, rtol=1e-9)
 
 
 @pytest.mark.parametrize("settings", RULES, ids=str)

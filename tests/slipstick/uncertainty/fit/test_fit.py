@@ -77,6 +77,7 @@ def test_a_search_is_bit_identical_for_any_number_of_threads() -> None:
 
 def test_agrees_with_differential_evolution(problem: InferenceProblem) -> None:
     """Within 5 decades before the refinement, with a third of the evaluations, and as good after the refinement."""
+    generations = 25
     space, evaluations = search_space(QUICK, problem), 0
 
     def loss(vectors: np.ndarray) -> np.ndarray:
@@ -84,12 +85,12 @@ def test_agrees_with_differential_evolution(problem: InferenceProblem) -> None:
         evaluations += vectors.shape[1]
         return -by_expansion(problem, [space.candidate(row) for row in vectors.T], QUICK.expansion(2)).sum(axis=1)
 
-    oracle = differential_evolution(loss, list(zip(space.lower, space.upper, strict=True)), rng=1, maxiter=50,
+    oracle = differential_evolution(loss, list(zip(space.lower, space.upper, strict=True)), rng=1, maxiter=30,
                                     popsize=15, tol=1e-6, polish=False, vectorized=True, updating="deferred")
-    assert evaluations > 3 * 40 * QUICK.population
+    assert evaluations > 3 * generations * QUICK.population
     expected = exact(problem, space.candidate(oracle.x)).sum()
     for seed in (1, 2):
-        state = run(replace(QUICK, seed=seed, generations=40, patience=40), problem)
+        state = run(replace(QUICK, seed=seed, generations=generations, patience=generations), problem)
         best = -loss(np.array(state["points"][0])[:, None])[0]
         assert best > -oracle.fun - 5.0
         vector = fit.refined_estimate(QUICK, problem, state)["vector"]
@@ -178,7 +179,9 @@ def test_scatter_outside_the_table_gives_a_remark(problem_measured_at: Callable[
 def test_data_without_scatter_give_a_remark(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.04, 0.97], [0.0, 0.0]), 0.004))
     by_unknown = remarks(QUICK, problem)
-    assert "lower bound, 0.002" in by_unknown["std of pressure_bias"][0] or "std of initial_position" in by_unknown
+    of_stds = [cause for name, (cause, _) in by_unknown.items() if name.startswith("std of ")]
+    assert of_stds
+    assert all("lower bound, 0.002" in cause for cause in of_stds)
 
 
 def test_stds_at_the_upper_bounds_give_remarks(problem: InferenceProblem) -> None:
@@ -256,8 +259,9 @@ def test_intervals_contain_the_truth_and_are_open_for_an_input_without_influence
     assert (noise["lower"] or 0) < truth.output_std < noise["upper"]  # the lower end may be open
     for entry in result["intervals"]:
         ends = (entry["lower"], entry["upper"])
-        assert all(end is None or end > 0 for end in ends)
-        assert ends[0] is None or ends[0] < entry["estimate"]
+        assert any(end is not None for end in ends), "nothing is known of it"
+        low, high = (end if end is not None else open_end for end, open_end in zip(ends, (0.0, np.inf), strict=True))
+        assert 0 <= low < entry["estimate"] < high
     assert result["combinations"][0]["identified"]
     # The interval of an input without influence is open at both ends.
     idle = InferenceProblem(lambda points, conditions: problem.model(
@@ -285,13 +289,13 @@ def test_families_correlation_and_the_classic_grid(problem: InferenceProblem) ->
 def test_seven_inputs(truth: Candidate) -> None:
     """Seven inputs of a linear model, without a tensor grid, refined on local expansions."""
     random = np.random.default_rng(7)
-    slope = random.uniform(-0.2, 0.2, (16, 7))
+    slope = random.uniform(-0.2, 0.2, (8, 7))
 
     def model(points: np.ndarray, conditions: np.ndarray) -> np.ndarray:
         return 1.0 + (points - 1.0) @ conditions.T
 
-    drawn = random.normal(1.0, 0.05, (16, 7))
-    measured = 1.0 + np.sum((drawn - 1.0) * slope, axis=1) + 0.003 * random.standard_normal(16)
+    drawn = random.normal(1.0, 0.05, (8, 7))
+    measured = 1.0 + np.sum((drawn - 1.0) * slope, axis=1) + 0.003 * random.standard_normal(8)
     seven = InferenceProblem(model, slope, measured, np.full(7, 0.5), np.full(7, 1.5), tuple("abcdefg"))
     settings = replace(QUICK, order=1, generations=5)
     result = conclude(settings, seven, run(settings, seven))

@@ -104,13 +104,15 @@ def test_intervals_of_an_input_without_influence_are_open(posed: Callable[[np.nd
 def test_intervals_with_local_expansions_agree_with_those_of_the_model(ridge: Case, optimum: np.ndarray) -> None:
     """The intervals extend along a ridge beyond the region of the first local expansion, which is renewed."""
     problem, space, _ = ridge
-    without_knots = replace(problem, knots=None)
+    without_knots, closed_ends = replace(problem, knots=None), 0
     for index in (0, 3):
         expected = profile_interval(problem, space, optimum, np.eye(5)[index], LEVEL)
         interval = profile_interval(without_knots, space, optimum, np.eye(5)[index], LEVEL)
         assert interval.unsettled == ()
         for end, other in ((interval.lower, expected.lower), (interval.upper, expected.upper)):
             assert end == (None if other is None else pytest.approx(other, abs=0.01))
+            closed_ends += end is not None
+    assert closed_ends
 
 
 def test_an_end_that_is_not_found_is_unsettled(ridge: Case, optimum: np.ndarray,

@@ -1,0 +1,67 @@
+"""How `pytest --dist loadfile` spreads the files over its processes, and what these compute once for all of them."""
+
+import fcntl
+import os
+import pickle
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import pytest
+
+T = TypeVar("T")
+Once = Callable[[str, Callable[[], Any]], Any]
+
+FIRST = ("validation/test_study_on_hidden_effects.py", "worker/test_serve_jobs.py", "slipstick/clutch/test_effects.py",
+         "slipstick/uncertainty/fit/test_fit.py", "validation/test_fits_are_calibrated.py", "test_docs.py",
+         "service/test_openapi.py", "service/test_extended_model.py", "service/test_readme.py",
+         "worker/test_study.py", "slipstick/test_calibration.py", "service/test_study_routes.py",
+         "worker/test_surrogate.py")
+"""The slowest files: started last, one of them would run alone at the end."""
+TOGETHER = {
+    **dict.fromkeys(("service/test_openapi.py", "service/test_extended_model.py", "service/test_readme.py"),
+                    "a service with a worker"),
+    **dict.fromkeys(("slipstick/study/test_cut.py", "slipstick/study/test_study_evidence.py",
+                     "slipstick/pictures/test_study_pictures.py", "slipstick/report/test_study_page.py",
+                     "slipstick/report/test_page_in_browser.py"), "studies")}
+"""File -> what it shares with others by a session fixture that takes seconds: these run in one process."""
+
+
+def file_of(nodeid: str) -> str:
+    return nodeid.split("::")[0].removeprefix("tests/")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    ranks = {name: rank for rank, name in enumerate(FIRST)}
+    items.sort(key=lambda item: ranks.get(file_of(item.nodeid), len(FIRST)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    from xdist.scheduler import LoadFileScheduling  # absent where the tests run in one process
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return TOGETHER.get(file_of(nodeid), file_of(nodeid))
+
+    config.option.loadscopereorder = False  # the order of collection, not the files of most tests first
+    return Scheduling(config, log) if config.getoption("dist") == "loadfile" else None
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
+    """Compute a value by its name in one process of the run; the others wait for it and read it."""
+    own = tmp_path_factory.getbasetemp()
+    folder = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+    def value(name: str, compute: Callable[[], T]) -> T:
+        path = folder / f"{name}.pickle"
+        with path.with_suffix(".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not path.exists():
+                content = pickle.dumps(compute())
+                path.with_suffix(".part").write_bytes(content)
+                path.with_suffix(".part").rename(path)
+        found: T = pickle.loads(path.read_bytes())
+        return found
+
+    return value
