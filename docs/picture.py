@@ -23,7 +23,8 @@ def main(calibration: Path, out: Path) -> None:
     recordings = Recordings.open("tables/measured.h5")
     assert recordings.signals is not None
     time, conditions = recordings.signals.time, recordings.conditions.take([CONDITION])
-    models = {"nominal": Model(HEAVY.physics), "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
+    models = {"nominal": Model(HEAVY.physics),
+              "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
     lines = {"measured": {name: getattr(recordings.signals, name)[CONDITION].tolist() for name in SIGNAL_UNITS}}
     locks = {"measured": float(recordings.measured_time[CONDITION])}
     for name, model in models.items():

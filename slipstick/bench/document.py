@@ -55,7 +55,8 @@ class Section:
         """True or false."""
         value = self._value(key, default)
         if not isinstance(value, bool):
-            raise self.error(key, f"{value!r} is neither true nor false", "Write true or false, without quotation marks")
+            raise self.error(key, f"{value!r} is neither true nor false",
+                             "Write true or false, without quotation marks")
         return value
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
@@ -109,7 +110,8 @@ class Document:
         try:
             values = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
-            raise BadBench(f"{name} is not TOML: {error}", "Correct that line; https://toml.io shows the syntax") from None
+            raise BadBench(f"{name} is not TOML: {error}",
+                           "Correct that line; https://toml.io shows the syntax") from None
         return cls(name, folder, values, dict(_lines(text)))
 
     @property
@@ -143,4 +145,5 @@ def _lines(text: str) -> Iterator[tuple[str, int]]:
 
 
 def _example(unit: str) -> str:
-    return "Give a plain number" if unit == "1" else f'Write the number with its unit in quotation marks, such as "1 {unit}"'
+    return ("Give a plain number" if unit == "1" else
+            f'Write the number with its unit in quotation marks, such as "1 {unit}"')

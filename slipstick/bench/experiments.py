@@ -40,7 +40,7 @@ def read_experiments(root: Section, without_converter: bool) -> Conditions:
 
 
 def read_profiles(content: bytes) -> Profiles:
-    """The current profiles of a CSV file with the columns `profile`, `time [s]` and `current [A]`; raises `BadBench`."""
+    """The current profiles of a CSV file with columns `profile`, `time [s]` and `current [A]`; raises `BadBench`."""
     sheet = Sheet.read(content, "profiles", {"profile": "1", **PROFILE_UNITS}, {}, BadBench)
     number = sheet.whole("profile")
     if not np.array_equal(np.unique(number), np.arange(number.max() + 1)):
@@ -50,9 +50,9 @@ def read_profiles(content: bytes) -> Profiles:
 
 
 def stacked(profiles: Sequence[Profiles]) -> Profiles:
-    """Profiles of different lengths as two arrays (p, k): the last line of a shorter one is divided, which changes nothing.
+    """Profiles of different lengths as two arrays (p, k): the last line of a shorter one is divided into equal parts.
 
-    Raises `InvalidValue` on a profile of fewer than two breakpoints.
+    This does not change the current. Raises `InvalidValue` on a profile of fewer than two breakpoints.
     """
     if any(len(time) < 2 or len(time) != len(current) for time, current in profiles):
         raise InvalidValue("A current profile has fewer than two breakpoints, or unequal numbers of times and currents",
@@ -92,7 +92,8 @@ def _profiles(root: Section) -> Profiles:
 
 def _condition_file(section: Section, units: Mapping[str, str]) -> dict[str, np.ndarray]:
     try:
-        sheet = Sheet.read(_beside(section), "conditions", {"current_profile": "1", **units}, {"run_order": "1"}, BadBench)
+        sheet = Sheet.read(_beside(section), "conditions", {"current_profile": "1", **units}, {"run_order": "1"},
+                           BadBench)
     except BadBench as error:
         raise section.error("file", f"{section.text('file')}: {error.cause}", error.remedy) from None
     return {**sheet.columns, "current_profile": sheet.whole("current_profile")}
@@ -102,10 +103,12 @@ def _beside(section: Section) -> bytes:
     """The bytes of the CSV file that a section names: it lies in the folder of the bench file, or below."""
     name, folder = section.text("file"), section.document.folder
     if folder is None:
-        raise section.error("file", "an uploaded bench cannot refer to other files", "Write profiles and conditions inline")
+        raise section.error("file", "an uploaded bench cannot refer to other files",
+                            "Write profiles and conditions inline")
     path = (folder / name).resolve()
     if not path.is_relative_to(folder.resolve()):
-        raise section.error("file", f"'{name[:80]}' lies outside the folder of the bench file", "Put it beside the bench file")
+        raise section.error("file", f"'{name[:80]}' lies outside the folder of the bench file",
+                            "Put it beside the bench file")
     if not path.is_file():
         raise section.error("file", f"there is no file '{name[:80]}'", f"Put it into {folder}, beside the bench file")
     if path.stat().st_size > _LARGEST:
