@@ -14,7 +14,8 @@ from slipstick.errors import BadBench
 from slipstick.quantities import NotAQuantity, convert, in_unit
 
 _HEADER = re.compile(r"^\s*\[{1,2}\s*([^\]]+?)\s*\]{1,2}")
-_KEY = re.compile(r"^\s*([A-Za-z0-9_-]+)\s*=")
+_KEY = re.compile(r"^\s*([A-Za-z0-9_.-]+)\s*=")
+_QUOTES = re.compile(r'"""|\'\'\'')
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class Section:
                              f'Write {key} = {{ values = [1, 2], unit = "{unit}" }}' if unit != "1"
                              else f"Write {key} = [1, 2]")
         try:
-            return convert(np.array(value, float), written, unit)
+            return convert(np.array([float(str(x)) for x in value]), written, unit)
         except NotAQuantity as error:
             raise self.error(key, str(error), f'Give the unit beside the values: unit = "{unit}"') from None
 
@@ -109,7 +110,7 @@ class Document:
         """Parse `text`; raises `BadBench` with the line where it is not TOML."""
         try:
             values = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
+        except (ValueError, RecursionError) as error:  # tomllib raises these on numbers and lists without end
             raise BadBench(f"{name} is not TOML: {error}",
                            "Correct that line; https://toml.io shows the syntax") from None
         return cls(name, folder, values, dict(_lines(text)))
@@ -131,8 +132,11 @@ class Document:
 
 def _lines(text: str) -> Iterator[tuple[str, int]]:
     """Dotted path and line number of every header and key; elements of [[lists]] are numbered from 0."""
-    prefix, counts = "", dict[str, int]()
+    prefix, counts, quoted = "", dict[str, int](), False
     for number, line in enumerate(text.splitlines(), 1):
+        was_quoted, quoted = quoted, quoted ^ (len(_QUOTES.findall(line)) % 2 == 1)
+        if was_quoted:
+            continue  # a text over several lines has no keys
         if header := _HEADER.match(line):
             prefix = header[1].replace('"', "").replace(" ", "")
             if line.lstrip().startswith("[["):

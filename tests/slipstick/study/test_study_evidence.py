@@ -15,7 +15,7 @@ Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]
 
 
 def shown(studied: Studied, name: str) -> dict[str, Any]:
-    found: dict[str, Any] = studied(name)[2]["evidence"]
+    found: dict[str, Any] = studied(name)[2]["figure_data"]
     return found
 
 
@@ -57,7 +57,7 @@ def test_the_effect_shows_over_what_it_depends_on(studied: Studied) -> None:
 
 def test_predictions_are_those_of_the_gap_and_their_std_is_right(studied: Studied) -> None:
     output = studied("friction")[2]
-    prediction, gap = output["evidence"]["prediction"], output["result"]["gap"]
+    prediction, gap = output["figure_data"]["prediction"], output["result"]["gap"]
     for who in ("before", "after"):
         assert prediction[who]["mean"] == pytest.approx(gap[who], rel=1e-5)
     score = (np.array(prediction["measured"]) - prediction["after"]["mean"]) / prediction["after"]["std"]
@@ -67,8 +67,8 @@ def test_predictions_are_those_of_the_gap_and_their_std_is_right(studied: Studie
 
 def test_the_worst_experiments_are_of_different_profiles(studied: Studied) -> None:
     compared, _, output = studied("friction")
-    worst = output["evidence"]["signals"]
-    profiles = [output["evidence"]["conditions"]["current_profile"][one["condition"]] for one in worst]
+    worst = output["figure_data"]["signals"]
+    profiles = [output["figure_data"]["conditions"]["current_profile"][one["condition"]] for one in worst]
     assert len(set(profiles)) == len(worst) == 3
     one = worst[0]
     torque = compared.recordings.signals.output_torque[one["condition"], :8].mean()
