@@ -53,7 +53,8 @@ def one_engagement(recordings: Recordings, calibration: Path) -> Spec:
     """One recorded engagement, and its simulation before and after calibration."""
     assert recordings.signals is not None
     time, conditions = recordings.signals.time, recordings.conditions.take([CONDITION])
-    models = {"nominal": Model(HEAVY.physics), "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
+    models = {"nominal": Model(HEAVY.physics),
+              "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
     lines = {"measured": {name: getattr(recordings.signals, name)[CONDITION].tolist() for name in SIGNAL_UNITS}}
     locks = {"measured": float(recordings.measured_time[CONDITION])}
     for name, model in models.items():

@@ -31,8 +31,8 @@ TableName = Annotated[str, Field(description="Name of a table; GET /v1/tables li
 RecordingsName = Annotated[str, Field(
     description=f"Name of the recordings; GET /v1/recordings lists them. {SIMULATED}", examples=["measured"])]
 BenchName = Annotated[str | None, Field(
-    description="Name of the bench, see /v1/benches. By default the bench that fits the other input; an error if none or "
-                "more than one does.", examples=["heavy"])]
+    description="Name of the bench, see /v1/benches. By default the bench that fits the other input; an error if none "
+                "or more than one does.", examples=["heavy"])]
 OutsidePolicy = Annotated[Outside, Field(
     description="Policy for points outside the table: `clip` uses the value at the nearest point of the table's edge, "
                 "`error` rejects the request, `nan` treats the shifting time as missing. It applies to evaluation "

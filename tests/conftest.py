@@ -34,7 +34,7 @@ BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable
 
 @pytest.fixture(scope="session")
 def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a small simulated table, `nominal`, and the shipped recordings, `measured`."""
+    """A folder with the shipped bench `heavy` and recordings `measured`, and a small simulated table, `nominal`."""
     folder = tmp_path_factory.mktemp("tables")
     model, conditions, grid = NOMINAL, HEAVY.conditions, np.linspace(0.5, 1.5, 9)
     axes = (Axis("pressure_bias", grid, 1.6, "bar"), Axis("initial_position", grid, 5e-4, "m"))
@@ -42,7 +42,8 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shape = (len(grid), len(grid), len(conditions))
     table = Grid(axes, times.reshape(shape), status.reshape(shape), conditions, model, "the tests")
     table.write(folder / "nominal.h5")
-    shutil.copy(ROOT / "tables" / "measured.h5", folder)
+    for name in ("heavy.toml", "measured.h5"):
+        shutil.copy(ROOT / "tables" / name, folder)
     return folder
 
 

@@ -23,6 +23,7 @@ from slipstick.uncertainty.chaos import ORDER, ExpansionSettings
 from slipstick.uncertainty.fit.intervals import drop_at_level
 from slipstick.uncertainty.likelihood import TOLERANCE
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
+from tests.benches import HEAVY
 from worker.__main__ import COMMANDS
 from worker.surrogate import HELD_OUT, RUNS, STEPS
 from worker.training import BATCH, RATE, WIDTHS
@@ -43,8 +44,9 @@ def rows(page: str, heading: str) -> list[tuple[str, ...]]:
 
 def test_every_parameter_is_in_the_nomenclature() -> None:
     assert rows("nomenclature.md", "Parameters") == [
-        (entry.symbol, entry.name, f"{entry.value:g}", entry.unit, entry.meaning, "yes" if entry.uncertain else "")
-        for entry in parameters.PARAMETERS]
+        (entry.symbol, entry.name, entry.unit, f"{value:g}", entry.meaning,
+         "yes" if entry.name in parameters.UNCERTAIN else "")
+        for entry, value in zip(parameters.PARAMETERS, HEAVY.physics.nominal, strict=True)]
 
 
 def test_every_measured_signal_is_in_the_nomenclature() -> None:
@@ -62,7 +64,7 @@ def test_numbers_in_the_documentation_match_the_code() -> None:
     for passage in (f"at most {1e3 * DEFAULT.fine:g} ms where f_reg may change",
                     f"and {1e3 * DEFAULT.coarse:g} ms elsewhere (`DEFAULT`)",
                     f"or {1e3 * TIGHT.fine:g} ms and {1e3 * TIGHT.coarse:g} ms (`TIGHT`)",
-                    f"({HORIZON:g} s in", f"Latin hypercube of {RUNS:,} points", f"{STEPS:,} steps",
+                    f"({HEAVY.profiles[0].max():g} s in", f"Latin hypercube of {RUNS:,} points", f"{STEPS:,} steps",
                     f"at {HELD_OUT:,} independent", f"batches of {BATCH} points", f"falling from {RATE:g} to 0",
                     f"hidden layers of {WIDTHS[0]} units"):
         assert passage in text

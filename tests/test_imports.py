@@ -51,8 +51,8 @@ MAY_IMPORT = {
     "slipstick.uncertainty.fit": "numpy scipy slipstick.errors slipstick.matrix_product slipstick.uncertainty.chaos "
                                  "slipstick.uncertainty.likelihood slipstick.uncertainty.outside "
                                  "slipstick.uncertainty.sampling",
-    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings slipstick.table "
-                           "slipstick.uncertainty",
+    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings "
+                           "slipstick.table slipstick.uncertainty",
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.uncertainty",
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",

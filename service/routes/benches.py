@@ -119,9 +119,8 @@ def _describe(name: str, bench: Bench) -> BenchDescription:
     return BenchDescription(
         name=name, title=bench.title, source=bench.source.strip(), digest=bench.digest,
         sensing_digest=bench.sensing_digest, sample_time=bench.sample_time, conditions=len(bench.conditions),
-        parameters=[BenchParameter(name=parameter.name, value=value, unit=parameter.unit, meaning=parameter.meaning,
-                                   **vars(prior))
-                    for parameter, value, prior in zip(parameters.PARAMETERS, physics.nominal, bench.priors, strict=True)],
+        parameters=[BenchParameter(name=entry.name, value=value, unit=entry.unit, meaning=entry.meaning, **vars(prior))
+                    for entry, value, prior in zip(parameters.PARAMETERS, physics.nominal, bench.priors, strict=True)],
         torque_converter=None if physics.converter is None else physics.converter.spec(),
         sensors={name: BenchSensor(**vars(sensor)) for name, sensor in bench.sensors.items()},
         current_profiles=list_profiles(bench.conditions))

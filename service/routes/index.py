@@ -57,5 +57,5 @@ def health(library: LibraryDependency, fits: FitStore, studies: StudyStore) -> H
     waiting, running = fits.counts()
     studies_waiting, studies_running = studies.counts()
     return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
-                  recordings=len(library.recordings()), fits_waiting=waiting, fits_running=running, studies_waiting=studies_waiting,
-                  studies_running=studies_running)
+                  recordings=len(library.recordings()), fits_waiting=waiting, fits_running=running,
+                  studies_waiting=studies_waiting, studies_running=studies_running)

@@ -19,8 +19,8 @@ class Conditions:
     Shapes: `current_profile` (n,) index into the profiles, `motor_speed` (n,) rad/s, `load_inertia` (n,) kg m^2,
     `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. `run_order` (n,) is the position of
     each engagement in the test sequence, from 0, or None if unknown. Only drift effects depend on it, and it does not
-    enter the identity (`digest`) of the conditions. Without a torque converter, `input_torque` (n,) N m drives the input
-    shaft, which rotates at `initial_input_speed` (n,) rad/s at t = 0; else both are None. Raises `InvalidValue`.
+    enter the identity (`digest`) of the conditions. Without a torque converter, `input_torque` (n,) N m drives the
+    input shaft, which rotates at `initial_input_speed` (n,) rad/s at t = 0; else both are None. Raises `InvalidValue`.
     """
 
     current_profile: np.ndarray

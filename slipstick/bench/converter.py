@@ -36,7 +36,8 @@ class Converter:
         if not np.all(np.isfinite([self.speed_ratio, self.torque_ratio, self.capacity_factor])):
             raise InvalidValue("A point of the converter curves is not finite", "Give finite numbers")
         if np.any(np.diff(self.speed_ratio) <= 0):
-            raise InvalidValue("The speed ratios of the converter do not rise", "Sort the points, each speed ratio once")
+            raise InvalidValue("The speed ratios of the converter do not rise",
+                               "Sort the points, each speed ratio once")
         if min(self.torque_ratio) < 0 or min(self.capacity_factor) <= 0:
             raise InvalidValue("A torque ratio is negative, or a capacity factor is not positive",
                                "Check the curves: torque = (motor speed / capacity factor)^2 torque ratio")

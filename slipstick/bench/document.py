@@ -14,7 +14,8 @@ from slipstick.errors import BadBench
 from slipstick.quantities import NotAQuantity, convert, in_unit
 
 _HEADER = re.compile(r"^\s*\[{1,2}\s*([^\]]+?)\s*\]{1,2}")
-_KEY = re.compile(r"^\s*([A-Za-z0-9_-]+)\s*=")
+_KEY = re.compile(r"^\s*([A-Za-z0-9_.-]+)\s*=")
+_QUOTES = re.compile(r'"""|\'\'\'')
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ class Section:
         """True or false."""
         value = self._value(key, default)
         if not isinstance(value, bool):
-            raise self.error(key, f"{value!r} is neither true nor false", "Write true or false, without quotation marks")
+            raise self.error(key, f"{value!r} is neither true nor false",
+                             "Write true or false, without quotation marks")
         return value
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
@@ -82,7 +84,7 @@ class Section:
                              f'Write {key} = {{ values = [1, 2], unit = "{unit}" }}' if unit != "1"
                              else f"Write {key} = [1, 2]")
         try:
-            return convert(np.array(value, float), written, unit)
+            return convert(np.array([float(str(x)) for x in value]), written, unit)
         except NotAQuantity as error:
             raise self.error(key, str(error), f'Give the unit beside the values: unit = "{unit}"') from None
 
@@ -108,8 +110,9 @@ class Document:
         """Parse `text`; raises `BadBench` with the line where it is not TOML."""
         try:
             values = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise BadBench(f"{name} is not TOML: {error}", "Correct that line; https://toml.io shows the syntax") from None
+        except (ValueError, RecursionError) as error:  # tomllib raises these on numbers and lists without end
+            raise BadBench(f"{name} is not TOML: {error}",
+                           "Correct that line; https://toml.io shows the syntax") from None
         return cls(name, folder, values, dict(_lines(text)))
 
     @property
@@ -129,8 +132,11 @@ class Document:
 
 def _lines(text: str) -> Iterator[tuple[str, int]]:
     """Dotted path and line number of every header and key; elements of [[lists]] are numbered from 0."""
-    prefix, counts = "", dict[str, int]()
+    prefix, counts, quoted = "", dict[str, int](), False
     for number, line in enumerate(text.splitlines(), 1):
+        was_quoted, quoted = quoted, quoted ^ (len(_QUOTES.findall(line)) % 2 == 1)
+        if was_quoted:
+            continue  # a text over several lines has no keys
         if header := _HEADER.match(line):
             prefix = header[1].replace('"', "").replace(" ", "")
             if line.lstrip().startswith("[["):
@@ -143,4 +149,5 @@ def _lines(text: str) -> Iterator[tuple[str, int]]:
 
 
 def _example(unit: str) -> str:
-    return "Give a plain number" if unit == "1" else f'Write the number with its unit in quotation marks, such as "1 {unit}"'
+    return ("Give a plain number" if unit == "1" else
+            f'Write the number with its unit in quotation marks, such as "1 {unit}"')

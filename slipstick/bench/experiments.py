@@ -1,19 +1,20 @@
 """The experiments of a bench file: current profiles and conditions, written inline or as CSV files beside it."""
 
-import itertools
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.document import Section
-from slipstick.errors import BadBench, InvalidValue
-from slipstick.storage.sheet import Sheet
+from slipstick.errors import BadBench, InvalidValue, SlipstickError
+from slipstick.storage.sheet import LARGEST, Sheet
 
 CONDITION_UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m^2", "brake_torque": "N m"}
 INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
 PROFILE_UNITS = {"time": "s", "current": "A"}
 _LARGEST = 64 << 20  # bytes of a CSV file
+_MOST_CONDITIONS = 100_000  # a short upload could otherwise combine to more than the memory holds
 
 Profiles = tuple[np.ndarray, np.ndarray]
 """Times in s and currents in A, (p, k) each."""
@@ -29,18 +30,21 @@ def read_experiments(root: Section, without_converter: bool) -> Conditions:
         columns = _condition_file(section, units)
     else:
         section.keys(tuple(units))
-        factors = [section.numbers(name, unit) for name, unit in units.items()]
-        grid = np.array(list(itertools.product(range(len(time)), *factors)))
-        columns = dict(zip(("current_profile", *units), grid.T, strict=True))
+        factors = [np.arange(len(time)), *(section.numbers(name, unit) for name, unit in units.items())]
+        if math.prod(map(len, factors)) > _MOST_CONDITIONS:
+            raise root.error("conditions", f"these values combine to more than {_MOST_CONDITIONS:,} conditions",
+                             "Give fewer values, or only the conditions of the design, as a CSV file")
+        grid = [column.ravel() for column in np.meshgrid(*factors, indexing="ij")]
+        columns = dict(zip(("current_profile", *units), grid, strict=True))
     try:
-        return Conditions(columns.pop("current_profile").astype(np.int64), profile_time=time, profile_current=current,
+        return Conditions(columns.pop("current_profile"), profile_time=time, profile_current=current,
                           **columns)
     except InvalidValue as error:
         raise root.error("conditions", error.cause, error.remedy) from None
 
 
 def read_profiles(content: bytes) -> Profiles:
-    """The current profiles of a CSV file with the columns `profile`, `time [s]` and `current [A]`; raises `BadBench`."""
+    """The current profiles of a CSV file with columns `profile`, `time [s]` and `current [A]`; raises `BadBench`."""
     sheet = Sheet.read(content, "profiles", {"profile": "1", **PROFILE_UNITS}, {}, BadBench)
     number = sheet.whole("profile")
     if not np.array_equal(np.unique(number), np.arange(number.max() + 1)):
@@ -50,14 +54,17 @@ def read_profiles(content: bytes) -> Profiles:
 
 
 def stacked(profiles: Sequence[Profiles]) -> Profiles:
-    """Profiles of different lengths as two arrays (p, k): the last line of a shorter one is divided, which changes nothing.
+    """Profiles of different lengths as two arrays (p, k): the last line of a shorter one is divided into equal parts.
 
-    Raises `InvalidValue` on a profile of fewer than two breakpoints.
+    This does not change the current. Raises `InvalidValue` on a profile of fewer than two breakpoints.
     """
     if any(len(time) < 2 or len(time) != len(current) for time, current in profiles):
         raise InvalidValue("A current profile has fewer than two breakpoints, or unequal numbers of times and currents",
                            "Give a time and a current for each breakpoint")
     longest = max(len(time) for time, _ in profiles)
+    if longest * len(profiles) > LARGEST:
+        raise InvalidValue(f"{len(profiles)} current profiles of up to {longest:,} breakpoints are too many",
+                           "Reduce the sampling rate of the currents")
     rows = []
     for time, current in profiles:
         extra = np.linspace(time[-2], time[-1], longest - len(time) + 2)[1:-1]
@@ -80,6 +87,8 @@ def _profiles(root: Section) -> Profiles:
                          "Write one [[profiles]] table for each, or [profiles] with a `file`")
     profiles = []
     for number, values in enumerate(written):
+        if not isinstance(values, dict):
+            raise root.error("profiles", f"{values!r} is not a current profile", "Write one [[profiles]] table for each")
         section = Section(values, f"profiles.{number}", root.document)
         section.keys(tuple(PROFILE_UNITS))
         time, current = (section.numbers(name, unit) for name, unit in PROFILE_UNITS.items())
@@ -87,25 +96,31 @@ def _profiles(root: Section) -> Profiles:
             raise section.error("time", f"{len(time)} times and {len(current)} currents are not a profile",
                                 "Give two breakpoints or more: times that rise from 0, and a current for each")
         profiles.append((time, current))
-    return stacked(profiles)
+    try:
+        return stacked(profiles)
+    except InvalidValue as error:
+        raise root.error("profiles", error.cause, error.remedy) from None
 
 
 def _condition_file(section: Section, units: Mapping[str, str]) -> dict[str, np.ndarray]:
     try:
-        sheet = Sheet.read(_beside(section), "conditions", {"current_profile": "1", **units}, {"run_order": "1"}, BadBench)
-    except BadBench as error:
+        sheet = Sheet.read(_beside(section), "conditions", {"current_profile": "1", **units}, {"run_order": "1"},
+                           BadBench)
+        return {**sheet.columns, "current_profile": sheet.whole("current_profile")}
+    except SlipstickError as error:
         raise section.error("file", f"{section.text('file')}: {error.cause}", error.remedy) from None
-    return {**sheet.columns, "current_profile": sheet.whole("current_profile")}
 
 
 def _beside(section: Section) -> bytes:
     """The bytes of the CSV file that a section names: it lies in the folder of the bench file, or below."""
     name, folder = section.text("file"), section.document.folder
     if folder is None:
-        raise section.error("file", "an uploaded bench cannot refer to other files", "Write profiles and conditions inline")
+        raise section.error("file", "an uploaded bench cannot refer to other files",
+                            "Write profiles and conditions inline")
     path = (folder / name).resolve()
     if not path.is_relative_to(folder.resolve()):
-        raise section.error("file", f"'{name[:80]}' lies outside the folder of the bench file", "Put it beside the bench file")
+        raise section.error("file", f"'{name[:80]}' lies outside the folder of the bench file",
+                            "Put it beside the bench file")
     if not path.is_file():
         raise section.error("file", f"there is no file '{name[:80]}'", f"Put it into {folder}, beside the bench file")
     if path.stat().st_size > _LARGEST:

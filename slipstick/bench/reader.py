@@ -68,6 +68,11 @@ def _parameters(section: Section) -> tuple[tuple[float, ...], tuple[Prior, ...]]
         if not lower < 1 < upper:
             raise entry.error("lower", f"the bounds {lower:g} to {upper:g} do not enclose the nominal value, 1",
                               "Give bounds as multiples of the value, such as lower = 0.5 and upper = 1.5")
+        if parameter.positive and not lower > 0:
+            raise entry.error("lower", f"{lower:g} times a value that must be positive is not", "Give a positive bound")
+        if entry.flag("uncertain", False) and values[-1] == 0:
+            raise entry.error("uncertain", "bounds are multiples of the value, and those of 0 are all 0",
+                              "Give a nominal value other than 0, or leave out `uncertain`")
         scatter = entry.quantity("scatter", "1") if "scatter" in entry.values else None
         if scatter is not None and not 0 <= scatter < 1:
             raise entry.error("scatter", f"{scatter:g} is not between 0 and 1",

@@ -55,7 +55,9 @@ class Engagement:
         def net_torque(speed: float) -> float:
             losses = self.p.input_viscous * speed + self.p.input_coulomb
             return float(self.converter.torque(speed, self.motor_speed) - losses)
-        speed = self.initial_input_speed or brentq(net_torque, 0.0, 2 * self.motor_speed, xtol=1e-13)
+        speed = self.initial_input_speed
+        if speed is None:
+            speed = brentq(net_torque, 0.0, 2 * self.motor_speed, xtol=1e-13)
         y = np.array([0.0, 0.0, self.p.initial_position, speed, 0.0, *np.zeros(len(self.memories))])
         self.evaluate(0.0, y)
         relaxed = [effect.name for effect, _ in self.effects if effect.memory and effect.memory.relaxed]

@@ -56,7 +56,8 @@ def bench(recordings: Recordings, model: Model) -> Recordings:
     for name, std in (("pressure_bias", 0.05), ("initial_position", 0.08)):
         vectors[:, parameters.index(name)] *= 1 + std * rng.standard_normal(n)
     time = np.arange(0.0, 2.0, 0.002)
-    response = ensemble.simulate(HEAVY.physics.converter, vectors, np.tile(model.coefficients(), (n, 1)), conditions, time, paired=True)
+    response = ensemble.simulate(HEAVY.physics.converter, vectors, np.tile(model.coefficients(), (n, 1)), conditions,
+                                 time, paired=True)
     measured = Signals(time, *(getattr(response, name) + NOISE[name] * rng.standard_normal((n, len(time)))
                                for name in SIGNAL_UNITS))
     return replace(recordings, measured_time=response.shifting_time + 0.003 * rng.standard_normal(n), signals=measured)

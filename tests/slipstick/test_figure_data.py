@@ -17,7 +17,7 @@ from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.refine import refined_vector
 from slipstick.uncertainty.fit.search_space import search_space
 from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, exact
-from tests.benches import NOMINAL
+from tests.benches import HEAVY, NOMINAL
 
 SETTINGS = FitSettings(std_bounds=((0.002, 0.08),))
 
@@ -120,7 +120,7 @@ def test_the_engagement_has_the_median_time_and_its_phases_are_in_order(data: di
 def test_recordings_without_signals_and_one_input(small_recordings: Recordings) -> None:
     """The figure data then contain neither measured signals nor a surface."""
     without_signals = Recordings(small_recordings.conditions, small_recordings.measured_time)
-    problem = simulated_problem(NOMINAL, without_signals, ["initial_position"])
+    problem = simulated_problem(NOMINAL, without_signals, ["initial_position"], HEAVY)
     data = figure_data(SETTINGS, problem, [0.95, np.log(0.03), np.log(0.02)], NOMINAL, without_signals)
     assert data["surface"] is None
     assert data["engagement"]["measured"] is None

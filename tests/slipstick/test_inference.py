@@ -11,7 +11,7 @@ from slipstick.errors import InvalidValue, OutsideTable, UnknownName
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.recordings import Recordings
 from slipstick.table import Grid
-from tests.benches import HEAVY, NOMINAL
+from tests.benches import COMPACT, HEAVY, NOMINAL
 
 AXES = ["pressure_bias", "initial_position"]
 POINTS = np.random.default_rng(1).uniform(0.7, 1.3, (7, 2))
@@ -62,7 +62,7 @@ def test_the_policy_outside_the_table_is_applied(small_table: Grid, small_record
 def test_a_simulated_problem_agrees_with_the_simulator(small_recordings: Recordings) -> None:
     """Parameters need not be axes of a table, keep the given order, and are clipped at their bounds."""
     chosen = ["film_coefficient", "initial_position", "friction_coefficient"]
-    problem = simulated_problem(NOMINAL, small_recordings, chosen)
+    problem = simulated_problem(NOMINAL, small_recordings, chosen, HEAVY)
     assert problem.axes == tuple(chosen)
     assert problem.knots is None
     np.testing.assert_array_equal([problem.lower, problem.upper], [[0.5, 0.1, 0.5], [1.5, 3.0, 1.5]])
@@ -84,7 +84,7 @@ def test_invalid_inputs_raise(small_table: Grid, small_recordings: Recordings, c
     with pytest.raises(error, match=message):
         table_problem(small_table, small_recordings, "clip", chosen)
     with pytest.raises(error, match=message):
-        simulated_problem(NOMINAL, small_recordings, chosen)
+        simulated_problem(NOMINAL, small_recordings, chosen, HEAVY)
 
 
 def test_the_error_distinguishes_axes_of_the_table_from_parameters(small_table: Grid,
@@ -92,4 +92,12 @@ def test_the_error_distinguishes_axes_of_the_table_from_parameters(small_table: 
     with pytest.raises(UnknownName, match=r"no axis of the table 'film_coefficient'.*initial_position, pressure_bias"):
         table_problem(small_table, small_recordings, "clip", ["film_coefficient"])
     with pytest.raises(UnknownName, match=r"no parameter 'mood'.*film_coefficient"):
-        simulated_problem(NOMINAL, small_recordings, ["mood"])
+        simulated_problem(NOMINAL, small_recordings, ["mood"], HEAVY)
+
+
+def test_bounds_are_those_of_the_bench(small_recordings: Recordings) -> None:
+    problem = simulated_problem(NOMINAL, small_recordings, ["initial_position"], HEAVY)
+    prior = HEAVY.prior("initial_position")
+    assert (problem.lower[0], problem.upper[0]) == (prior.lower, prior.upper)
+    with pytest.raises(InvalidValue, match="made for another bench than 'compact'"):
+        simulated_problem(NOMINAL, small_recordings, ["initial_position"], COMPACT)

@@ -17,7 +17,6 @@ from hidden.valve import play
 from scipy.signal import argrelmin
 
 from slipstick.recordings import Recordings
-from tests.benches import NOMINAL
 
 HERE = Path(__file__).parent
 SHIPPED = HERE.parents[1] / "tables" / "measured.h5"

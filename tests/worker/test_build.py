@@ -17,7 +17,8 @@ from slipstick.table import Table
 from tests.benches import HEAVY, NOMINAL
 from worker import building
 from worker.__main__ import main
-from worker.build import read_axis, read_model
+from worker.build import read_axis
+from worker.model_file import read_model
 from worker.plan import Plan
 
 ROOT = Path(__file__).parents[2]
@@ -164,7 +165,8 @@ def test_invalid_options_are_refused_with_a_remedy(arguments, message, tmp_path,
 
 def test_invalid_model_files_are_refused(tmp_path):
     path = tmp_path / "model.json"
-    for content in ("[]", "{", "{}", '{"model": 3}', json.dumps({**NOMINAL.spec(), "torque_converter": {}})):
+    for content in ("[]", "{", "{}", '{"model": 3}', json.dumps({**NOMINAL.spec(), "bench": {}}),
+                    json.dumps({**NOMINAL.spec(), "bench": {**NOMINAL.spec()["bench"], "digest": "0" * 64}})):
         path.write_text(content)
         with pytest.raises(InvalidValue):
             read_model(path)

@@ -134,7 +134,8 @@ def test_paired_results_are_the_diagonal_of_all_combinations() -> None:
     coefficients, samples = np.tile(typical, (216, 1)), np.linspace(0, 1.5, 7)
     combinations = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples)
     for threads in (1, 3):
-        pairs = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples, threads=threads, paired=True)
+        pairs = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples, threads=threads,
+                                  paired=True)
         for column in fields(combinations):
             diagonal = np.einsum("ii...->i...", getattr(combinations, column.name))
             np.testing.assert_array_equal(getattr(pairs, column.name), diagonal)

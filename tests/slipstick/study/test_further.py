@@ -40,13 +40,13 @@ def compared() -> Comparison:
     k = len(time) // WIDTH
     channels = {name: slice(place * k, min((place + 1) * k, 4 * k + 1)) for place, name in enumerate(CHANNELS)}
     recordings = Recordings(conditions, locked, Signals(time, *(getattr(response, name)[0] for name in SIGNAL_UNITS)))
-    blank = Comparison(recordings, channels, np.empty((12, 4 * k + 1)), np.ones((12, 4 * k + 1)), NOISE)
+    blank = Comparison(HEAVY, recordings, channels, np.empty((12, 4 * k + 1)), np.ones((12, 4 * k + 1)), NOISE)
     return replace(blank, measured=blank.predicted(response)[0])
 
 
 def fitted(compared: Comparison, effect: str, size: float, **multiples: float) -> MixedFit:
     """A fit with `size` typical values of an effect, and parameters at the multiples."""
-    design = Design(PARAMETERS, (0, 1), (effect,))
+    design = Design(HEAVY, PARAMETERS, (0, 1), (effect,))
     shapes = [one.neutral / one.typical for one in effects.find(effect).coefficients[1:]]
     theta = np.array([*(multiples.get(name, 1.0) for name in PARAMETERS), size, *shapes])
     n, channels = len(compared.measured), len(compared.channels)
@@ -100,7 +100,7 @@ def test_what_scatters_from_run_to_run_counts_nothing(
 
 def test_shifting_times_alone_tell_by_how_they_differ_beside_noise_and_scatter(compared: Comparison) -> None:
     values, conditions = compared.measured[:, -1:], compared.recordings.conditions
-    alone = Comparison(replace(compared.recordings, signals=None), {"shifting_time": slice(0, 1)}, values,
+    alone = Comparison(HEAVY, replace(compared.recordings, signals=None), {"shifting_time": slice(0, 1)}, values,
                        np.ones_like(values), NOISE)
     found = further(alone, [fitted(alone, "supply_droop", 0.0, friction_coefficient=one) for one in (1.1, 1.0)], SEED)
     assert {each["signal"] for each in found} == {"shifting_time"}

@@ -12,7 +12,7 @@ from slipstick.study.design import Design
 from tests.benches import HEAVY
 
 PARAMETERS = ("pressure_bias", "temperature_gain", "initial_position", "friction_coefficient")
-DESIGN = Design(PARAMETERS, (0, 2))
+DESIGN = Design(HEAVY, PARAMETERS, (0, 2))
 TRUE = np.array([1.1, 0.9, 1.1, 0.97])
 STD = np.array([0.05, 0.08])
 

@@ -12,6 +12,7 @@ import pytest
 from slipstick.errors import BadTable, CorruptTable, UnknownName, WrongDigest, WrongLayout
 from slipstick.storage.hdf5 import text
 from slipstick.table import Grid, Table
+from tests.benches import NOMINAL
 
 
 @pytest.fixture
