@@ -44,8 +44,8 @@ physical effect that can be added to the model. *Scatter* is the variation of pa
 
 **Conventions.** Inputs are multiples of nominal values. Times are in seconds, and probability densities are per
 millisecond. A log10 likelihood is the sum of the base-10 logarithms of these densities; a difference of 1 is a decade.
-The parameter `outside` defines the shifting time at points outside a table. Errors are returned as problem details (RFC
-9457) with a `remedy`.
+The parameter `outside` defines the shifting time at points outside a table. Errors are returned as problem details with
+a `remedy` (RFC 9457).
 
 *The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
 Friction Clutch Model*.
