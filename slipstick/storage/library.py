@@ -47,9 +47,10 @@ class Library:
 
     def bench_of_recordings(self, recordings: Recordings) -> str:
         """Name of the bench with the current profiles of these recordings; raises `UnknownName`."""
-        time, current = recordings.conditions.profile_time, recordings.conditions.profile_current
+        profiles = np.stack([recordings.conditions.profile_time, recordings.conditions.profile_current])
+        # Numbers of a file may differ in the last bit from those that were converted from another unit.
         return self._only([name for name, bench in self._valid_benches()
-                           if np.array_equal(bench.profiles[0], time) and np.allclose(bench.profiles[1], current)],
+                           if bench.profiles[0].shape == profiles[0].shape and np.allclose(bench.profiles, profiles)],
                           "the current profiles of these recordings")
 
     def tables(self) -> list[str]:
