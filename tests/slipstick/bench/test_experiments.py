@@ -79,7 +79,7 @@ def test_errors_name_the_key_and_the_row(folder: Path, name: str, content: str, 
 
 @pytest.mark.parametrize(("file", "says"), [
     ("../outside.csv", "lies outside the folder"), ("/etc/passwd", "lies outside the folder"),
-    (".", "there is no file"), ("link.csv", "lies outside the folder"), ("missing.csv", "there is no file 'missing.csv'"),
+    (".", "there is no file"), ("missing.csv", "there is no file 'missing.csv'"), ("link.csv", "lies outside"),
 ])
 def test_files_lie_beside_the_bench(folder: Path, file: str, says: str) -> None:
     (folder.parent / "outside.csv").write_text(profiles_csv())
