@@ -6,5 +6,3 @@ from slipstick.bench import Bench
 
 TABLES = Path(__file__).parents[1] / "tables"
 HEAVY = Bench.open(TABLES / "heavy.toml")
-
-

@@ -106,7 +106,9 @@ def test_the_example_of_the_walkthrough_works(tmp_path: Path) -> None:
     for folder in ("slipstick", "tests/slipstick/clutch"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     (tmp_path / "docs").mkdir()
-    shutil.copy(DOCS / "effects.py", tmp_path / "docs")
+    (tmp_path / "tables").mkdir()
+    for file in ("docs/effects.py", "tests/benches.py", "tables/heavy.toml", "tables/compact.toml"):
+        shutil.copy(ROOT / file, tmp_path / file)
     assert not (tmp_path / path).exists()
     (tmp_path / path).write_text(code)
     name = Path(path).stem

@@ -1,6 +1,6 @@
 """Benches: list, description and upload."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
@@ -9,7 +9,7 @@ from service.bodies import JsonRoute, require_media_type
 from service.problem_details import Conflict, error_responses
 from service.routes.tables import CurrentProfile, list_profiles
 from service.schemas import LibraryDependency
-from slipstick.bench import Bench, parameters
+from slipstick.bench import TEMPLATE, Bench, parameters
 from slipstick.errors import SlipstickError
 from slipstick.storage.library import Library
 
@@ -77,7 +77,8 @@ BenchNamePath = Annotated[str, Path(description="Name of the bench.", openapi_ex
 NewBenchName = Annotated[str, Query(
     description="Name of the new bench: up to 64 letters, digits, - and _, starting with a letter or digit.",
     openapi_examples={"mine": {"summary": "A new name", "value": "my-bench"}})]
-_UPLOAD_BODY = {"requestBody": {"required": True, "content": {_MEDIA_TYPE: {"schema": {"type": "string"}}}}}
+_UPLOAD_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
+    _MEDIA_TYPE: {"schema": {"type": "string"}, "example": TEMPLATE.read_text()}}}}
 
 
 async def _upload_body(request: Request) -> bytes:

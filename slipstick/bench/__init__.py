@@ -1,9 +1,14 @@
 """Test benches as values: parameters, torque converter, sensors, current profiles and conditions, read from a file."""
 
+from pathlib import Path
+
 from slipstick.bench.bench import Bench
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.converter import Converter
 from slipstick.bench.physics import Physics
 from slipstick.bench.sensing import Prior, Sensor
 
-__all__ = ["Bench", "Conditions", "Converter", "Physics", "Prior", "Sensor", "parameters"]
+TEMPLATE = Path(__file__).with_name("template.toml")
+"""A commented bench file to start from."""
+
+__all__ = ["TEMPLATE", "Bench", "Conditions", "Converter", "Physics", "Prior", "Sensor", "parameters"]

@@ -88,7 +88,8 @@ def _profiles(root: Section) -> Profiles:
     profiles = []
     for number, values in enumerate(written):
         if not isinstance(values, dict):
-            raise root.error("profiles", f"{values!r} is not a current profile", "Write one [[profiles]] table for each")
+            raise root.error("profiles", f"{values!r} is not a current profile",
+                             "Write one [[profiles]] table for each")
         section = Section(values, f"profiles.{number}", root.document)
         section.keys(tuple(PROFILE_UNITS))
         time, current = (section.numbers(name, unit) for name, unit in PROFILE_UNITS.items())

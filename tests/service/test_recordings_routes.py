@@ -51,7 +51,8 @@ def test_an_upload_cannot_be_a_table(client: httpx.Client, settings: Settings, t
 def test_an_upload_never_replaces_a_file(client: httpx.Client, settings: Settings, name: str) -> None:
     client.post("/v1/recordings", params={"name": "taken", "bench": "heavy"}, content=HEADER + ROW, headers=CSV)
     before = {path: path.read_bytes() for path in settings.tables.iterdir()}
-    response = client.post("/v1/recordings", params={"name": name, "bench": "heavy"}, content=HEADER + ROW + ROW, headers=CSV)
+    response = client.post("/v1/recordings", params={"name": name, "bench": "heavy"}, content=HEADER + ROW + ROW,
+                           headers=CSV)
     assert response.status_code == 409
     assert {path: path.read_bytes() for path in settings.tables.iterdir()} == before
 

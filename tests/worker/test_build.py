@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import DEFAULT, NEVER_LOCKED, TIGHT, shifting_times
+from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.table import Table
-from tests.benches import HEAVY, NOMINAL
+from tests.benches import COMPACT, HEAVY, NOMINAL
 from worker import building
 from worker.__main__ import main
 from worker.build import read_axis
@@ -148,7 +149,23 @@ def test_the_command_reads_a_model_and_conditions(tmp_path, capsys):
     assert table.digest in capsys.readouterr().out
 
 
+def test_a_table_of_another_bench(tmp_path, capsys):
+    axis, out = ["--axis", "pressure_bias=0.9:1.1:3"], ["--out", str(tmp_path / "a.h5")]
+    compact = ["--bench", str(ROOT / "tables" / "compact.toml")]
+    assert main(["build", *compact, *axis, *out]) == 0
+    table = Table.open(tmp_path / "a.h5")
+    assert table.model == Model(COMPACT.physics)
+    assert table.conditions.digest == COMPACT.conditions.digest
+    expected, _ = shifting_times(Model(COMPACT.physics), COMPACT.conditions)
+    np.testing.assert_array_equal(table.times[1], expected[0])
+    (tmp_path / "heavy.json").write_text(json.dumps(NOMINAL.spec()))
+    capsys.readouterr()
+    assert main(["build", *compact, "--model", str(tmp_path / "heavy.json"), *axis, *out]) == 1
+    assert "made for another bench than 'compact'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("arguments", "message"), [
+    (["--bench", "tables/heavi.toml"], "Did you mean 'heavy.toml'"), (["--bench", "README.md"], "is not TOML"),
     (["--axis", "presure_bias=0.5:1.5:5"], "Did you mean 'pressure_bias'"),
     (["--axis", "pressure_bias=0.5:1.5"], "Write NAME=LOW:HIGH:COUNT"),
     (["--axis", "pressure_bias=1.5:0.5:5"], "do not increase"), (["--axis", "pressure_bias=0.5:1.5:1"], "has 1 value"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipstick.bench import Bench, Prior, Sensor
+from slipstick.bench import TEMPLATE, Bench, Prior, Sensor
 from slipstick.bench.reader import read
 from slipstick.errors import BadBench, UnknownName
 from tests.benches import HEAVY, TABLES
@@ -69,7 +69,7 @@ def edited(old: str, new: str) -> bytes:
     (PROFILE, PROFILE.replace("0.115", "0.1"), "profiles.0.time", "times that rise from 0"),
     (PROFILE, PROFILE.replace("0.115, ", ""), "profiles.0.time", "6 times and 7 currents"),
     (PROFILE, PROFILE.replace("[0, ", "[0.001, "), "profiles.0.time", "times that rise from 0"),
-    ("time = { values = [0, 0.002, 0.125", "tim = { values = [0, 0.002, 0.125", "profiles.1.tim", "Did you mean 'time'"),
+    ("time = { values = [0, 0.002, 0.125", "tim = { values = [0, 0.002, 0.125", "profiles.1.tim", "you mean 'time'"),
     ('name = "heavy"', "name = 3", "name", "3 is not a text"),
     ('name = "heavy"', 'name = "../heavy"', "name", "is not a valid name"),
     ('title = "Heavy-vehicle test bench"', 'titel = "A bench"', "titel", "Did you mean 'title'"),
@@ -131,7 +131,7 @@ def test_too_many_converter_points_are_refused() -> None:
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(TEXT)
-    with pytest.raises(UnknownName, match="Did you mean 'mine.toml'"):
+    with pytest.raises(UnknownName, match=r"Did you mean 'mine\.toml'"):
         Bench.open(tmp_path / "mind.toml")
 
 
@@ -165,7 +165,6 @@ def test_sensors_and_priors_are_those_of_the_file() -> None:
 
 
 def test_the_template_is_a_bench() -> None:
-    template = Path(__file__).parents[3] / "slipstick" / "bench" / "template.toml"
-    bench = Bench.open(template)
+    bench = Bench.open(TEMPLATE)
     assert len(bench.conditions) == 2 * 2 * 2 * 2
     assert len(bench.uncertain) == 7

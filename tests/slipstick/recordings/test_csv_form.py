@@ -45,7 +45,8 @@ def test_the_shipped_recordings_are_the_same_in_csv(shipped, tmp_path):
 
 def test_columns_may_have_any_order_and_signals_are_optional(shipped):
     rows = rows_of(shipped, 5)
-    read = Recordings.read(b"\xef\xbb\xbf" + sheet(COLUMNS[::-1], [row[::-1] for row in rows]), "csv", profiles=PROFILES)
+    content = b"\xef\xbb\xbf" + sheet(COLUMNS[::-1], [row[::-1] for row in rows])
+    read = Recordings.read(content, "csv", profiles=PROFILES)
     assert read.digest == Recordings.read(sheet(COLUMNS, rows), "csv", profiles=PROFILES).digest
     assert (len(read), read.signals, read.run_order) == (5, None, None)
 
@@ -68,8 +69,7 @@ def test_profiles_are_those_of_the_bench(shipped):
     with pytest.raises(BadRecording, match=r"do not contain their current profiles\. Give the bench"):
         Recordings.read(content, "csv")
     with pytest.raises(BadRecording, match=r"exceeds the 1\.8 s of the current profile"):
-        late = [[0, 100.0, 6, 20, 1.9]]
-        Recordings.read(sheet(COLUMNS, late), "csv", profiles=COMPACT.profiles)
+        Recordings.read(sheet(COLUMNS, [[0, 100.0, 6, 20, 1.9]]), "csv", profiles=COMPACT.profiles)
     other = Recordings.read(content, "csv", profiles=COMPACT.profiles)
     assert other.digest != Recordings.read(content, "csv", profiles=PROFILES).digest
 
