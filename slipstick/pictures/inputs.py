@@ -11,11 +11,11 @@ from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 from slipstick.uncertainty import Inputs
 
-CAPTION = ("With one input: its fitted density; dashed, its nominal value. With more: the plane of the two means that "
-           "are hardest to separate. Shades: the decades of likelihood lost when the two means are moved to a point "
-           "and all other unknowns keep their fitted values. Under that condition, the darkest shade is the 90 % region of "
-           "the two means. Frame: the region in which the likelihood was computed. Curves: regions that contain the "
-           "inputs of 50 % and 90 % of the runs, according to the fit.")
+CAPTION = ("With one input: its fitted density; dashed, its nominal value. With more: the plane of the two means "
+           "that are hardest to separate. Shades: the decades of likelihood lost when the two means are moved to a "
+           "point and all other unknowns keep their fitted values. Under that condition, the darkest shade is the 90 "
+           "% region of the two means. Frame: the region in which the likelihood was computed. Curves: regions that "
+           "contain the inputs of 50 % and 90 % of the runs, according to the fit.")
 
 _BANDS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 """Decades below the best at which each shade begins; 1 bounds the 90 % region of two unknowns (chi-square: ln 10)."""

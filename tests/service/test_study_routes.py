@@ -17,6 +17,7 @@ from slipstick.clutch.model import Model
 from slipstick.study import study
 from slipstick.study.progress import STAGES, progress
 from slipstick.study.settings import StudySettings
+from tests.benches import HEAVY
 
 KEY = {"Idempotency-Key": "mine"}
 BODY = {"recordings": "few", "settings": {"significance": 0.99, "most_effects": 1}}
