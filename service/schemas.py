@@ -33,6 +33,9 @@ RecordingsName = Annotated[str, Field(
 BenchName = Annotated[str | None, Field(
     description="Name of the bench, see /v1/benches. By default the bench that fits the other input; an error if none "
                 "or more than one does.", examples=["heavy"])]
+TableBench = Annotated[str | None, Field(
+    description="Name of the bench of the table, see /v1/benches. A table of another bench is rejected with 422; by "
+                "default the bench is not checked.", examples=["heavy"])]
 OutsidePolicy = Annotated[Outside, Field(
     description="Policy for points outside the table: `clip` uses the value at the nearest point of the table's edge, "
                 "`error` rejects the request, `nan` treats the shifting time as missing. It applies to evaluation "
@@ -150,3 +153,11 @@ def json_response(content: dict[str, Any], headers: dict[str, str] | None = None
     """
     text = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY, default=np.ndarray.tolist)
     return Response(text, headers=headers, media_type="application/json")
+
+
+def open_table(library: Library, name: str, bench: str | None) -> Table:
+    """Open a table; raises `InvalidValue` if a bench is given and the table is one of another bench."""
+    table = library.table(name)
+    if bench is not None:
+        library.bench(bench).require(table.model.physics)
+    return table

@@ -19,9 +19,11 @@ from service.schemas import (
     OutsidePolicy,
     SettingsDependency,
     StrictModel,
+    TableBench,
     TableDigest,
     TableName,
     json_response,
+    open_table,
     require_size,
     select_conditions,
 )
@@ -36,6 +38,7 @@ class EvaluateOptions(StrictModel):
     """The table to evaluate, its conditions, and the policy outside the table."""
 
     table: TableName = "nominal"
+    bench: TableBench = None
     conditions: ConditionList = None
     outside: OutsidePolicy = "clip"
 
@@ -53,6 +56,8 @@ class NpyQuery(StrictModel):
 
     table: str | None = Field(default=None, description="Name of the table, `nominal` by default. Only for a .npy "
                                                         "body.")
+    bench: str | None = Field(default=None, description="Name of the bench of the table, not checked by default. Only "
+                                                        "for a .npy body.")
     conditions: list[int] | None = Field(default=None, description="Indices of the conditions, by default all. Only "
                                                                    "for a .npy body.")
     outside: Outside | None = Field(default=None, description="Policy for points outside the table, `clip` by default. "
@@ -106,7 +111,7 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
         raise InvalidValue("Query parameters cannot be combined with a JSON body", "Move them into the body")
     else:
         options, points = _parse(content)
-    table = library.table(options.table)
+    table = open_table(library, options.table, options.bench)
     selected, conditions = select_conditions(table, options.conditions)
     require_size(len(points) * len(conditions), settings.answer_values, "shifting times",
                  "Send fewer points per request, or select conditions")

@@ -22,9 +22,11 @@ from service.schemas import (
     RecordingsName,
     SettingsDependency,
     StrictModel,
+    TableBench,
     TableDigest,
     TableName,
     json_response,
+    open_table,
     require_size,
 )
 from service.settings import Settings
@@ -61,6 +63,7 @@ class LikelihoodRequest(StrictModel):
     """Candidates whose likelihood is computed."""
 
     table: TableName = "nominal"
+    bench: TableBench = None
     recordings: RecordingsName = "measured"
     candidates: list[CandidateBody] = Field(min_length=1, max_length=10_000, description="The candidates.")
     method: Literal["auto", "exact", "expansion", "sampling"] = Field(
@@ -125,7 +128,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     simulated time whose standard deviation is the output noise. The inputs of different runs are independent, so the
     log10 densities of the conditions are summed.
     """
-    table, recordings = library.table(body.table), library.recording(body.recordings)
+    table, recordings = open_table(library, body.table, body.bench), library.recording(body.recordings)
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))

@@ -18,9 +18,11 @@ from service.schemas import (
     OutsidePolicy,
     SettingsDependency,
     StrictModel,
+    TableBench,
     TableDigest,
     TableName,
     json_response,
+    open_table,
     require_size,
     select_conditions,
 )
@@ -73,6 +75,7 @@ class PropagateRequest(StrictModel):
     """Propagation of uncertain inputs through a table."""
 
     table: TableName = "nominal"
+    bench: TableBench = None
     inputs: InputsBody
     output_std: float = Field(default=0.003, ge=0,
                               description="Standard deviation of the additive output noise in s; 0 for no noise.")
@@ -160,7 +163,7 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     Mean, standard deviation and Sobol indices follow from the coefficients of the expansion; quantiles and densities
     follow from samples of it. To keep the response small, select conditions and omit densities and coefficients.
     """
-    table = library.table(body.table)
+    table = open_table(library, body.table, body.bench)
     inputs = body.inputs.inputs(table)
     selected, conditions = select_conditions(table, body.conditions)
     adapted = _expand(body, inputs, table_model(selected, body.outside), selected, settings)

@@ -86,3 +86,17 @@ def test_recordings_as_csv_need_a_bench(client: httpx.Client) -> None:
                              headers={"Content-Type": "text/csv"})
         assert answer.status_code == status
     assert client.get("/v1/recordings/alone").status_code == 404
+
+
+@pytest.mark.parametrize(("route", "body"), [
+    ("evaluate", {"points": [[1.0, 1.0]]}),
+    ("propagate", {"inputs": {"mean": [1.0, 1.0], "std": [0.05, 0.05]}}),
+    ("likelihood", {"candidates": [{"mean": [1.0, 1.0], "std": [0.05, 0.05], "output_std": 0.01}]}),
+])
+def test_a_table_of_another_bench_is_refused(route: str, body: dict, client: httpx.Client) -> None:
+    upload(client, "other", COMPACT)
+    assert client.post(f"/v1/{route}", json={**body, "bench": "heavy"}).status_code == 200
+    refused = client.post(f"/v1/{route}", json={**body, "bench": "other"})
+    assert refused.status_code == 422
+    assert "another bench than 'compact'" in refused.json()["detail"]
+    assert client.post(f"/v1/{route}", json={**body, "bench": "nowhere"}).status_code == 404

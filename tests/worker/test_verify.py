@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, shifting_times
-from tests.benches import HEAVY, NOMINAL
+from tests.benches import HEAVY, NOMINAL, TABLES
 from worker.__main__ import main
 from worker.build import PAPER_AXES, read_axis
 from worker.building import build
@@ -65,3 +65,11 @@ def test_a_damaged_or_missing_file_exits_with_status_1(six_conditions, tmp_path,
     error = capsys.readouterr().err
     assert error.count("error: ") == 2
     assert "damaged" in error
+
+
+def test_a_table_of_another_bench_is_refused(six_conditions, tmp_path, capsys):
+    build_table(["pressure_bias=0.9:1.1:3"], six_conditions, tmp_path / "a.h5")
+    verify = ["verify", str(tmp_path / "a.h5"), "--points", "0", "--bench"]
+    assert main([*verify, str(TABLES / "heavy.toml")]) == 0
+    assert main([*verify, str(TABLES / "compact.toml")]) == 1
+    assert "another bench than 'compact'" in capsys.readouterr().err
