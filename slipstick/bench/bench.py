@@ -47,9 +47,11 @@ class Bench:
         return tuple(name for name, prior in zip(parameters.NAMES, self.priors, strict=True) if prior.uncertain)
 
     @property
-    def profiles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times in s and currents in A of the current profiles, (p, k) each."""
-        return self.conditions.profile_time, self.conditions.profile_current
+    def profiles(self) -> tuple[np.ndarray, ...]:
+        """Times in s, currents in A and, where it is given, input torques in N m of the profiles: (p, k) each."""
+        conditions = self.conditions
+        given = () if conditions.profile_input_torque is None else (conditions.profile_input_torque,)
+        return conditions.profile_time, conditions.profile_current, *given
 
     def require(self, physics: Physics) -> None:
         """Raise `InvalidValue` where `physics`, that of a model, is not that of this bench."""

@@ -20,7 +20,8 @@ class Conditions:
     `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. `run_order` (n,) is the position of
     each engagement in the test sequence, from 0, or None if unknown. Only drift effects depend on it, and it does not
     enter the identity (`digest`) of the conditions. Without a torque converter, `input_torque` (n,) N m drives the
-    input shaft, which rotates at `initial_input_speed` (n,) rad/s at t = 0; else both are None. Raises `InvalidValue`.
+    input shaft, which rotates at `initial_input_speed` (n,) rad/s at t = 0. `profile_input_torque` (p, k) N m, a torque
+    that varies over the current profile, is added to it. With a converter all three are None. Raises `InvalidValue`.
     """
 
     current_profile: np.ndarray
@@ -32,6 +33,7 @@ class Conditions:
     run_order: np.ndarray | None = None
     input_torque: np.ndarray | None = None
     initial_input_speed: np.ndarray | None = None
+    profile_input_torque: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Validate shapes, order, finiteness and signs."""
@@ -49,6 +51,11 @@ class Conditions:
         for given in (self.input_torque, self.initial_input_speed):
             _require(given is None or (given.shape == (n,) and bool(np.all(np.isfinite(given)))),
                      "input torque or initial input speed is not one finite number per condition", "Check the columns")
+        varying = self.profile_input_torque
+        _require(varying is None or (self.input_torque is not None and varying.shape == self.profile_time.shape
+                                     and bool(np.all(np.isfinite(varying)))),
+                 "the input torque of the profiles is not one finite number per breakpoint, or the initial input speed "
+                 "is missing", "Give an input torque for each breakpoint, and an initial input speed per condition")
         order = np.zeros(n) if self.run_order is None else self.run_order
         _require(order.shape == (n,) and bool(np.all(np.equal(np.mod(order, 1), 0))),
                  "the run order is not one whole number per condition",

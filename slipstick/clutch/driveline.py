@@ -39,7 +39,11 @@ from slipstick.clutch.lanes import (
     RATIO,
     RELEASE,
     RIGID,
+    SEGMENT_TIME,
+    SEGMENT_TORQUE,
+    SEGMENT_TORQUE_SLOPE,
     SLIPPING,
+    STAGE_TIME,
     STICK,
     TORQUE_RATIO,
 )
@@ -74,7 +78,8 @@ def converter_torque(b):
             b[CAPACITY + i] += c0 * h0 + c1 * h1 + c2 * h2 + c3 * h3
     for i in range(LANES):
         speed = b[MOTOR_SPEED + i] / b[CAPACITY + i]
-        b[CONVERTER + i] = b[TORQUE_RATIO + i] * speed * speed + b[INPUT_TORQUE + i]
+        given = b[SEGMENT_TORQUE + i] + b[SEGMENT_TORQUE_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
+        b[CONVERTER + i] = b[TORQUE_RATIO + i] * speed * speed + b[INPUT_TORQUE + i] + given
 
 
 @kernel

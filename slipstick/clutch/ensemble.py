@@ -93,7 +93,7 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     given = np.zeros(len(conditions)) if conditions.input_torque is None else conditions.input_torque
     columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order, given])
     profiles = np.column_stack([conditions.current_profile, column]).astype(np.int64)
-    profile_segments = segments(conditions.profile_time, conditions.profile_current)
+    profile_segments = segments(conditions.profile_time, conditions.profile_current, conditions.profile_input_torque)
 
     n, k, workers = len(conditions), len(times), threads or os.cpu_count() or 1
     shape, conditions_per_point = ((n,), 1) if paired else ((len(vectors), n), n)

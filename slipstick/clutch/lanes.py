@@ -56,6 +56,7 @@ BREAKAWAY_FIRST, RELEASE_FIRST = _row(), _row()
 # Active segment of the current profile: start, current, slope, end, and history (`conditions.reversals`).
 SEGMENT_TIME, SEGMENT_CURRENT, SEGMENT_SLOPE, SEGMENT_END = _row(), _row(), _row(), _row()
 SEGMENT_DIRECTION, SEGMENT_REVERSAL, SEGMENT_SWING = _row(), _row(), _row()
+SEGMENT_TORQUE, SEGMENT_TORQUE_SLOPE = _row(), _row()
 
 # Quantities that effects can change, and quantities derived from them.
 QUANTITY_ROW = {name: _row() for name in QUANTITIES}

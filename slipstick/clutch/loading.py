@@ -47,6 +47,8 @@ from slipstick.clutch.lanes import (
     SEGMENT_SLOPE,
     SEGMENT_SWING,
     SEGMENT_TIME,
+    SEGMENT_TORQUE,
+    SEGMENT_TORQUE_SLOPE,
     SLIPPING,
     SLOPE_GAIN,
     START,
@@ -156,15 +158,23 @@ def park(b, i):
     b[SEGMENT_END + i] = np.inf
 
 
-def segments(time: np.ndarray, current: np.ndarray) -> np.ndarray:
-    """Segments of current profiles (p, k): (p, k, 7) with start, current, slope, end (s, A, A/s, s) and `reversals`.
+def segments(time: np.ndarray, current: np.ndarray, torque: np.ndarray | None = None) -> np.ndarray:
+    """Segments of current profiles (p, k) and of a given input torque (p, k) in N m: shape (p, k, 9).
 
-    The last segment of each profile keeps the current constant without end.
+    Start, current, slope, end (s, A, A/s, s), `reversals`, input torque and its slope (N m, N m/s). The last segment of
+    each profile keeps current and torque constant without end.
     """
-    slope = np.zeros_like(time)
-    slope[:, :-1] = np.diff(current, axis=1) / np.diff(time, axis=1)
+    given = np.zeros_like(time) if torque is None else torque
     end = np.concatenate([time[:, 1:], np.full((len(time), 1), np.inf)], axis=1)
-    return np.concatenate([np.stack([time, current, slope, end], axis=2), [reversals(row) for row in current]], axis=2)
+    lines = np.stack([time, current, _slopes(time, current), end], axis=2)
+    torques = np.stack([given, _slopes(time, given)], axis=2)
+    return np.concatenate([lines, [reversals(row) for row in current], torques], axis=2)
+
+
+def _slopes(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    slopes = np.zeros_like(time)
+    slopes[:, :-1] = np.diff(values, axis=1) / np.diff(time, axis=1)
+    return slopes
 
 
 @kernel
@@ -177,3 +187,5 @@ def set_segment(b, i, table, profile, segment):
     b[SEGMENT_DIRECTION + i] = table[profile, segment, 4]
     b[SEGMENT_REVERSAL + i] = table[profile, segment, 5]
     b[SEGMENT_SWING + i] = table[profile, segment, 6]
+    b[SEGMENT_TORQUE + i] = table[profile, segment, 7]
+    b[SEGMENT_TORQUE_SLOPE + i] = table[profile, segment, 8]

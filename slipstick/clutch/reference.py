@@ -47,6 +47,8 @@ class Engagement:
         self.run = 0.0 if conditions.run_order is None else float(conditions.run_order[condition]) / 100
         profile = conditions.current_profile[condition]
         self.profile_time, self.profile_current = conditions.profile_time[profile], conditions.profile_current[profile]
+        given = conditions.profile_input_torque
+        self.profile_torque = np.zeros_like(self.profile_time) if given is None else given[profile]
         self.reversals, self.segment = reversals(self.profile_current), 0
         self.discrete_state, self.direction = REST, 1.0
 
@@ -122,7 +124,8 @@ class Engagement:
         film = self.with_effects("film torque", p.film_coefficient * per_gap * (y[3] / p.gear_ratio - y[4]), t, y)
         friction = self.with_effects("friction coefficient", p.friction_coefficient, t, y)
         capacity = s * s * (3 - 2 * s) * friction * contact
-        given = self.converter.torque(y[3], self.motor_speed) + self.input_torque
+        given = self.converter.torque(y[3], self.motor_speed) + self.input_torque + float(
+            np.interp(t, self.profile_time, self.profile_torque))
         drive = (self.with_effects("converter torque", given, t, y)
                  - p.input_viscous * y[3] - p.input_coulomb)
         load = self.with_effects("load torque", self.brake_torque + p.output_viscous * y[4], t, y)

@@ -17,8 +17,8 @@ from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.storage.condition_layout import CONDITION_UNITS, INPUT_UNITS
 from slipstick.storage.sheet import Sheet
 
-Profiles = tuple[np.ndarray, np.ndarray]
-"""Times in s and currents in A of the current profiles, (p, k) each."""
+Profiles = tuple[np.ndarray, ...]
+"""Times in s, currents in A and, where it is given, input torques in N m of the current profiles: (p, k) each."""
 _OPTIONAL = {"run_order": "1", **INPUT_UNITS}
 
 
@@ -38,7 +38,7 @@ def read_conditions(content: bytes, profiles: Profiles) -> Conditions:
 
 
 def _conditions(sheet: Sheet, profiles: Profiles) -> Conditions:
-    time, current = profiles
+    time, current, *given = profiles
     profile = sheet.whole("current_profile")
     unknown = np.flatnonzero(profile >= len(time))
     if len(unknown):
@@ -48,7 +48,8 @@ def _conditions(sheet: Sheet, profiles: Profiles) -> Conditions:
     order = sheet.whole("run_order") if "run_order" in sheet.columns else None
     try:
         return Conditions(profile, sheet.positive("motor_speed"), sheet.positive("load_inertia"),
-                          sheet.positive("brake_torque", zero=True), time, current, order, **columns)
+                          sheet.positive("brake_torque", zero=True), time, current, order, **columns,
+                          profile_input_torque=given[0] if given else None)
     except InvalidValue as error:
         raise BadRecording(error.cause, error.remedy) from error
 

@@ -41,9 +41,12 @@ def read_conditions(source: Source) -> Conditions:
              for name, unit in INPUT_UNITS.items() if source.has(f"conditions/{name}")}
     time, current = [source.array(f"current_profiles/{name}", "fiu", (None, None), unit).astype(np.float64)
                      for name, unit in _PROFILE_UNITS.items()]
+    path = "current_profiles/input_torque"
+    varying = source.array(path, "fiu", time.shape, "N m").astype(np.float64) if source.has(path) else None
     try:
         profile, speed, inertia, brake = columns
-        return Conditions(profile, speed, inertia, brake, time, current, order, **given)
+        return Conditions(profile, speed, inertia, brake, time, current, order, **given,
+                          profile_input_torque=varying)
     except InvalidValue as error:
         raise source.error(error.cause, error.remedy) from error
 
@@ -59,6 +62,8 @@ def write_conditions(file: h5py.File, conditions: Conditions) -> None:
         _write(file, RUN_ORDER, conditions.run_order.astype(np.int64), "1")
     for name, unit in _PROFILE_UNITS.items():
         _write(file, f"current_profiles/{name}", getattr(conditions, f"profile_{name}"), unit)
+    if conditions.profile_input_torque is not None:
+        _write(file, "current_profiles/input_torque", conditions.profile_input_torque, "N m")
 
 
 def _write(file: h5py.File, path: str, values: np.ndarray, unit: str) -> None:

@@ -50,7 +50,8 @@ class Library:
         profiles = np.array([recordings.conditions.profile_time, recordings.conditions.profile_current])
         # Units converted to those of the model, and decimal numbers read by other programs, differ in the last bit.
         return self._only([name for name, bench in self._valid_benches()
-                           if np.shape(bench.profiles) == profiles.shape and np.allclose(bench.profiles, profiles)],
+                           if (own := np.array(bench.profiles[:2])).shape == profiles.shape
+                           and np.allclose(own, profiles)],
                           "the current profiles of these recordings")
 
     def tables(self) -> list[str]:

@@ -9,6 +9,7 @@ from slipstick.bench import Bench
 from slipstick.bench.experiments import read_profiles, stacked
 from slipstick.bench.reader import read
 from slipstick.errors import BadBench, InvalidValue
+from slipstick.recordings import Recordings
 from tests.benches import COMPACT, TABLES
 
 TEXT = (TABLES / "compact.toml").read_text()
@@ -111,7 +112,7 @@ def test_profiles_of_different_lengths_keep_their_currents() -> None:
 
 
 def test_profiles_of_a_file_may_differ_in_length() -> None:
-    time, current = read_profiles(b"profile,time [ms],current [mA]\n0,0,100\n0,500,700\n1,0,100\n1,20,300\n1,900,300\n")
+    time, current = read_profiles(b"profile,time [ms],current [mA]\n0,0,100\n0,500,700\n1,0,100\n1,20,300\n1,900,300\n", {})
     np.testing.assert_allclose(time, [[0, 0.25, 0.5], [0, 0.02, 0.9]])
     np.testing.assert_allclose(current, [[0.1, 0.4, 0.7], [0.1, 0.3, 0.3]])
 
@@ -129,3 +130,41 @@ def test_a_bench_without_a_converter_states_its_input_torque() -> None:
     assert bench.conditions.initial_input_speed is not None
     assert set(bench.conditions.input_torque) == {30.0, 45.0}
     np.testing.assert_allclose(bench.conditions.initial_input_speed, 40 * np.pi)
+
+
+WITHOUT = HEAD[:HEAD.index("[converter]")] + HEAD[HEAD.index("# Standard deviation of the noise"):] + """[conditions]
+motor_speed = { values = [1500], unit = "rpm" }
+load_inertia = { values = [0.4], unit = "kg m^2" }
+brake_torque = { values = [5], unit = "N m" }
+initial_input_speed = { values = [1400, 1500], unit = "rpm" }
+
+[[profiles]]
+time = { values = [0, 0.5, 1], unit = "s" }
+current = { values = [0.2, 0.5, 0.8], unit = "A" }
+input_torque = { values = [0.02, 0.03, 0.01], unit = "kN m" }
+"""
+
+
+def test_the_input_torque_of_a_bench_without_a_converter_may_vary_over_the_profile() -> None:
+    bench = read(WITHOUT.encode(), "without.toml")
+    assert bench.physics.converter is None
+    given = bench.conditions.profile_input_torque
+    assert given is not None
+    np.testing.assert_allclose(given, [[20.0, 30.0, 10.0]])
+    assert bench.conditions.input_torque is not None
+    assert bench.conditions.input_torque.tolist() == [0.0, 0.0]
+    constant = WITHOUT.replace("input_torque = { values = [0.02, 0.03, 0.01]", "# input_torque = { values = [0.02]")
+    with pytest.raises(BadBench, match="input_torque: the key is missing"):
+        read(constant.encode(), "without.toml")
+    with pytest.raises(BadBench, match=r"input_torque.*the key is unknown"):
+        read((HEAD + WITHOUT[WITHOUT.index("[conditions]"):].replace("initial_input", "# initial")).encode(), "b.toml")
+
+
+def test_recordings_keep_an_input_torque_that_varies() -> None:
+    bench = read(WITHOUT.encode(), "without.toml")
+    recordings = Recordings(bench.conditions, np.array([0.4, 0.5]))
+    assert Recordings.read(recordings.to_bytes(), "h5").digest == recordings.digest
+    csv = "current_profile,motor_speed [rpm],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]," \
+          "input_torque [N m],initial_input_speed [rpm]\n0,1500,0.4,5,0.4,0,1400\n0,1500,0.4,5,0.5,0,1500\n"
+    again = Recordings.read(csv.encode(), "csv", profiles=bench.profiles)
+    assert again.conditions.digest == recordings.conditions.digest

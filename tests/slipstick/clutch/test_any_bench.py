@@ -103,3 +103,20 @@ def test_padding_a_profile_does_not_change_what_is_simulated() -> None:
 @pytest.mark.parametrize("condition", [0, 44, 89])
 def test_the_second_bench_agrees_with_the_reference_implementation(condition: int) -> None:
     compare(Model(COMPACT.physics), COMPACT.conditions, condition)
+
+
+def test_a_measured_input_torque_agrees_with_the_reference_implementation() -> None:
+    model, conditions = without_converter(COMPACT, 0.0, 150.0)
+    time = np.arange(0.0, 1.8005, 0.005)
+    profiles = [(time, np.interp(time, *(column[p] for column in COMPACT.profiles)), 25.0 + 4.0 * np.sin(20.0 * time))
+                for p in range(len(COMPACT.profiles[0]))]
+    times, currents, torques = stacked(profiles)
+    varying = replace(conditions, profile_time=times, profile_current=currents, profile_input_torque=torques)
+    assert compare(model, varying, 40) > 0.05
+    resampled = replace(varying, profile_input_torque=np.full_like(torques, 25.0))
+    there, other = (ensemble.shifting_times(model, one)[0] for one in (varying, resampled))
+    assert np.nanmax(np.abs(there - other)) > 1e-3
+    constant = replace(conditions, profile_input_torque=np.full_like(conditions.profile_time, 25.0))
+    steady, _ = ensemble.shifting_times(*without_converter(COMPACT, 25.0, 150.0))
+    np.testing.assert_allclose(ensemble.shifting_times(model, constant)[0], steady, rtol=0, atol=1e-12)
+    assert varying.digest != resampled.digest
