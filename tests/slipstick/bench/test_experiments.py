@@ -112,7 +112,8 @@ def test_profiles_of_different_lengths_keep_their_currents() -> None:
 
 
 def test_profiles_of_a_file_may_differ_in_length() -> None:
-    time, current = read_profiles(b"profile,time [ms],current [mA]\n0,0,100\n0,500,700\n1,0,100\n1,20,300\n1,900,300\n", {})
+    csv = b"profile,time [ms],current [mA]\n0,0,100\n0,500,700\n1,0,100\n1,20,300\n1,900,300\n"
+    time, current = read_profiles(csv, {})
     np.testing.assert_allclose(time, [[0, 0.25, 0.5], [0, 0.02, 0.9]])
     np.testing.assert_allclose(current, [[0.1, 0.4, 0.7], [0.1, 0.3, 0.3]])
 
