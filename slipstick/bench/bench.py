@@ -12,6 +12,7 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.physics import Physics
+from slipstick.bench.scales import Scales
 from slipstick.bench.sensing import Prior, Sensor
 from slipstick.errors import InvalidValue
 
@@ -50,6 +51,11 @@ class Bench:
     def profiles(self) -> tuple[np.ndarray, np.ndarray]:
         """Times in s and currents in A of the current profiles, (p, k) each."""
         return self.conditions.profile_time, self.conditions.profile_current
+
+    @cached_property
+    def scales(self) -> Scales:
+        """The magnitudes in which effects give bounds and typical values; raises `InvalidValue` without oil pressure."""
+        return Scales.of(self.physics, self.conditions)
 
     def require(self, physics: Physics) -> None:
         """Raise `InvalidValue` where `physics`, that of a model, is not that of this bench."""
