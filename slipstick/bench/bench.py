@@ -54,7 +54,7 @@ class Bench:
 
     @cached_property
     def scales(self) -> Scales:
-        """The magnitudes in which effects give bounds and typical values; raises `InvalidValue` without oil pressure."""
+        """Magnitudes in which effects give bounds and typical values; raises `InvalidValue` without oil pressure."""
         return Scales.of(self.physics, self.conditions)
 
     def require(self, physics: Physics) -> None:

@@ -54,8 +54,9 @@ class Scales:
         p = dict(zip(parameters.NAMES, physics.nominal, strict=True))
         current = float(conditions.profile_current.max())
         if not current > max(0.0, p["current_bias"]):
-            raise InvalidValue(f"The largest current of the profiles, {current:g} A, gives no oil pressure: the current "
-                               f"bias is {p['current_bias']:g} A", "Check the profiles, their unit, and current_bias")
+            raise InvalidValue(f"The largest current of the profiles, {current:g} A, gives no oil pressure: the "
+                               f"current bias is {p['current_bias']:g} A",
+                               "Check the profiles, their unit, and current_bias")
         pressure = p["current_gain"] * (current - p["current_bias"])
         initial = conditions.initial_input_speed
         speed = max(float(conditions.motor_speed.max()), 0.0 if initial is None else float(initial.max()))

@@ -14,7 +14,7 @@ from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect,
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
-from tests.benches import BENCHES, HEAVY, NOMINAL
+from tests.benches import BENCHES, COMPACT, HEAVY, NOMINAL
 
 ON_HEAVY = tuple(effect.on(HEAVY.scales) for effect in effects.CATALOGUE)
 CONDITIONS = replace(HEAVY.conditions, run_order=np.random.default_rng(4).permutation(216))
@@ -90,6 +90,12 @@ def test_typical_coefficients_are_visible_and_every_engagement_locks(bench: Benc
     rms = np.sqrt(np.mean((stacked(response) - baseline) ** 2, axis=(0, 1, 2)))
     difference = rms / np.ptp(baseline, axis=(0, 1, 2))
     assert difference[:4].max() > 2e-3
+
+
+def test_typical_values_of_another_bench_would_be_noticed() -> None:
+    model = with_effects([effect for effect in ON_HEAVY if effect.name == "quadratic_load_drag"],
+                         model=Model(COMPACT.physics))
+    assert not np.all(ensemble.signals(model, COMPACT.conditions, SAMPLE_TIMES).status == ensemble.LOCKED)
 
 
 @each_effect
@@ -170,17 +176,19 @@ def test_an_invalid_effect_is_rejected_with_its_name() -> None:
         assert "thermal_fade" in str(error.value)
 
 
-@pytest.mark.parametrize("effect", [effect for effect in ON_HEAVY if effect.listed],
-                         ids=lambda effect: effect.name)
-def test_signals_are_finite_within_the_bounds_of_every_amplitude(effect: Effect) -> None:
+@pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
+@pytest.mark.parametrize("name", [effect.name for effect in effects.CATALOGUE if effect.listed])
+def test_signals_are_finite_within_the_bounds_of_every_amplitude(bench: Bench, name: str) -> None:
     # Engagements may diverge at the bounds themselves, where a study reduces its step, but not inside them.
-    few = CONDITIONS.take([0, 77, 150, 215])
+    model, effect, n = Model(bench.physics), effects.find(name).on(bench.scales), len(bench.conditions)
+    few = replace(bench.conditions, run_order=np.random.default_rng(4).permutation(n)).take(
+        np.linspace(0, n - 1, 4).astype(int))
     for amplitude in (c for c in effect.coefficients if not c.shape):
         for value in (amplitude.neutral + fraction * (bound - amplitude.neutral)
                       for bound in (amplitude.lower, amplitude.upper) for fraction in (0.25, 0.5, 0.75)):
             values = {c.name: c.typical if c.shape else c.neutral for c in effect.coefficients}
             values[amplitude.name] = value
-            response = ensemble.signals(NOMINAL.with_effect(effect.name, values), few, SAMPLE_TIMES)
+            response = ensemble.signals(model.with_effect(effect.name, values), few, SAMPLE_TIMES)
             assert np.isfinite(stacked(response)).all(), (amplitude.name, value)
 
 
