@@ -93,7 +93,7 @@ def regression(settings: StudySettings, compared: comparison.Comparison, state: 
     Every value counts as an observation; `coefficient` is in typical values.
     """
     seen = study.observed(compared, state)
-    fit, tried = rounds.restore(settings, seen, state["rounds"][0]), probes(settings.catalogue)
+    fit, tried = rounds.restore(settings, seen, state["rounds"][0]), probes(settings.catalogue, seen.bench)
     about = linearise(seen, fit.design, fit.points, tried, columns=())
     gram = about.weighted(fit.state.noise).sum(axis=0)
     explained = gram[:-1, -1] ** 2 / np.maximum(np.diag(gram)[:-1], 1e-12)

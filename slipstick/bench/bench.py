@@ -12,6 +12,7 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.physics import Physics
+from slipstick.bench.scales import Scales
 from slipstick.bench.sensing import Prior, Sensor
 from slipstick.errors import InvalidValue
 
@@ -52,6 +53,11 @@ class Bench:
         conditions = self.conditions
         given = () if conditions.profile_input_torque is None else (conditions.profile_input_torque,)
         return conditions.profile_time, conditions.profile_current, *given
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Magnitudes in which effects give bounds and typical values; raises `InvalidValue` without oil pressure."""
+        return Scales.of(self.physics, self.conditions)
 
     def require(self, physics: Physics) -> None:
         """Raise `InvalidValue` where `physics`, that of a model, is not that of this bench."""

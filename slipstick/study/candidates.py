@@ -48,7 +48,7 @@ def outside(settings: StudySettings, comparison: Comparison, one: Round,
     if not others:
         return None
     best = max(others, key=lambda probe: float(probe["gain"]))
-    return best["effect"], fit_candidate(settings, comparison, one, candidate(others, best["effect"]))
+    return best["effect"], fit_candidate(settings, comparison, one, candidate(comparison.bench, others, best["effect"]))
 
 
 def ranked(settings: StudySettings, comparison: Comparison, one: Round, listed: bool = True) -> list[Ranked]:

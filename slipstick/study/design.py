@@ -67,8 +67,9 @@ class Design:
 
     @property
     def coefficients(self) -> list[tuple[str, effects.Coefficient]]:
-        """(effect, coefficient) of each entry after the parameters."""
-        return [(name, one) for name in self.added for one in effects.find(name).coefficients]
+        """(effect, coefficient on the bench) of each entry after the parameters."""
+        return [(name, one) for name in self.added
+                for one in effects.find(name).on(self.bench.scales).coefficients]
 
     @property
     def unknowns(self) -> list[Unknown]:
@@ -113,7 +114,8 @@ class Design:
 
 def _unknown(effect: str, one: effects.Coefficient) -> Unknown:
     lower, upper = sorted((one.lower / one.typical, one.upper / one.typical))
-    neutral = one.neutral / one.typical
+    # The reference value of a shape coefficient, the same for all benches, may be out of bounds on an unusual one.
+    neutral = float(np.clip(one.neutral / one.typical, lower, upper))
     step, reach = _SHAPE if one.shape else _AMPLITUDE
     if one.shape and effects.find(effect).forms:
         reach = 0.0  # one form or another: nothing between them

@@ -90,7 +90,7 @@ def _going_on(settings: StudySettings, comparison: Comparison, rounds: list[Roun
     *before, last = rounds
     if effect not in last["candidates"]:
         waiting = {one["effect"]: one for one in last["screening"]["shortlist"]}
-        one = waiting.get(effect) or candidate(last["screening"]["probes"], effect)
+        one = waiting.get(effect) or candidate(comparison.bench, last["screening"]["probes"], effect)
         fitted = stored(fit_candidate(settings, comparison, last, one))
         last = {**last, "candidates": {**last["candidates"], effect: fitted}}
     return [*before, last, add(settings, comparison, last, effect)]

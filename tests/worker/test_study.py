@@ -135,7 +135,7 @@ def test_a_signal_without_noise_is_refused(
 
 def test_a_drifting_model_is_built_only_for_conditions_with_a_run_order(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    effect = next(effect for effect in CATALOGUE if effect.uses_run_order)
+    effect = next(effect for effect in CATALOGUE if effect.uses_run_order).on(HEAVY.scales)
     coefficients = {coefficient.name: coefficient.typical for coefficient in effect.coefficients}
     (tmp_path / "model.json").write_text(json.dumps(NOMINAL.with_effect(effect.name, coefficients).spec()))
     build = ["build", "--model", str(tmp_path / "model.json"), "--axis", "pressure_bias=0.9:1.1:2",

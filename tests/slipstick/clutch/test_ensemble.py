@@ -130,7 +130,7 @@ def test_invalid_input_raises_an_error_with_a_remedy() -> None:
 def test_paired_results_are_the_diagonal_of_all_combinations() -> None:
     points = np.linspace(0.7, 1.3, 216)[:, None]
     vectors = np.tile(NOMINAL.parameters, (216, 1)) * np.where(np.arange(20) == 11, points, 1.0)
-    typical = [c.typical for effect in effects.CATALOGUE for c in effect.coefficients]
+    typical = [value for effect in effects.CATALOGUE for value in effect.on(HEAVY.scales).typical]
     coefficients, samples = np.tile(typical, (216, 1)), np.linspace(0, 1.5, 7)
     combinations = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples)
     for threads in (1, 3):

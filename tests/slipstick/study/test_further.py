@@ -47,7 +47,7 @@ def compared() -> Comparison:
 def fitted(compared: Comparison, effect: str, size: float, **multiples: float) -> MixedFit:
     """A fit with `size` typical values of an effect, and parameters at the multiples."""
     design = Design(HEAVY, PARAMETERS, (0, 1), (effect,))
-    shapes = [one.neutral / one.typical for one in effects.find(effect).coefficients[1:]]
+    shapes = [one.neutral / one.typical for one in effects.find(effect).on(HEAVY.scales).coefficients[1:]]
     theta = np.array([*(multiples.get(name, 1.0) for name in PARAMETERS), size, *shapes])
     n, channels = len(compared.measured), len(compared.channels)
     return mixed.at(compared, design, State(theta, np.zeros((n, 2)), SCATTER**2 * np.eye(2), np.ones(channels)))
