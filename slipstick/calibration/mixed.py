@@ -75,12 +75,15 @@ def engagements(about: Linearised, estimated: Noise, lower: np.ndarray, upper: n
 
 
 def _noise(about: Linearised, effects: RandomEffects, sensors: Noise) -> Noise:
-    """The noise that the residuals show, with what the parameters of an engagement may be off, and the least noise."""
+    """The noise that the residuals show, with what the parameters of an engagement may be off.
+
+    That of the shifting time is at least its sensor's: one value an engagement hardly tells it from scatter.
+    """
     moved = np.concatenate([about.points - effects.each, np.ones((len(about.points), 1))], axis=1)
     found = np.einsum("np,ctnpq,nq->ct", moved, about.products, moved, optimize=True)
     found += np.einsum("ctnpq,nqp->ct", about.products[..., :-1, :-1], effects.posterior, optimize=True)
     shown = noise.most_likely(found, about.counts.sum(axis=2))
-    return replace(shown, std=np.maximum(shown.std, sensors.std))
+    return replace(shown, std=np.append(shown.std[:-1], max(shown.std[-1], sensors.std[-1])))
 
 
 def _moved(observations: Observations, points: np.ndarray, mean: np.ndarray, effects: RandomEffects,
