@@ -25,8 +25,8 @@ from slipstick.calibration import calibrate, random_effects
 from slipstick.calibration.calibrate import LEVEL
 from slipstick.calibration.linearised import linearise
 from slipstick.calibration.mixed import engagements
-from slipstick.calibration.noise import Noise
 from slipstick.calibration.modes import axes
+from slipstick.calibration.noise import Noise
 from slipstick.calibration.observations import CHANNELS, Observations
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings

@@ -57,7 +57,8 @@ def recorded(bench: Bench, conditions: Conditions, mean: np.ndarray, scatter: np
         sensor, white = bench.sensors[name], rng.normal(size=(n, len(time)))
         white[:, 1:] *= np.sqrt(1 - correlation**2)
         noisy = getattr(response, name) + (sensor.noise or 0.0) * lfilter([1], [1, -correlation], white, axis=1)
-        signals.append((np.round(noisy / sensor.resolution) * sensor.resolution if sensor.resolution else noisy)[locked])
+        rounded = np.round(noisy / sensor.resolution) * sensor.resolution if sensor.resolution else noisy
+        signals.append(rounded[locked])
     times = response.shifting_time + rng.normal(0, bench.sensors["shifting_time"].noise, n)
     return (Recordings(conditions.take(locked), times[locked], Signals(time, *signals)),
             Truth(mean, scatter, correlation, points[locked]))

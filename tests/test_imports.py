@@ -30,7 +30,9 @@ MAY_IMPORT = {
                             "slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.clutch "
                        "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5",
-    "slipstick.calibration": "numpy scipy slipstick.errors slipstick.clutch slipstick.recordings",
+    "slipstick.blocks": "numpy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
+    "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
+                             "slipstick.recordings",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
     "slipstick.uncertainty": "",
     "slipstick.uncertainty.sampling": "numpy scipy slipstick.errors",

@@ -13,16 +13,16 @@ from numba import njit
 
 from slipstick.bench import Conditions, parameters
 from slipstick.bench.converter import Converter
-from slipstick.blocks.block import signals_of
 from slipstick.bench.physics import Physics
+from slipstick.blocks.block import signals_of
 from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.recordings import Recordings
 
 _GEAR, _INERTIA, _COULOMB, _VISCOUS = (
     parameters.index(name) for name in ("gear_ratio", "input_inertia", "input_coulomb", "input_viscous"))
 _STEPS = 4
-"""Runge-Kutta steps between two samples. Halving them changes the speed by less than 1e-6 rad/s on both shipped benches
-(checked by a test); a single explicit step would look like a lag of half a sample."""
+"""Runge-Kutta steps between two samples. Halving them changes the speed by less than a hundredth of the sensor's noise on
+both shipped benches (checked by a test); one explicit step would look like a lag of half a sample."""
 
 
 @dataclass(frozen=True, eq=False)

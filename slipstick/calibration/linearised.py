@@ -65,10 +65,15 @@ def _part(observations: Observations, points: np.ndarray, axes: np.ndarray, plac
 def neighbouring(rows: np.ndarray, counted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Three products (3, m, p, p) of rows (m, p, k) over the samples `counted` (m, k), and the counts (2, m)."""
     rows = rows * counted[:, None]
-    pairs = counted[:, 1:] & counted[:, :-1]
-    inner = np.zeros_like(counted)
-    inner[:, 1:-1] = pairs[:, 1:] & pairs[:, :-1]
+    pairs, inner = neighbours(counted)
     across = rows[:, :, :-1] @ rows[:, :, 1:].transpose(0, 2, 1)
     products = [rows @ rows.transpose(0, 2, 1), (rows * inner[:, None]) @ rows.transpose(0, 2, 1),
                 across + across.transpose(0, 2, 1)]
     return np.array(products), np.array([counted.sum(axis=1), pairs.sum(axis=1)])
+
+
+def neighbours(counted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of samples (m, k) which pairs (m, k - 1) count, and which samples (m, k) have two neighbours that count."""
+    pairs, inner = counted[:, 1:] & counted[:, :-1], np.zeros_like(counted)
+    inner[:, 1:-1] = pairs[:, 1:] & pairs[:, :-1]
+    return pairs, inner

@@ -1,7 +1,7 @@
 """The parameters of each engagement for common means and variances: its conditional modes, found by search and descent.
 
-The misfit of an engagement has local minima in the parameters of the piston. Each step therefore tries several shares
-of a Gauss-Newton step, and on request restarts about the common means; every engagement takes what fits it best.
+The misfit of an engagement has local minima in the parameters of the piston. The search therefore tries several shares
+of a Gauss-Newton step, and restarts the engagements that fit worst about the common means.
 """
 
 import itertools
@@ -9,7 +9,7 @@ import itertools
 import numpy as np
 
 from slipstick.blocks.clutch import PISTON
-from slipstick.calibration.linearised import Linearised, linearise
+from slipstick.calibration.linearised import Linearised, linearise, neighbours
 from slipstick.calibration.noise import Noise
 from slipstick.calibration.observations import CHANNELS, Observations
 
@@ -18,6 +18,7 @@ SHARES = np.array([1.0, 0.5, 0.2, 0.05])
 _FIRST, _SMALLEST, _LARGEST = 5e-3, 5e-4, 0.1
 """Steps of the differences, in multiples of nominal values: before a posterior is known, and the limits after."""
 _SEARCHES = 8
+"""Steps of the search. The fit goes on from there."""
 _LEVELS, _WORST = (-2, -1, 0, 1, 2), 8
 """Standard deviations at which the worst eighth of the engagements is restarted: local minima are found in fewer."""
 
@@ -33,8 +34,8 @@ def axes(posterior: np.ndarray) -> np.ndarray:
     return np.asarray(vectors * steps[:, None])
 
 
-def searched(observations: Observations, points: np.ndarray, variance: np.ndarray, noise: Noise,
-             ) -> tuple[np.ndarray, Linearised]:
+def searched(observations: Observations, points: np.ndarray, variance: np.ndarray,
+             noise: Noise) -> tuple[np.ndarray, Linearised]:
     """Modes (n, d) from `points` (n, d) for variances (d,) about the median engagement, and the linearisation there.
 
     Medians, because single engagements may be in a local minimum at first.
@@ -86,11 +87,9 @@ def misfit(observations: Observations, points: np.ndarray, noise: Noise, places:
     counted = observations.counted(observations.lock_up(response, places), places, noise.std[-1])
     squares = (times / noise.std[CHANNELS.index("shifting_time")]) ** 2
     for residuals, is_counted, (every, inner, across) in zip(signals, counted, noise.weights, strict=False):
-        pairs = is_counted[:, 1:] & is_counted[:, :-1]
-        interior = np.zeros_like(is_counted)
-        interior[:, 1:-1] = pairs[:, 1:] & pairs[:, :-1]
+        pairs, interior = neighbours(is_counted)
         squares += np.einsum("snk,snk,nk->sn", residuals, residuals, every * is_counted + inner * interior,
                              optimize=True)
-        squares += 2 * across * np.einsum("snk,snk,nk->sn", residuals[..., 1:], residuals[..., :-1], pairs.astype(float),
-                                          optimize=True)
+        squares += 2 * across * np.einsum("snk,snk,nk->sn", residuals[..., 1:], residuals[..., :-1],
+                                          pairs.astype(float), optimize=True)
     return np.asarray(squares)

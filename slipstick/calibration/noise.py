@@ -47,10 +47,10 @@ def most_likely(products: np.ndarray, counts: np.ndarray) -> Noise:
 
 def _autoregressive(every: float, inner: float, across: float, samples: float, pairs: float) -> tuple[float, float]:
     def variance(rho: float) -> float:
-        return (every + rho**2 * inner - rho * across) / ((1 - rho**2) * samples)
+        return float((every + rho**2 * inner - rho * across) / ((1 - rho**2) * samples))
 
     def height(rho: float) -> float:
-        return samples * np.log(variance(rho)) + pairs * np.log1p(-(rho**2))
+        return float(samples * np.log(variance(rho)) + pairs * np.log1p(-(rho**2)))
 
     if pairs == 0:
         return float(np.sqrt(variance(0.0))), 0.0

@@ -81,7 +81,7 @@ class Observations:
         return np.where(locked, response.shifting_time.reshape(-1, len(places)), end)
 
     def counted(self, lock_up: np.ndarray, places: np.ndarray, noise: float) -> np.ndarray:
-        """Which samples count, (4, m, k), if lock-up is simulated at `lock_up` (s, m) and measured with a `noise` in s."""
+        """Which samples (4, m, k) count for s simulations with `lock_up` (s, m), measured with a `noise` in s."""
         time, measured, margin = self.signals.time, self.recordings.measured_time[places], self._margin(noise)
         both = np.concatenate([lock_up, measured[None]])
         first, last = both.min(axis=0) - margin, both.max(axis=0) + margin

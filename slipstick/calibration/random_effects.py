@@ -24,10 +24,15 @@ class Engagements:
     lower: np.ndarray
     upper: np.ndarray
 
+    @property
+    def widest(self) -> np.ndarray:
+        """Largest variances (d,): three standard deviations to either side fit between the bounds, as runs must."""
+        return np.asarray(((self.upper - self.lower) / 6) ** 2)
+
 
 @dataclass(frozen=True, eq=False)
 class RandomEffects:
-    """Estimated `mean` (d,) with `covariance` (d, d), and `variance` (d,) between engagements with `uncertainty` (d, d).
+    """Estimated `mean` (d,) and `variance` (d,) between engagements; `covariance`, `uncertainty` (d, d) are theirs.
 
     `each` (n, d) are the predicted beta_i, `posterior` (n, d, d) their covariance given the data. `marginal` (n, d, d)
     is J_i' (V + J_i diag(variance) J_i')^-1 J_i.
@@ -44,12 +49,12 @@ class RandomEffects:
     @property
     def standard_error(self) -> np.ndarray:
         """Of the mean, (d,)."""
-        return np.sqrt(np.diag(self.covariance))
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
     def scatter(self) -> np.ndarray:
         """Standard deviations between engagements, (d,)."""
-        return np.sqrt(self.variance)
+        return np.asarray(np.sqrt(self.variance))
 
     @property
     def scatter_error(self) -> np.ndarray:
@@ -57,7 +62,7 @@ class RandomEffects:
 
         It is the usual standard error where there is much scatter, and finite where none is found.
         """
-        return np.sqrt(self.variance + np.sqrt(np.diag(self.uncertainty))) - self.scatter
+        return np.asarray(np.sqrt(self.variance + np.sqrt(np.diag(self.uncertainty))) - self.scatter)
 
     @property
     def degrees_of_freedom(self) -> np.ndarray:
@@ -73,7 +78,8 @@ class RandomEffects:
 
 
 def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
-    """Estimate by Fisher scoring from `variance` (d,) on; variances stay at 0 or above."""
+    """Estimate by Fisher scoring from `variance` (d,) on, between 0 and `widest` of the engagements."""
+    variance = np.minimum(variance, engagements.widest)
     likelihood, step = _restricted(engagements, variance), np.zeros_like(variance)
     for _ in range(_SCORINGS):
         slope, expected = _slope(engagements, variance)
@@ -81,13 +87,14 @@ def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
         scaled = expected / np.outer(scale, scale)
         values, vectors = np.linalg.eigh(scaled)
         root = np.sqrt(np.maximum(values, 1e-12))[:, None] * vectors.T
-        step = lsq_linear(root, np.linalg.solve(root.T, slope / scale), (-variance * scale - 1e-300, np.inf)).x / scale
+        room = (engagements.widest - variance) * scale + 1e-300
+        step = lsq_linear(root, np.linalg.solve(root.T, slope / scale), (-variance * scale - 1e-300, room)).x / scale
         rise = float(slope @ step - 0.5 * step @ expected @ step)
         if rise < _SETTLED:
             break
         share = 1.0
         while share > 1e-3:
-            tried = np.maximum(0.0, variance + share * step)
+            tried = np.clip(variance + share * step, 0.0, engagements.widest)
             its = _restricted(engagements, tried)
             if its > likelihood:
                 break

@@ -23,7 +23,8 @@ class Calibration:
     the parameters of each engagement at their own values: scatter from run to run does not raise it. `rms_before` and
     `rms_after` are RMS residuals of the shifting time in s, at the start and at the fitted common values. `at_bound`
     names the parameters at a bound: their values are those of the bound, not estimates. `bench` is the name of the
-    bench, `bench_digest` and `sensing_digest` are its digests. `evaluations` counts linearisations.
+    bench, `bench_digest` and `sensing_digest` are its digests. `evaluations` counts
+    the iterations of the mixed-effects fit.
     """
 
     model: Model

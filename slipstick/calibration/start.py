@@ -44,7 +44,7 @@ def least_squares(observations: Observations, points: np.ndarray, names: tuple[s
     lower, upper = observations.bounds
 
     def residuals(at: np.ndarray) -> np.ndarray:
-        return measured - predict(observations.vectors(at))
+        return np.asarray(measured - predict(observations.vectors(at)))
 
     left, damping = residuals(points), np.full(len(points), 1e-3)
     for _ in range(_ITERATIONS):
@@ -109,16 +109,17 @@ def _in_contact(observations: Observations, points: np.ndarray) -> np.ndarray:
     column, (lower, upper) = observations.free.index("friction_coefficient"), observations.bounds
     found = points.copy()
     found[:, column] *= _scale(predicted, observations.signals.output_torque)[:, 0]
-    return np.clip(found, lower, upper)
+    return np.asarray(np.clip(found, lower, upper))
 
 
 def _slipping(observations: Observations) -> np.ndarray:
     """Samples (n, k) before lock-up, as measured."""
     noise = observations.bench.sensors["shifting_time"].noise or 0.0
-    return ~observations.locked(noise)
+    return np.asarray(~observations.locked(noise))
 
 
 def _scale(predicted: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """The factor (n, 1) of a prediction, 0 where it does not count, that suits a torque best."""
     square = (predicted**2).sum(axis=1, keepdims=True)
-    return np.where(square > 0, (predicted * torque).sum(axis=1, keepdims=True) / np.where(square > 0, square, 1), 1.0)
+    product = (predicted * torque).sum(axis=1, keepdims=True)
+    return np.asarray(np.where(square > 0, product / np.where(square > 0, square, 1), 1.0))
