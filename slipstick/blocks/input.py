@@ -21,8 +21,8 @@ from slipstick.recordings import Recordings
 _GEAR, _INERTIA, _COULOMB, _VISCOUS = (
     parameters.index(name) for name in ("gear_ratio", "input_inertia", "input_coulomb", "input_viscous"))
 _STEPS = 4
-"""Runge-Kutta steps between two samples. Halving them changes the speed by less than a hundredth of the sensor's noise on
-both shipped benches (checked by a test); one explicit step would look like a lag of half a sample."""
+"""Runge-Kutta steps between two samples. Halving them changes the speed by less than a hundredth of the sensor's noise
+on both shipped benches (checked by a test); one explicit step would look like a lag of half a sample."""
 
 
 @dataclass(frozen=True, eq=False)

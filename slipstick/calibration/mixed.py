@@ -24,8 +24,9 @@ _MOST = 40
 CONVERGED = 0.02
 """Changes of all means, in standard errors, at which the fit ends: they widen no interval by more than 0.1 %."""
 _HELD = 5
-"""Iterations with the scatter of the search: before the common means are about right, their error looks like scatter. On
-the shipped recordings, whose effect the model lacks, 5 and 8 lead to the same fit, and 2 to a less likely one."""
+"""Most iterations with the scatter of the search. It is held until the means change by less than a standard error:
+their error looks like scatter before. On the shipped recordings, whose effect the model lacks, 5 and 8 lead to the same
+fit, and 2 to one at a bound."""
 _FREE = 11
 """Iterations after which variances and noise move by half of the last share of the way, so that the fit ends where the
 model is wrong, too: its residuals then depend on where an engagement is linearised, and noise and scatter on them."""
@@ -54,19 +55,22 @@ def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter:
     mean, change, iteration = np.median(points, axis=0), np.inf, 0
     # Misfit counts as noise before anything is estimated, or sensors' noise would make scatter of it.
     estimated = _noise(about, points, np.zeros_like(about.products[0, 0, :, :-1, :-1]), sensors)
+    is_held = True
     while True:
         iteration += 1
         share = 0.5 ** max(0, iteration - _FREE)
         for _ in range(_INNER):
             linear = engagements(about, estimated, lower, upper)
-            effects = (random_effects.predicted if iteration <= _HELD else random_effects.estimate)(linear, variance)
+            effects = (random_effects.predicted if is_held else random_effects.estimate)(linear, variance)
             variance = variance + share * (effects.variance - variance)
             estimated = estimated.moved(_noise(about, effects.each, effects.posterior, sensors), share)
         effects = random_effects.predicted(engagements(about, estimated, lower, upper), variance)
         change = float(np.max(np.abs(effects.mean - mean) / effects.standard_error))
         report(observations.free, iteration, change)
-        if change < CONVERGED or iteration == _MOST:
-            return MixedFit(effects, estimated, about, iteration, change < CONVERGED)
+        has_ended = not is_held and change < CONVERGED
+        if has_ended or iteration == _MOST:
+            return MixedFit(effects, estimated, about, iteration, has_ended)
+        is_held = is_held and iteration < _HELD and change > 1
         points = _moved(observations, points, mean, effects, estimated)
         mean = effects.mean
         about = linearise(observations, points, axes(effects.posterior), float(sensors.std[-1]))
