@@ -38,7 +38,9 @@ MAY_IMPORT = {
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
     "slipstick.physical_values": "slipstick.bench slipstick.clutch.model",
-    "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
+    "slipstick.blocks": "numpy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
+    "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
+                             "slipstick.recordings",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
     "slipstick.uncertainty": "",
     "slipstick.uncertainty.sampling": "numpy scipy slipstick.errors",
