@@ -26,6 +26,8 @@ SUFFIX = "" if BENCH.stem == "heavy" else f"-{BENCH.stem}"
 """Of the files of a bench that is not the default, whose recordings are tables/measured-NAME.h5."""
 CALIBRATION = f"var/calibration{SUFFIX}.json"
 FIT = {"table": f"calibrated{SUFFIX}", "recordings": f"measured{SUFFIX}", "parameters": ["initial_position"]}
+AXES = ("--axis", "pressure_bias=0.5:1.5:50", "--axis", "initial_position=0.5:2:50")
+"""Of the table that is fitted: wide enough for the scatter of the initial position."""
 STUDY = {"recordings": FIT["recordings"]}
 STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
           "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",
@@ -51,7 +53,7 @@ def start() -> None:
     step(seconds, "calibration on the shipped recordings", "calibrate", "--bench", str(BENCH),
          "--recordings", f"tables/{FIT['recordings']}.h5", "--out", CALIBRATION)
     step(seconds, "table at the calibrated parameters",
-         "build", "--bench", str(BENCH), "--model", CALIBRATION, "--out", f"tables/{FIT['table']}.h5")
+         "build", "--bench", str(BENCH), "--model", CALIBRATION, *AXES, "--out", f"tables/{FIT['table']}.h5")
 
     print("\nStarting service and worker", flush=True)
     begin = time.monotonic()

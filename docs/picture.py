@@ -45,7 +45,7 @@ def main(var: Path, out: Path) -> None:
 def finding(recordings: Recordings) -> Spec:
     """The friction law that a study finds."""
     settings = StudySettings()
-    output = study_output(settings, compare(recordings, settings.shifting_time_noise))
+    output = study_output(settings, compare(HEAVY, recordings, settings.shifting_time_noise))
     return study_pictures(output["result"], output["figure_data"])["law"]
 
 
