@@ -26,8 +26,8 @@ _LEVELS, _WORST = (-2, -1, 0, 1, 2), 8
 def axes(posterior: np.ndarray) -> np.ndarray:
     """Steps of the differences (n, d, d): one standard deviation along each principal axis of a posterior (n, d, d).
 
-    Where contact and onset of torque fall on other samples the slope of the model jumps. What counts is the slope over
-    the range that an engagement leaves open, and not that at a point.
+    Where contact or the onset of torque falls on another sample, the slope of the model jumps. What counts is the slope
+    over the range that an engagement leaves open, and not that at a point.
     """
     values, vectors = np.linalg.eigh(posterior)
     steps = np.clip(np.sqrt(np.maximum(values, 0)), _SMALLEST, _LARGEST)
