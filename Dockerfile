@@ -16,6 +16,8 @@ COPY worker ./worker
 COPY service ./service
 # A new named volume mounted on /data is initialised with this content and its owner.
 COPY --chown=slipstick:slipstick tables/measured.h5 /data/tables/
+COPY --chown=slipstick:slipstick tables/heavy.toml /data/tables/
+COPY --chown=slipstick:slipstick tables/compact.toml /data/tables/
 USER slipstick
 # The simulator is compiled on first use; the volume keeps the compiled code.
 ENV PATH=/packages/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/data/cache

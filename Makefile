@@ -1,5 +1,6 @@
 # Needs Python 3.11 or newer and make; everything else goes into .venv. `make` alone lists the targets.
 PYTHON ?= python3
+BENCH ?= tables/heavy.toml
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
@@ -24,7 +25,7 @@ $(VENV)/.stamp: pyproject.toml
 	@echo "Installed; activate the environment with: . $(BIN)/activate"
 
 demo: setup ## build tables, calibrate, fit, and study the shipped recordings; leaves service and worker running
-	@$(BIN)/python demo.py start
+	@BENCH=$(BENCH) $(BIN)/python demo.py start
 
 demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop

@@ -1,7 +1,8 @@
 """End-to-end demo: calibration, tables, a fit, a study of the missing effect, and fits before and after adding it.
 
-`python demo.py start` leaves service and worker running; `python demo.py stop` stops them. The demo needs only the
-standard library. It runs the commands that a user would type, and prints each of them.
+`python demo.py start` leaves service and worker running; `python demo.py stop` stops them. The environment variable
+BENCH selects another bench file. The demo needs only the standard library. It runs the commands that a user would type,
+and prints each of them.
 """
 
 import fcntl
@@ -20,8 +21,13 @@ from pathlib import Path
 PORT = os.environ.get("SLIPSTICK_PORT", "8000")
 ADDRESS = f"http://127.0.0.1:{PORT}"
 RUN = Path("var/demo")
-CALIBRATION = "var/calibration.json"
-FIT = {"table": "calibrated", "recordings": "measured", "parameters": ["initial_position"]}
+BENCH = Path(os.environ.get("BENCH", "tables/heavy.toml"))
+SUFFIX = "" if BENCH.stem == "heavy" else f"-{BENCH.stem}"
+"""Of the files of a bench that is not the default, whose recordings are tables/measured-NAME.h5."""
+CALIBRATION = f"var/calibration{SUFFIX}.json"
+FIT = {"table": f"calibrated{SUFFIX}", "recordings": f"measured{SUFFIX}", "parameters": ["initial_position"]}
+AXES = ("--axis", "pressure_bias=0.5:1.5:50", "--axis", "initial_position=0.5:2:50")
+"""Of the table that is fitted: wide enough for the scatter of the initial position."""
 STUDY = {"recordings": FIT["recordings"]}
 STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
           "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",
@@ -34,15 +40,20 @@ def start() -> None:
     """Run the demo and leave service and worker running."""
     if not (PORT.isdecimal() and 0 < int(PORT) < 65536):
         sys.exit(f"SLIPSTICK_PORT is '{PORT}', which is not a port. Give a number from 1 to 65535.")
+    if not (BENCH.is_file() and Path(f"tables/{FIT['recordings']}.h5").is_file()):
+        sys.exit(f"The demo needs {BENCH} and the recordings tables/{FIT['recordings']}.h5 that go with it. "
+                 "Give the bench with `make demo BENCH=tables/compact.toml`.")
     stop()
     with socket.socket() as probe:
         if probe.connect_ex(("127.0.0.1", int(PORT))) == 0:
             sys.exit(f"Port {PORT} is in use. Stop the program that uses it, or run `SLIPSTICK_PORT=8001 make demo`.")
     seconds: dict[str, float] = {}
-    step(seconds, "table at the nominal parameters", "build", "--out", "tables/nominal.h5")
-    step(seconds, "calibration on the shipped recordings", "calibrate", "--out", CALIBRATION)
+    step(seconds, "table at the nominal parameters",
+         "build", "--bench", str(BENCH), "--out", f"tables/nominal{SUFFIX}.h5")
+    step(seconds, "calibration on the shipped recordings", "calibrate", "--bench", str(BENCH),
+         "--recordings", f"tables/{FIT['recordings']}.h5", "--out", CALIBRATION)
     step(seconds, "table at the calibrated parameters",
-         "build", "--model", CALIBRATION, "--out", f"tables/{FIT['table']}.h5")
+         "build", "--bench", str(BENCH), "--model", CALIBRATION, *AXES, "--out", f"tables/{FIT['table']}.h5")
 
     print("\nStarting service and worker", flush=True)
     begin = time.monotonic()
@@ -68,7 +79,7 @@ def start() -> None:
     seconds["study"] = time.monotonic() - begin
     refits = refit(study["links"], seconds) if study_output["result"]["answer"]["effects"] else {}
 
-    print_fit(fit_output["result"])
+    print_fit(fit_output["result"], fit_output["physical"])
     print_study(study_output["result"])
     if refits:
         print_refits(study_output["result"]["models"], refits)
@@ -87,9 +98,9 @@ def refit(links: dict[str, str], seconds: dict[str, float]) -> dict[str, dict]:
     """Fit the study's models before and after with the same settings, each on its own table; return both results."""
     outputs = {}
     for which in ("before", "after"):
-        spec, table = RUN / f"{which}.json", f"study-{which}"
+        spec, table = RUN / f"{which}.json", f"study-{which}{SUFFIX}"
         request(f"{links['model']}?which={which}", out=spec)
-        step(seconds, f"table of the model {which} the extension", "build", "--model", str(spec),
+        step(seconds, f"table of the model {which} the extension", "build", "--bench", str(BENCH), "--model", str(spec),
              "--conditions", f"tables/{STUDY['recordings']}.h5", "--out", f"tables/{table}.h5")
         begin = time.monotonic()
         outputs[which] = follow(request("/v1/fits", {"table": table, **REFIT})["links"]["self"])
@@ -200,13 +211,15 @@ def progress_line(progress: dict) -> str | None:
         f"{progress['log10_likelihood']:.3f}")
 
 
-def print_fit(fit: dict) -> None:
-    """Print the estimates of a fit and its likelihood."""
+def print_fit(fit: dict, physical: list[dict]) -> None:
+    """Print the estimates of a fit, in multiples and in the units of its inputs, and its likelihood."""
     print("\nFitted inputs (multiples of the calibrated values; output std in s) with 90 % intervals")
     for interval in fit["intervals"]:
         lower, upper = (f"{interval[side]:.4g}" if interval[side] is not None else
                         "not found" if side in interval["unsettled"] else "open" for side in ("lower", "upper"))
         print(f"  {interval['unknown']:25} {interval['estimate']:8.4g}   [{lower}, {upper}]")
+    for row in physical:
+        print(f"  {row['name']:25} {row['mean']:8.4g} {row['unit']}, std {row['std']:.4g} {row['unit']}")
     before = fit["before"]
     print(f"log10 likelihood per ms: {before['log10_likelihood']:.2f} before the fit (calibrated model with output "
           f"noise of {1e3 * before['output_std']:.1f} ms only), {fit['log10_likelihood']:.2f} after")

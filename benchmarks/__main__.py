@@ -16,15 +16,16 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import scalar_dopri, scipy_script
+from benchmarks.benches import HEAVY
 from benchmarks.grid import AXES, points
-from slipstick.clutch import ensemble, parameters
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench import parameters
+from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 
 ROUNDS = 9
 DOPRI_TOLERANCE, SCIPY_TOLERANCE = 1e-6, 3e-4
 SCIPY_RUNS = [(point, condition) for point in (0, 1275, 2499) for condition in range(4, 216, 54)]
-CONDITIONS, MODEL = paper_conditions(), Model()
+CONDITIONS, MODEL = HEAVY.conditions, Model(HEAVY.physics)
 
 
 def main() -> None:
@@ -43,7 +44,7 @@ def main() -> None:
         vectors = np.tile(MODEL.parameters, (len(rows), 1))
         for column, name in enumerate(AXES):
             vectors[:, parameters.index(name)] *= grid[rows, column]
-        initial, speed = ensemble.initial_input_speed(vectors, CONDITIONS)
+        initial, speed = ensemble.initial_input_speed(HEAVY.physics.converter, vectors, CONDITIONS)
         return scalar_dopri.shifting_times(
             vectors, CONDITIONS.current_profile, CONDITIONS.profile_time, CONDITIONS.profile_current,
             CONDITIONS.motor_speed, CONDITIONS.load_inertia, CONDITIONS.brake_torque, initial[:, speed],

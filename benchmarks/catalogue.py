@@ -12,15 +12,15 @@ from slipstick.clutch import effects
 if sys.argv[1] == "bare":
     effects.CATALOGUE = ()
 
+from benchmarks.benches import HEAVY
 from benchmarks.grid import AXES, points
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 
-grid, conditions = points(20), paper_conditions()
-ensemble.shifting_times(Model(), conditions, AXES, grid[:2])
+grid, conditions = points(20), HEAVY.conditions
+ensemble.shifting_times(Model(HEAVY.physics), conditions, AXES, grid[:2])
 print("ready", flush=True)
 for _ in sys.stdin:
     start = time.perf_counter()
-    ensemble.shifting_times(Model(), conditions, AXES, grid, threads=1)
+    ensemble.shifting_times(Model(HEAVY.physics), conditions, AXES, grid, threads=1)
     print(len(grid) * len(conditions) / (time.perf_counter() - start), flush=True)

@@ -17,7 +17,7 @@ from typing import Any
 import chaospy
 import numpy as np
 
-from slipstick.clutch.conditions import paper_conditions
+from benchmarks.benches import HEAVY
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.uncertainty import standard_normals
@@ -32,7 +32,7 @@ ORDERS = {2: (2, 4, 6, 8, 12), 3: (2, 3, 4, 5, 6), 5: (1, 2, 3, 4), 7: (1, 2, 3,
 MOST_RUNS, HELD_OUT = 1300, 4096
 SMOLYAK = {"genz_keister_16": "Smolyak, Genz-Keister", "gaussian": "Smolyak, Gauss"}
 HERMITE = Germ("hermite")
-CONDITIONS = paper_conditions()
+CONDITIONS = HEAVY.conditions
 
 
 class Case:
@@ -40,7 +40,7 @@ class Case:
 
     def __init__(self, inputs: int, std: float) -> None:
         self.germs, self.std = (HERMITE,) * inputs, std
-        self.simulator = Simulator(Model(), AXES[:inputs])
+        self.simulator = Simulator(Model(HEAVY.physics), AXES[:inputs])
         self.held_out = standard_normals(inputs, HELD_OUT, 99)
         self.truth = self.times(self.held_out)
 

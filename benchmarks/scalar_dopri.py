@@ -6,10 +6,11 @@ Steps end at the breakpoints of the current. Lock-up is located on the cubic Her
 import numpy as np
 from numba import njit
 
-from slipstick.clutch import converter
+from benchmarks.benches import HEAVY
 
-_RATIO, _TORQUE = np.array(converter.SPEED_RATIO), np.array(converter.TORQUE_RATIO)
-_CAPACITY = np.array(converter.CAPACITY_FACTOR)
+_CURVES = HEAVY.physics.curves
+_RATIO, _TORQUE = np.array(_CURVES.speed_ratio), np.array(_CURVES.torque_ratio)
+_CAPACITY = np.array(_CURVES.capacity_factor)
 
 
 @njit(error_model="numpy", inline="always")

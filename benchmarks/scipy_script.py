@@ -3,8 +3,10 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from slipstick.clutch import converter
-from slipstick.clutch.conditions import Conditions
+from benchmarks.benches import HEAVY
+from slipstick.bench import Conditions
+
+CONVERTER = HEAVY.physics.curves
 
 
 def shifting_time(p: dict[str, float], conditions: Conditions, i: int, rtol: float = 1e-5) -> float:
@@ -26,7 +28,7 @@ def shifting_time(p: dict[str, float], conditions: Conditions, i: int, rtol: flo
         per_gap = (1 - s) * (1 + 2 * s) / width if s > 0 else 1 / (p["contact_position"] - z)
         contact = z / (p["contact_position"] - p["contact_length"]) * 1e5 * max(0.0, x1)
         torque = p["film_coefficient"] * per_gap * (w / gear - v) + freg * p["friction_coefficient"] * contact
-        drive = converter.torque(w, speed) - p["input_viscous"] * w - p["input_coulomb"]
+        drive = CONVERTER.torque(w, speed) - p["input_viscous"] * w - p["input_coulomb"]
         net = gear * torque - brake - p["output_viscous"] * v
         return [x2, dx2, dx3, (drive - torque) / p["input_inertia"], net / inertia if v > 0 or net > 0 else 0.0]
 
@@ -37,7 +39,7 @@ def shifting_time(p: dict[str, float], conditions: Conditions, i: int, rtol: flo
     low, high = 0.0, 2 * speed
     for _ in range(50):
         w = 0.5 * (low + high)
-        surplus = converter.torque(w, speed) - p["input_viscous"] * w - p["input_coulomb"]
+        surplus = CONVERTER.torque(w, speed) - p["input_viscous"] * w - p["input_coulomb"]
         low, high = (w, high) if surplus > 0 else (low, w)
     y = np.array([0.0, 0.0, p["initial_position"], w, 0.0])
     for start, end, first, last in zip(time, time[1:], current, current[1:]):  # noqa: B905

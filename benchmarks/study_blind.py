@@ -24,6 +24,7 @@ import numpy as np
 from numba import set_num_threads
 from scipy.stats import chi2
 
+from benchmarks.benches import HEAVY
 from benchmarks.study_quantity import error
 from benchmarks.study_signatures import recorded, strengths
 from benchmarks.study_table import SAME, summarise
@@ -71,7 +72,7 @@ def answered(name: str, case: hidden.Case) -> dict[str, Any]:
     begun, settings = time.perf_counter(), StudySettings()
     found = {"case": name, "hidden": dict(case.effects), "truth": asdict(case)}
     try:
-        compared = comparison.compare(recordings, settings.shifting_time_noise)
+        compared = comparison.compare(HEAVY, recordings, settings.shifting_time_noise)
         state = study.start(settings, compared)
         while not study.finished(state):
             state = study.advance(settings, compared, state)
@@ -92,7 +93,7 @@ def regression(settings: StudySettings, compared: comparison.Comparison, state: 
     Every value counts as an observation; `coefficient` is in typical values.
     """
     seen = study.observed(compared, state)
-    fit, tried = rounds.restore(settings, seen, state["rounds"][0]), probes(settings.catalogue)
+    fit, tried = rounds.restore(settings, seen, state["rounds"][0]), probes(settings.catalogue, seen.bench)
     about = linearise(seen, fit.design, fit.points, tried, columns=())
     gram = about.weighted(fit.state.noise).sum(axis=0)
     explained = gram[:-1, -1] ** 2 / np.maximum(np.diag(gram)[:-1], 1e-12)

@@ -15,6 +15,7 @@ from os import cpu_count
 import numpy as np
 from numba import set_num_threads
 
+from benchmarks.benches import HEAVY
 from benchmarks.results import write
 from benchmarks.study_blind import cases
 from benchmarks.study_signatures import recorded
@@ -36,7 +37,7 @@ HEADER = ("case", "hidden in", *(f"{way}: {what}" for way in WAYS for what in ("
 def chosen(name: str, case: Case) -> list[object]:
     """The row of a case."""
     settings = StudySettings()
-    compared = comparison.compare(recorded(case), settings.shifting_time_noise)
+    compared = comparison.compare(HEAVY, recorded(case), settings.shifting_time_noise)
     state = study.start(settings, compared)
     compared = study.observed(compared, state)
     found = score(compared, rounds.restore(settings, compared, state["rounds"][0]), study.OPEN, settings.seed)

@@ -19,10 +19,11 @@ from typing import TypeVar
 
 import numpy as np
 
+from benchmarks.benches import HEAVY
 from benchmarks.results import write
+from slipstick.bench import parameters
+from slipstick.bench.conditions import Conditions
 from slipstick.calibration import calibrate
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.ensemble import Simulator, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.inference import table_problem
@@ -99,7 +100,7 @@ class Spent:
 def main() -> None:
     """Run the benchmark and write the table."""
     recordings, rows = Library(Path("tables")).recording("measured"), []
-    model = calibrate(recordings).model
+    model = calibrate(recordings, HEAVY).model
     for count in map(int, sys.argv[1:] or HALF_WIDTHS):
         half = np.full(count, HALF_WIDTHS[count])
         for row in compared(model, recordings, Box(NESTED[:count], 1 - half, 1 + half)):

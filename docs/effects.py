@@ -1,5 +1,10 @@
 """Print the catalogue of effects as Markdown: `python docs/effects.py > docs/effects.md`. A test compares the two."""
 
+from collections.abc import Mapping
+from pathlib import Path
+
+from slipstick.bench import Bench
+from slipstick.bench.scales import SCALES
 from slipstick.clutch.effects import CATALOGUE, Coefficient, Effect
 from slipstick.clutch.effects.effect import BLOCKS, SENSORS
 
@@ -18,14 +23,35 @@ the effect is not neutral.
 The model is divided into blocks at the measured signals: from current to pressure, from pressure and speeds to torque,
 and from torque to the output speed and to the input speed.
 """
+_ON_BENCHES = """## Bounds and typical values
+
+A study searches a coefficient between its bounds and begins in steps of its typical value. Both are multiples of what
+is large on the bench at hand, its scales, so that they hold on any bench. Neutral values are absolute. The tables show
+the multiples, what they are multiples of, and the values on the heavy bench ([heavy.toml](../tables/heavy.toml)).
+"""
+_HEAVY = Bench.open(Path(__file__).parents[1] / "tables" / "heavy.toml").scales
 _LISTED = [effect for effect in CATALOGUE if effect.listed]
-_COLUMNS = "coefficient | unit | meaning | neutral | typical | bounds"
+_COLUMNS = "coefficient | unit | meaning | neutral | typical | bounds | times | typical on heavy | bounds on heavy"
 
 
 def page() -> str:
     """The page in Markdown."""
     blocks, sections = [_block_row(block) for block in BLOCKS], [_section(effect) for effect in _LISTED]
-    return "\n".join([_HEAD, "| block | effects |", "| --- | --- |", *blocks, "", *sections])
+    scales = [f"| {_words(name)} | {unit} | {words} | {getattr(_HEAVY, name):.4g} |"
+              for name, (unit, words) in SCALES.items()]
+    return "\n".join([_HEAD, "| block | effects |", "| --- | --- |", *blocks, "", _ON_BENCHES,
+                      "| scale | unit | meaning | on heavy |", "| --- | --- | --- | --- |", *scales, "", *sections])
+
+
+def _words(scale: str) -> str:
+    return scale.replace("_", " ")
+
+
+def _product(scale: Mapping[str, int]) -> str:
+    """A product of scales in words, such as pressure / speed^2."""
+    over, under = ([_words(name) + (f"^{abs(power)}" if abs(power) > 1 else "") for name, power in scale.items()
+                    if power * sign > 0] for sign in (1, -1))
+    return " / ".join([" ".join(over) or "1", *under]) if scale else "-"
 
 
 def _block_row(block: str) -> str:
@@ -39,13 +65,15 @@ def _section(effect: Effect) -> str:
     return "\n".join([
         f"## {effect.name}", "",
         f"{effect.title}. Changes the {quantity} ({effect.unit}) to", "", f"    {effect.law}", "",
-        f"| {_COLUMNS} |", "| --- | --- | --- | --- | --- | --- |", *rows, "",
+        f"| {_COLUMNS} |", "| --- | --- | --- | --- | --- | --- | --- | --- | --- |", *rows, "",
         f"- On a test bench: {effect.signature}.", f"- Source: {effect.source}.", ""])
 
 
 def _coefficient_row(c: Coefficient) -> str:
     neutral = "-" if c.shape else f"{c.neutral:g}"
-    return f"| `{c.name}` | {c.unit} | {c.meaning} | {neutral} | {c.typical:g} | {c.lower:g} to {c.upper:g} |"
+    on = c.on(_HEAVY)
+    return (f"| `{c.name}` | {c.unit} | {c.meaning} | {neutral} | {c.typical:g} | {c.lower:g} to {c.upper:g} | "
+            f"{_product(c.scale)} | {on.typical:.3g} | {on.lower:.3g} to {on.upper:.3g} |")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.clutch import ensemble, parameters
+from benchmarks.benches import HEAVY
+from slipstick.bench import parameters
+from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.figure_data import figure_data
 from slipstick.inference import table_problem
@@ -43,7 +45,7 @@ def main(var: Path, out: Path) -> None:
 def finding(recordings: Recordings) -> Spec:
     """The friction law that a study finds."""
     settings = StudySettings()
-    output = study_output(settings, compare(recordings, settings.shifting_time_noise))
+    output = study_output(settings, compare(HEAVY, recordings, settings.shifting_time_noise))
     return study_pictures(output["result"], output["figure_data"])["law"]
 
 
@@ -51,7 +53,8 @@ def one_engagement(recordings: Recordings, calibration: Path) -> Spec:
     """One recorded engagement, and its simulation before and after calibration."""
     assert recordings.signals is not None
     time, conditions = recordings.signals.time, recordings.conditions.take([CONDITION])
-    models = {"nominal": Model(), "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
+    models = {"nominal": Model(HEAVY.physics),
+              "calibrated": Model.from_spec(json.loads(calibration.read_text())["model"])}
     lines = {"measured": {name: getattr(recordings.signals, name)[CONDITION].tolist() for name in SIGNAL_UNITS}}
     locks = {"measured": float(recordings.measured_time[CONDITION])}
     for name, model in models.items():

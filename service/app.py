@@ -11,6 +11,7 @@ from service import pages, problem_details
 from service.bodies import BodyLimits
 from service.job_store import JobStore, connect
 from service.routes import (
+    benches,
     evaluate,
     fits,
     index,
@@ -66,7 +67,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings, app.state.library = configuration, Library(configuration.tables)
-    for module in (index, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies, study_reports):
+    for module in (index, benches, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies,
+                   study_reports):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)

@@ -6,6 +6,7 @@ from pydantic import BaseModel, Field
 
 from service.jobs import Job
 from service.schemas import (
+    BenchName,
     MassOutside,
     OutsidePolicy,
     RecordingsDigest,
@@ -85,8 +86,8 @@ class FitRequest(StrictModel):
     simulate: bool = Field(
         default=False, description="Whether to run the simulator instead of interpolating the table. The simulator "
                                    "uses the model of the table, and any of its parameters can be an input. Inputs are "
-                                   "clipped to the range from 0.5 to 1.5 times their value in that model (0.1 to 3 "
-                                   "times for the initial piston position).")
+                                   "clipped to the bounds of the bench.")
+    bench: BenchName = None
     parameters: list[str] | None = Field(
         default=None, min_length=1, max_length=20, examples=[["pressure_bias", "initial_position"]],
         description="Names of the uncertain inputs; all other parameters keep their nominal value. By default all axes "
@@ -101,6 +102,9 @@ class Fit(Job):
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
+    bench: str | None = Field(description="Name of the bench; null if none was needed.")
+    bench_digest: str | None = Field(description="SHA-256 digest of the physics of the bench.")
+    sensing_digest: str | None = Field(description="SHA-256 digest of the sensors and priors of the bench.")
     simulate: bool = Field(description="Whether the simulator is run instead of interpolating the table.")
     parameters: list[str] = Field(description="Names of the uncertain inputs.")
     outside: OutsidePolicy
@@ -241,6 +245,16 @@ class FitSummary(BaseModel):
     history: list[float | None] = Field(description="Best log10 likelihood of the search after each generation.")
 
 
+class PhysicalInput(BaseModel):
+    """A fitted input in the unit of its parameter."""
+
+    name: str = Field(description="Name of the input.")
+    unit: str = Field(description="Unit of the values.")
+    nominal: float = Field(description="Value of the parameter in the model; the multiple 1 corresponds to it.")
+    mean: float = Field(description="Fitted mean.")
+    std: float = Field(description="Fitted standard deviation.")
+
+
 class FitResult(BaseModel):
     """The result of a finished fit."""
 
@@ -250,6 +264,7 @@ class FitResult(BaseModel):
     recordings: str = Field(description="Name of the recordings.")
     recordings_digest: RecordingsDigest
     result: FitSummary
+    physical: list[PhysicalInput] = Field(description="The fitted inputs in their units, in the order of the inputs.")
     seconds: dict[str, float] = Field(description="Elapsed (wall-clock) time of each stage in s.")
     processor_seconds: dict[str, float] = Field(
         description="Processor time of each stage in s, summed over all threads of the worker.")

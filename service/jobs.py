@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 
 from service.job_store import JobInput, JobStore
 from service.problem_details import Conflict
+from slipstick.storage.library import Library
 
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
 
@@ -84,6 +85,12 @@ def output_of(job: WorkflowStatus) -> dict[str, Any]:
     assert job.output is not None
     output: dict[str, Any] = job.output
     return output
+
+
+def bench_input(library: Library, name: str | None) -> dict[str, Any]:
+    """The bench of a job as part of its input: name and both digests, null without a bench."""
+    bench = None if name is None else library.bench(name)
+    return {"bench": name, "bench_digest": bench and bench.digest, "sensing_digest": bench and bench.sensing_digest}
 
 
 def job_fields(store: JobStore, job: WorkflowStatus, *links: str) -> dict[str, Any]:

@@ -56,6 +56,7 @@ class StoreUnavailable(errors.SlipstickError):
 _STATUS: dict[type[errors.SlipstickError], int] = {
     errors.UnknownName: 404,
     errors.InvalidValue: 422,
+    errors.BadBench: 422,
     errors.BadRecording: 422,
     errors.OutsideTable: 422,
     errors.BadTable: 500,
@@ -69,6 +70,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
 }
 """HTTP status of each class of errors; a class that is not listed has the status of its base class."""
 _TITLES: dict[type[errors.SlipstickError], str] = {
+    errors.BadBench: "Invalid bench file",
     errors.BadRecording: "Invalid recordings file",
     errors.OutsideTable: "Point outside the table",
     errors.BadTable: "Invalid table file",

@@ -30,6 +30,12 @@ TableName = Annotated[str, Field(description="Name of a table; GET /v1/tables li
                                  examples=["nominal"])]
 RecordingsName = Annotated[str, Field(
     description=f"Name of the recordings; GET /v1/recordings lists them. {SIMULATED}", examples=["measured"])]
+BenchName = Annotated[str | None, Field(
+    description="Name of the bench, see /v1/benches. By default the bench that fits the other input; an error if none "
+                "or more than one does.", examples=["heavy"])]
+TableBench = Annotated[str | None, Field(
+    description="Name of the bench of the table, see /v1/benches. A table of another bench is rejected with 422; by "
+                "default the bench is not checked.", examples=["heavy"])]
 OutsidePolicy = Annotated[Outside, Field(
     description="Policy for points outside the table: `clip` uses the value at the nearest point of the table's edge, "
                 "`error` rejects the request, `nan` treats the shifting time as missing. It applies to evaluation "
@@ -43,6 +49,23 @@ TableDigest = Annotated[str, Field(description="SHA-256 digest of the content of
 RecordingsDigest = Annotated[str, Field(description="SHA-256 digest of the recordings.")]
 MassOutside = Annotated[float, Field(
     description="Probability that the inputs lie outside the table, where the policy `outside` applies.")]
+
+
+class AxisUnit(BaseModel):
+    """An axis of a table, and what its multiple 1 stands for."""
+
+    name: str = Field(description="Name of the parameter.")
+    nominal: float = Field(description="Value of the parameter at the multiple 1, in `unit`.")
+    unit: str = Field(description="Unit of the parameter.")
+
+    @classmethod
+    def of(cls, table: Table) -> list[dict[str, Any]]:
+        """The axes of a table as JSON."""
+        return [cls(name=axis.name, nominal=axis.nominal, unit=axis.unit).model_dump() for axis in table.axes]
+
+
+AxisUnits = Annotated[list[AxisUnit], Field(
+    description="The axes of the table in the order of the inputs, with the physical value of the multiple 1.")]
 
 
 class InputsBody(StrictModel):
@@ -130,3 +153,11 @@ def json_response(content: dict[str, Any], headers: dict[str, str] | None = None
     """
     text = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY, default=np.ndarray.tolist)
     return Response(text, headers=headers, media_type="application/json")
+
+
+def open_table(library: Library, name: str, bench: str | None) -> Table:
+    """Open a table; raises `InvalidValue` if a bench is given and the table is one of another bench."""
+    table = library.table(name)
+    if bench is not None:
+        library.bench(bench).require(table.model.physics)
+    return table

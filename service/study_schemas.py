@@ -5,7 +5,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from service.jobs import Job
-from service.schemas import RecordingsDigest, RecordingsName, StrictModel
+from service.schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 from slipstick.study.settings import StudySettings
 
 Names = list[str] | None
@@ -53,12 +53,17 @@ class StudyRequest(StrictModel):
     """A study of recordings."""
 
     recordings: RecordingsName = "measured"
+    bench: BenchName = None
     settings: StudySettingsBody = Field(default_factory=lambda: StudySettingsBody(),
                                         description="Settings of the study.")
 
 
 class Study(Job):
     """A study without its progress and result."""
+
+    bench: str = Field(description="Name of the bench.")
+    bench_digest: str = Field(description="SHA-256 digest of the physics of the bench.")
+    sensing_digest: str = Field(description="SHA-256 digest of the sensors and priors of the bench.")
 
 
 class StudyProgress(BaseModel):
@@ -340,4 +345,4 @@ class ModelSpec(BaseModel):
     parameters: dict[str, float] = Field(description="Values of the parameters, by name.")
     units: dict[str, str] = Field(description="Units of the parameters, by name.")
     effects: dict[str, dict[str, float]] = Field(description="Coefficients of the effects, by effect and coefficient.")
-    torque_converter: dict[str, list[float]] = Field(description="Characteristic curves of the torque converter.")
+    bench: dict[str, Any] = Field(description="Physics of the bench: nominal parameters, converter curves, digest.")

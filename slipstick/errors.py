@@ -37,6 +37,10 @@ class BadRecording(SlipstickError):
     """A recordings file is invalid; the cause names the row and column, or the dataset."""
 
 
+class BadBench(SlipstickError):
+    """A bench file cannot be used; the cause names the key and the line."""
+
+
 class BadTable(SlipstickError):
     """A table file is invalid."""
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.clutch import parameters
+from slipstick.bench import parameters
 from slipstick.clutch.ensemble import signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings

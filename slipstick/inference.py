@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench import Bench, parameters
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
@@ -37,14 +37,15 @@ def table_problem(table: Table, recordings: Recordings, outside: Outside,
                             table.upper[columns], tuple(axes[column] for column in columns), knots)
 
 
-def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str]) -> InferenceProblem:
+def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str], bench: Bench) -> InferenceProblem:
     """The problem of the recordings with the simulator as the model, and the parameters `chosen` as uncertain inputs.
 
-    Multipliers outside the bounds of a parameter are clipped. Raises `UnknownName`, `InvalidValue`.
+    Multipliers outside the bounds of a parameter, those of the `bench`, are clipped. Raises `UnknownName`, and
+    `InvalidValue` also where the model is one of another bench.
     """
-    uncertain = [parameters.PARAMETERS[column] for column in _columns(parameters.NAMES, chosen, "parameter")]
-    lower, upper = np.array([[parameter.lower, parameter.upper] for parameter in uncertain]).T
-    axes = tuple(parameter.name for parameter in uncertain)
+    bench.require(model.physics)
+    axes = tuple(parameters.NAMES[column] for column in _columns(parameters.NAMES, chosen, "parameter"))
+    lower, upper = np.array([[bench.prior(name).lower, bench.prior(name).upper] for name in axes]).T
     return InferenceProblem(_Clipped(Simulator(model, axes), lower, upper), recordings.conditions,
                             recordings.measured_time, lower, upper, axes)
 

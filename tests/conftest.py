@@ -14,9 +14,7 @@ import pytest
 from distribution import Once, once, pytest_collection_modifyitems, pytest_xdist_make_scheduler
 from selenium import webdriver
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import shifting_times
-from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.study import study
 from slipstick.study.comparison import compare
@@ -24,6 +22,7 @@ from slipstick.study.conclusion import conclude
 from slipstick.study.evidence import evidence
 from slipstick.study.settings import StudySettings
 from slipstick.table import Axis, Grid
+from tests.benches import HEAVY, NOMINAL
 
 __all__ = ["once", "pytest_collection_modifyitems", "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
 
@@ -35,15 +34,16 @@ BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable
 
 @pytest.fixture(scope="session")
 def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a small simulated table, `nominal`, and the shipped recordings, `measured`."""
+    """A folder with the shipped bench `heavy` and recordings `measured`, and a small simulated table, `nominal`."""
     folder = tmp_path_factory.mktemp("tables")
-    model, conditions, grid = Model(), paper_conditions(), np.linspace(0.5, 1.5, 9)
+    model, conditions, grid = NOMINAL, HEAVY.conditions, np.linspace(0.5, 1.5, 9)
     axes = (Axis("pressure_bias", grid, 1.6, "bar"), Axis("initial_position", grid, 5e-4, "m"))
     times, status = shifting_times(model, conditions, [axis.name for axis in axes], np.array(list(product(grid, grid))))
     shape = (len(grid), len(grid), len(conditions))
     table = Grid(axes, times.reshape(shape), status.reshape(shape), conditions, model, "the tests")
     table.write(folder / "nominal.h5")
-    shutil.copy(ROOT / "tables" / "measured.h5", folder)
+    for name in ("heavy.toml", "measured.h5"):
+        shutil.copy(ROOT / "tables" / name, folder)
     return folder
 
 
@@ -71,7 +71,7 @@ def few_study(few_recordings: Path, once: Once) -> dict[str, Any]:
 
     def compute() -> dict[str, Any]:
         settings = StudySettings.from_dict(chosen)
-        compared = compare(Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
+        compared = compare(HEAVY, Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
         states: list[study.State] = [study.start(settings, compared)]
         while not study.finished(states[-1]):
             states.append(study.advance(settings, compared, states[-1]))
@@ -88,7 +88,7 @@ def few_study(few_recordings: Path, once: Once) -> dict[str, Any]:
 def made() -> Callable[..., dict[str, Any]]:
     """A function that makes up the output of a fit job, with a ridge in the likelihood and an open interval."""
     def make(axes: tuple[str, ...] = ("pressure_bias", "initial_position"), n: int = 216) -> dict[str, Any]:
-        rng, d, conditions = np.random.default_rng(1), len(axes), paper_conditions().take(np.arange(n))
+        rng, d, conditions = np.random.default_rng(1), len(axes), HEAVY.conditions.take(np.arange(n))
         measured = rng.uniform(0.4, 1.2, n)
         predicted, std = measured + 0.01 * rng.normal(size=n), 0.01
         grid, time = np.linspace(0.8, 1.2, 21), np.linspace(0, 1.5, 151)
@@ -125,7 +125,8 @@ def made() -> Callable[..., dict[str, Any]]:
                 "measured": {name: values.tolist() for name, values in signals.items()},
                 "simulated": {name: values.tolist() for name, values in (
                     *signals.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
-        return {"result": result, "figure_data": figure_data,
+        physical = [{"name": axis, "unit": "bar", "nominal": 1.6, "mean": 1.6, "std": 0.08} for axis in axes]
+        return {"result": result, "physical": physical, "figure_data": figure_data,
                 "seconds": {"open": 0.2, "search": 18.0, "refine": 6.0, "intervals": 14.0},
                 "processor_seconds": {"open": 0.1, "search": 9.0, "refine": 3.0, "intervals": 7.0}}
 

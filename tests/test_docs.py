@@ -15,8 +15,7 @@ import yaml
 from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import HORIZON
+from slipstick.bench import parameters
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.recordings.signals import SIGNAL_UNITS
@@ -24,6 +23,7 @@ from slipstick.uncertainty.chaos import ORDER, ExpansionSettings
 from slipstick.uncertainty.fit.intervals import drop_at_level
 from slipstick.uncertainty.likelihood import TOLERANCE
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
+from tests.benches import HEAVY
 from worker.__main__ import COMMANDS
 from worker.surrogate import HELD_OUT, RUNS, STEPS
 from worker.training import BATCH, RATE, WIDTHS
@@ -44,8 +44,9 @@ def rows(page: str, heading: str) -> list[tuple[str, ...]]:
 
 def test_every_parameter_is_in_the_nomenclature() -> None:
     assert rows("nomenclature.md", "Parameters") == [
-        (entry.symbol, entry.name, f"{entry.value:g}", entry.unit, entry.meaning, "yes" if entry.uncertain else "")
-        for entry in parameters.PARAMETERS]
+        (entry.symbol, entry.name, entry.unit, f"{value:g}", entry.meaning,
+         "yes" if entry.name in parameters.UNCERTAIN else "")
+        for entry, value in zip(parameters.PARAMETERS, HEAVY.physics.nominal, strict=True)]
 
 
 def test_every_measured_signal_is_in_the_nomenclature() -> None:
@@ -63,7 +64,7 @@ def test_numbers_in_the_documentation_match_the_code() -> None:
     for passage in (f"at most {1e3 * DEFAULT.fine:g} ms where f_reg may change",
                     f"and {1e3 * DEFAULT.coarse:g} ms elsewhere (`DEFAULT`)",
                     f"or {1e3 * TIGHT.fine:g} ms and {1e3 * TIGHT.coarse:g} ms (`TIGHT`)",
-                    f"({HORIZON:g} s in", f"Latin hypercube of {RUNS:,} points", f"{STEPS:,} steps",
+                    f"({HEAVY.profiles[0].max():g} s in", f"Latin hypercube of {RUNS:,} points", f"{STEPS:,} steps",
                     f"at {HELD_OUT:,} independent", f"batches of {BATCH} points", f"falling from {RATE:g} to 0",
                     f"hidden layers of {WIDTHS[0]} units"):
         assert passage in text
@@ -105,7 +106,9 @@ def test_the_example_of_the_walkthrough_works(tmp_path: Path) -> None:
     for folder in ("slipstick", "tests/slipstick/clutch"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     (tmp_path / "docs").mkdir()
-    shutil.copy(DOCS / "effects.py", tmp_path / "docs")
+    (tmp_path / "tables").mkdir()
+    for file in ("docs/effects.py", "tests/benches.py", "tables/heavy.toml", "tables/compact.toml"):
+        shutil.copy(ROOT / file, tmp_path / file)
     assert not (tmp_path / path).exists()
     (tmp_path / path).write_text(code)
     name = Path(path).stem

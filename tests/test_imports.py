@@ -19,18 +19,28 @@ MAY_IMPORT = {
     "slipstick": "",
     "slipstick.errors": "",
     "slipstick.matrix_product": "numpy numba",
-    "slipstick.clutch": "numpy scipy numba slipstick.errors slipstick.clutch.effects",
-    "slipstick.clutch.effects": "numpy slipstick.errors slipstick.clutch.fastmath slipstick.clutch.lag",
+    "slipstick.quantities": "numpy pint",
+    "slipstick.bench": "numpy slipstick.errors slipstick.quantities slipstick.storage.sheet",
+    "slipstick.clutch": "numpy scipy numba slipstick.errors slipstick.bench slipstick.clutch.effects",
+    "slipstick.clutch.effects": "numpy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
+                                "slipstick.clutch.lag",
     "slipstick.storage.files": "",
     "slipstick.storage.isolated": "slipstick.errors",
     "slipstick.storage.hdf5": "numpy h5py slipstick.errors",
-    "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.storage.hdf5 slipstick.clutch",
-    "slipstick.storage.library": "h5py slipstick.errors slipstick.storage.files slipstick.recordings slipstick.table",
-    "slipstick.recordings": "numpy slipstick.errors slipstick.clutch slipstick.storage.condition_layout "
-                            "slipstick.storage.hdf5 slipstick.storage.isolated",
-    "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.clutch "
+    "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",
+    "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.hdf5",
+    "slipstick.storage.library": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.files "
+                                 "slipstick.recordings slipstick.table",
+    "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
+                            "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
+    "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
                        "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5",
-    "slipstick.calibration": "numpy scipy slipstick.errors slipstick.clutch slipstick.recordings",
+    "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
+                              "slipstick.recordings.signals",
+    "slipstick.physical_values": "slipstick.bench slipstick.clutch.model",
+    "slipstick.blocks": "numpy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
+    "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
+                             "slipstick.recordings",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
     "slipstick.uncertainty": "",
     "slipstick.uncertainty.sampling": "numpy scipy slipstick.errors",
@@ -44,10 +54,10 @@ MAY_IMPORT = {
     "slipstick.uncertainty.fit": "numpy scipy slipstick.errors slipstick.matrix_product slipstick.uncertainty.chaos "
                                  "slipstick.uncertainty.likelihood slipstick.uncertainty.outside "
                                  "slipstick.uncertainty.sampling",
-    "slipstick.inference": "numpy slipstick.errors slipstick.clutch slipstick.recordings slipstick.table "
-                           "slipstick.uncertainty",
-    "slipstick.figure_data": "numpy slipstick.clutch slipstick.recordings slipstick.uncertainty",
-    "slipstick.study": "numpy scipy slipstick.errors slipstick.clutch slipstick.recordings",
+    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings "
+                           "slipstick.table slipstick.uncertainty",
+    "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.uncertainty",
+    "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",
     "service": "numpy fastapi starlette uvicorn pydantic pydantic_settings orjson sqlalchemy dbos slipstick",

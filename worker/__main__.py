@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from slipstick.errors import SlipstickError
 
 COMMANDS = {
+    "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)",
     "build": "simulate a table of shifting times on a grid; after an interruption the same command resumes the build",
-    "calibrate": "fit the seven uncertain parameters to recordings by nonlinear least squares",
+    "calibrate": "fit the uncertain parameters of a bench and their scatter from run to run to recordings",
     "serve-jobs": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
     "study": "identify the physical effect that recordings show and the model lacks, and measure the improvement",
     "surrogate": "train a neural-network table over any number of parameters on simulations at random points",

@@ -1,7 +1,6 @@
 """`build`: simulate a table of shifting times on a grid of any model parameters."""
 
 import argparse
-import json
 import math
 import os
 import sys
@@ -10,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import Conditions, paper_conditions
+from slipstick.bench import Bench, parameters
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import DEFAULT, STATUS, TIGHT
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, WrongLayout
 from slipstick.recordings import open_conditions
 from slipstick.table import Axis, Table
+from worker.bench_option import add_bench_argument, open_model
 from worker.building import build
 from worker.plan import Plan
 from worker.progress import Progress
@@ -37,11 +37,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
     """Add the options that all tables share: model, conditions, output file (default `out`), threads and accuracy."""
+    add_bench_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to simulate, as written by `calibrate --out` or `study --extended` "
-                             "(default: the nominal parameters)")
+                             "(default: the nominal parameters of the bench)")
     parser.add_argument("--conditions", type=Path, metavar="FILE",
-                        help="recordings whose conditions to simulate (default: the 216 conditions of the paper)")
+                        help="recordings whose conditions to simulate (default: the conditions of the bench)")
     parser.add_argument("--out", type=Path, default=out, metavar="FILE",
                         help="the table file to write (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N",
@@ -57,8 +58,9 @@ def read_model_arguments(arguments: argparse.Namespace) -> tuple[Model, Conditio
         raise InvalidValue(f"{arguments.threads} threads are too few", "Give --threads 1 or more")
     if arguments.out.exists():
         require_table(arguments.out)
-    model = read_model(arguments.model) if arguments.model else Model()
-    conditions = open_conditions(arguments.conditions) if arguments.conditions else paper_conditions()
+    bench = Bench.open(arguments.bench)
+    model = open_model(bench, arguments.model)
+    conditions = open_conditions(arguments.conditions, bench.profiles) if arguments.conditions else bench.conditions
     if model.uses_run_order and conditions.run_order is None:
         raise InvalidValue("The model has an effect that depends on the run order, and these conditions have none",
                            "Give --conditions FILE: recordings with a run order, such as those that show the effect")
@@ -123,13 +125,3 @@ def read_axis(text: str, model: Model) -> Axis:
         raise InvalidValue(f"'{text}' is not a valid axis",
                            "Write NAME=LOW:HIGH:COUNT, such as " + PAPER_AXES[0]) from error
     return Axis(name, values, model.parameters[index], parameters.PARAMETERS[index].unit)
-
-
-def read_model(path: Path) -> Model:
-    """Model from a JSON file, at its top level or under "model"; raises `InvalidValue`, `UnknownName`."""
-    try:
-        content = json.loads(path.read_text())
-        return Model.from_spec(content.get("model", content))
-    except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
-        raise InvalidValue(f"Cannot read a model from '{path}' ({type(error).__name__}: {error})",
-                           "Give the JSON that `calibrate --out` or `study --extended` writes") from error

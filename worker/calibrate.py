@@ -1,20 +1,19 @@
-"""`calibrate`: fit the seven uncertain parameters by nonlinear least squares (section II.C of the paper)."""
+"""`calibrate`: fit the uncertain parameters of a bench and their scatter from run to run (section II.C)."""
 
 import argparse
 import json
 import sys
 from pathlib import Path
 
+from slipstick.bench import Bench, parameters
 from slipstick.calibration import Calibration, calibrate
-from slipstick.clutch import parameters
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.recordings import Recordings
 from slipstick.storage.files import replacing
-from worker.build import read_model
+from worker.bench_option import add_bench_argument, open_model, open_recordings
 
 LARGE_CHI_SQUARE = 2.0
-"""Reduced chi-square above which sensor noise alone does not explain a signal."""
+"""Reduced chi-square above which the report speaks of a missing effect: the residuals have twice the variance of the
+noise. The fit does not depend on it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,23 +22,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="recordings with signals, .h5 or .csv (default: %(default)s)")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if the recordings are a CSV file")
+    add_bench_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to start from (default: the nominal parameters)")
-    parser.add_argument("--shifting-time-noise", type=float, default=3e-3, metavar="S",
-                        help="standard deviation of the shifting-time measurement in s (default: %(default)s)")
     parser.add_argument("--out", type=Path, metavar="FILE",
                         help="write the calibration as JSON, for `build --model`")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print the result, and write it unless a parameter is at a bound."""
-    start = read_model(arguments.model) if arguments.model else Model()
-    recordings = Recordings.open(arguments.recordings, arguments.signals)
-    calibration = calibrate(recordings, start, arguments.shifting_time_noise, print_progress)
+    bench = Bench.open(arguments.bench)
+    recordings = open_recordings(bench, arguments.recordings, arguments.signals)
+    calibration = calibrate(recordings, bench, open_model(bench, arguments.model), print_progress)
     print(report(calibration))
     if calibration.at_bound:
         bounds = ", ".join(f"{name} ({p.lower:g} to {p.upper:g} times nominal)" for name in calibration.at_bound
-                           for p in [parameters.PARAMETERS[parameters.index(name)]])
+                           for p in [bench.prior(name)])
         raise InvalidValue(f"The calibration was not written, because parameters are at a bound: {bounds}",
                            "Look for an effect that the model lacks (`study`), or start from another --model")
     if arguments.out:
@@ -51,27 +49,35 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def print_progress(free: tuple[str, ...], evaluations: int, squares: float) -> None:
-    """Print to stderr the evaluations so far, the sum of squares and the parameters being fitted."""
-    print(f"{evaluations:3} evaluations, sum of squares {squares:.6g}, fitting {', '.join(free)}", file=sys.stderr)
+def print_progress(free: tuple[str, ...], iterations: int, change: float) -> None:
+    """Print to stderr the iterations so far and the largest change of a parameter."""
+    print(f"iteration {iterations:2}: {len(free)} parameters, largest change {change:.3g} standard errors",
+          file=sys.stderr)
 
 
 def report(calibration: Calibration) -> str:
     """The calibration as plain text."""
-    nominal = dict(zip(parameters.NAMES, parameters.nominal(), strict=True))
-    lines = [f"{'parameter':22}{'value':>12}  {'std. error':>10}  {'x nominal':>9}"]
+    nominal = dict(zip(parameters.NAMES, calibration.model.physics.nominal, strict=True))
+    lines = [f"Bench '{calibration.bench}'",
+             f"{'parameter':22}{'value':>12}  {f'{calibration.level:.0%} interval':>24}  {'x nominal':>9}  "
+             f"{'scatter':>8}"]
     for name, entry in calibration.spec()["parameters"].items():
         note = "  at a bound: not a valid estimate" if name in calibration.at_bound else ""
-        lines.append(f"{name:22}{entry['value']:12.5g}  {entry['standard_error']:10.2g}  "
-                     f"{entry['value'] / nominal[name]:9.4f}  {entry['unit']}{note}")
-    lines.append("Correlation of the estimates, in the same order")
+        scatter, error = (entry[key] / abs(nominal[name]) for key in ("scatter", "scatter_error"))
+        shown = f"{scatter:8.2%}" if scatter > error else f"< {scatter + error:.2%}"
+        lines.append(f"{name:22}{entry['value']:12.5g}  {entry['interval'][0]:11.5g} to {entry['interval'][1]:<10.5g}"
+                     f"{entry['value'] / nominal[name]:9.4f}  {shown:>8}  {entry['unit']}{note}")
+    lines.append("Scatter: standard deviation from run to run, as a share of the nominal value\n"
+                 "Correlation of the estimates, in the same order")
     lines += ["  " + "".join(f"{value:7.2f}" for value in row) for row in calibration.correlation]
-    lines.append("Reduced chi-square (1: sensor noise only; larger: run-to-run scatter, or an effect is missing)")
-    lines += [f"  {name:20}{value:9.2f}" for name, value in calibration.chi_square.items()]
+    lines.append("Sensor noise, its correlation from sample to sample, and reduced chi-square")
+    lines += [f"  {name:20}{calibration.noise[name]:9.3g}  {calibration.noise_correlation.get(name, 0.0):5.2f}"
+              f"{value:9.2f}" for name, value in calibration.chi_square.items()]
     if max(calibration.chi_square.values()) > LARGE_CHI_SQUARE:
-        lines.append("Reduced chi-square is well above 1, so the standard errors are too small. The recordings then\n"
-                     "identify only a combination of pressure_bias, temperature_gain and initial_position, because\n"
-                     "all three shift the onset of torque in the same way.")
+        lines.append("Reduced chi-square is well above 1, although each run has parameters of its own: an effect is\n"
+                     "missing (see `study`). Values and intervals then describe the best model without it.")
+    if not calibration.converged:
+        lines.append("The fit has not converged: do not use its intervals.")
     lines.append(f"RMS of the shifting-time residual: {1e3 * calibration.rms_before:.1f} ms before the calibration, "
                  f"{1e3 * calibration.rms_after:.1f} ms after")
     return "\n".join(lines)

@@ -6,16 +6,17 @@ refinement, each interval and the conclusion with the figure data are further st
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench import Bench, Conditions
 from slipstick.clutch.model import Model
 from slipstick.figure_data import figure_data
 from slipstick.inference import simulated_problem, table_problem
+from slipstick.physical_values import physical_inputs
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit
@@ -72,7 +73,9 @@ def register(library: Library) -> None:
         problem = _reporting_problem(task, checkpoint["state"], "conclude")
         result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
         figures = figure_data(task.settings, problem, checkpoint["estimate"]["vector"], task.model, task.recordings)
-        return {"result": result, "figure_data": figures, **stage_times(checkpoint, "conclude", begin)}
+        physical = physical_inputs(task.model, result["axes"], result["mean"], result["std"])
+        return {"result": result, "physical": [asdict(entry) for entry in physical], "figure_data": figures,
+                **stage_times(checkpoint, "conclude", begin)}
 
     @DBOS.workflow(name="fit", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
@@ -122,6 +125,13 @@ def _open(library: Library, order: Order) -> _Task:
     table, recordings = library.table(order["table"]), library.recording(order["recordings"])
     require_same(order, "table", table.digest, "fit")
     require_same(order, "recordings", recordings.digest, "fit")
-    problem = (simulated_problem(table.model, recordings, order["parameters"]) if order["simulate"]
-               else table_problem(table, recordings, order["outside"], order["parameters"]))
+    problem = (simulated_problem(table.model, recordings, order["parameters"], _bench(library, order))
+               if order["simulate"] else table_problem(table, recordings, order["outside"], order["parameters"]))
     return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
+
+
+def _bench(library: Library, order: Order) -> Bench:
+    bench = library.bench(order["bench"])
+    require_same(order, "bench", bench.digest, "fit")
+    require_same(order, "sensing", bench.sensing_digest, "fit")
+    return bench

@@ -26,7 +26,10 @@ def report(progress: dict[str, Any]) -> None:
 
 
 def require_same(order: Order, kind: str, digest: str, job: str) -> None:
-    """Raise `WrongDigest` if a file of the job (`kind`: table or recordings) has changed since the submission."""
+    """Raise `WrongDigest` if a file of the job has changed since the submission.
+
+    `kind` is table, recordings, bench (its physics), or sensing (sensors and priors of the bench).
+    """
     if digest != order[f"{kind}_digest"]:
-        raise WrongDigest(f"The {kind} '{order[kind]}' changed after the {job} was submitted",
-                          f"Submit the {job} again")
+        changed = "sensors or priors of the bench" if kind == "sensing" else f"{kind} '{order[kind]}'"
+        raise WrongDigest(f"The {changed} changed after the {job} was submitted", f"Submit the {job} again")

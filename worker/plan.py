@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import slipstick.clutch
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Accuracy
 from slipstick.clutch.model import Model
 from slipstick.table import Axis

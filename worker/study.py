@@ -9,9 +9,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from slipstick.bench import Bench
 from slipstick.clutch import effects
 from slipstick.errors import InvalidValue
-from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
 from slipstick.storage.files import replacing
 from slipstick.study import study
@@ -20,6 +20,7 @@ from slipstick.study.conclusion import conclude
 from slipstick.study.evidence import evidence as study_figure_data
 from slipstick.study.progress import progress
 from slipstick.study.settings import StudySettings
+from worker.bench_option import add_bench_argument, open_recordings
 from worker.clocks import clock_times, stage_times
 from worker.study_text import study_text
 
@@ -29,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", type=Path, metavar="RECORDINGS", help="recordings, .h5 or .csv")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if RECORDINGS is a CSV file")
+    add_bench_argument(parser)
     parser.add_argument("--settings", type=Path, metavar="FILE.json",
                         help='JSON file with the study settings to change, such as {"shortlist": 4}')
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the result as JSON")
@@ -43,8 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
         if path is not None:
             _require_suffix(path, suffix)
     settings = read_settings(arguments.settings) if arguments.settings else StudySettings()
-    recordings = Recordings.open(arguments.recordings, arguments.signals)
-    comparison = compare(recordings, settings.shifting_time_noise)
+    bench = Bench.open(arguments.bench)
+    recordings = open_recordings(bench, arguments.recordings, arguments.signals)
+    comparison = compare(bench, recordings, settings.shifting_time_noise)
     submitted = _now()
     output = study_output(settings, comparison)
     result = output["result"]

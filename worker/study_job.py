@@ -73,5 +73,8 @@ def _report_stage(task: _Task, state: study.State | None) -> str:
 def _open(library: Library, order: Order) -> _Task:
     recordings = library.recording(order["recordings"])
     require_same(order, "recordings", recordings.digest, "study")
+    bench = library.bench(order["bench"])
+    require_same(order, "bench", bench.digest, "study")
+    require_same(order, "sensing", bench.sensing_digest, "study")
     settings = StudySettings.from_dict(order["settings"])
-    return _Task(settings, compare(recordings, settings.shifting_time_noise))
+    return _Task(settings, compare(bench, recordings, settings.shifting_time_noise))

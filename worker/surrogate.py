@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import qmc
 
 import slipstick
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench import parameters
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import LOCKED, TIGHT, Accuracy, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue

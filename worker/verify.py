@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slipstick.bench import Bench
 from slipstick.clutch.ensemble import STATUS, TIGHT, Simulator
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
@@ -22,6 +23,8 @@ REFERENCE_STD, REFERENCE_OUTPUT_STD = 0.05, 5e-3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", type=Path, metavar="FILE", help="the table file")
+    parser.add_argument("--bench", type=Path, metavar="FILE.toml",
+                        help="the bench of the table; a table of another bench is refused (default: not checked)")
     parser.add_argument("--points", type=int, default=2000, metavar="N",
                         help="number of random points between the edges of the table (default: %(default)s); "
                              "0 only checks the file")
@@ -34,6 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Check the table, print its description and its errors; raises `BadTable`."""
     table = Table.open(arguments.file)
+    if arguments.bench:
+        Bench.open(arguments.bench).require(table.model.physics)
     print(describe(table))
     if arguments.points > 0:
         print(interpolation_error(table, arguments.points, arguments.seed))

@@ -12,14 +12,18 @@ from service import npy
 from service.bodies import JsonRoute, require_media_type
 from service.problem_details import MalformedBody, error_responses
 from service.schemas import (
+    AxisUnit,
+    AxisUnits,
     ConditionList,
     LibraryDependency,
     OutsidePolicy,
     SettingsDependency,
     StrictModel,
+    TableBench,
     TableDigest,
     TableName,
     json_response,
+    open_table,
     require_size,
     select_conditions,
 )
@@ -34,6 +38,7 @@ class EvaluateOptions(StrictModel):
     """The table to evaluate, its conditions, and the policy outside the table."""
 
     table: TableName = "nominal"
+    bench: TableBench = None
     conditions: ConditionList = None
     outside: OutsidePolicy = "clip"
 
@@ -51,6 +56,8 @@ class NpyQuery(StrictModel):
 
     table: str | None = Field(default=None, description="Name of the table, `nominal` by default. Only for a .npy "
                                                         "body.")
+    bench: str | None = Field(default=None, description="Name of the bench of the table, not checked by default. Only "
+                                                        "for a .npy body.")
     conditions: list[int] | None = Field(default=None, description="Indices of the conditions, by default all. Only "
                                                                    "for a .npy body.")
     outside: Outside | None = Field(default=None, description="Policy for points outside the table, `clip` by default. "
@@ -62,6 +69,7 @@ class EvaluateResponse(BaseModel):
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
+    axes: AxisUnits
     outside: OutsidePolicy
     points_outside: int = Field(description="Number of points outside the table, to which `outside` was applied.")
     conditions: list[int] = Field(description="Indices of the conditions, in the order of the columns.")
@@ -103,7 +111,7 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
         raise InvalidValue("Query parameters cannot be combined with a JSON body", "Move them into the body")
     else:
         options, points = _parse(content)
-    table = library.table(options.table)
+    table = open_table(library, options.table, options.bench)
     selected, conditions = select_conditions(table, options.conditions)
     require_size(len(points) * len(conditions), settings.answer_values, "shifting times",
                  "Send fewer points per request, or select conditions")
@@ -112,8 +120,9 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
     if npy.MEDIA_TYPE in request.headers.get("accept", ""):
         return Response(npy.dump(times), headers=headers, media_type=npy.MEDIA_TYPE)
-    return json_response({"table": options.table, "table_digest": table.digest, "outside": options.outside,
-                          "points_outside": outside, "conditions": conditions, "shifting_time": times}, headers)
+    return json_response({"table": options.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
+                          "outside": options.outside, "points_outside": outside, "conditions": conditions,
+                          "shifting_time": times}, headers)
 
 
 def _parse(content: bytes) -> tuple[EvaluateRequest, np.ndarray]:

@@ -9,7 +9,16 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from service.bodies import JsonRoute
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
 from service.job_store import JobInput, JobStore
-from service.jobs import finished_job, idempotency_key_header, input_of, job_fields, job_id_path, output_of, submit
+from service.jobs import (
+    bench_input,
+    finished_job,
+    idempotency_key_header,
+    input_of,
+    job_fields,
+    job_id_path,
+    output_of,
+    submit,
+)
 from service.problem_details import error_responses
 from service.schemas import LibraryDependency
 from slipstick.errors import InvalidValue
@@ -68,7 +77,7 @@ def fit_result(id: FitId, store: FitStore) -> FitResult:
     job_input, output = input_of(fit), output_of(fit)
     return FitResult(id=id, **{name: job_input[name] for name in ("table", "table_digest", "recordings",
                                                                   "recordings_digest")},
-                     **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
+                     **{name: output[name] for name in ("result", "physical", "seconds", "processor_seconds")})
 
 
 @router.post("/{id}/cancel", summary="Cancel a fit", responses=error_responses(404, 503))
@@ -82,7 +91,11 @@ def _job_input(library: Library, body: FitRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a fit that would fail later."""
     table, recordings = library.table(body.table), library.recording(body.recordings)
     parameters = body.parameters or [axis.name for axis in table.axes]
-    problem = (simulated_problem(table.model, recordings, parameters) if body.simulate
+    bench = None
+    if body.simulate or body.bench:
+        bench = body.bench or library.bench_of_model(table.model.physics)
+        library.bench(bench).require(table.model.physics)
+    problem = (simulated_problem(table.model, recordings, parameters, library.bench(bench)) if body.simulate and bench
                else table_problem(table, recordings, body.outside, parameters))
     if body.simulate and body.outside != "clip":
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
@@ -91,7 +104,7 @@ def _job_input(library: Library, body: FitRequest) -> JobInput:
     job_input: JobInput = orjson.loads(orjson.dumps({
         "table": body.table, "table_digest": table.digest, "simulate": body.simulate, "parameters": parameters,
         "recordings": body.recordings, "recordings_digest": recordings.digest,
-        "outside": body.outside, "settings": settings.to_dict()}))
+        "outside": body.outside, "settings": settings.to_dict(), **bench_input(library, bench)}))
     return job_input
 
 

@@ -27,6 +27,7 @@ class Health(BaseModel):
 
     status: str = Field(description="Always `ok`; a service that is not healthy returns 503.")
     version: str = Field(description="Version of Slipstick.")
+    benches: int = Field(description="Number of benches.")
     tables: int = Field(description="Number of tables.")
     recordings: int = Field(description="Number of recordings.")
     fits_waiting: int = Field(description="Number of fits in the queue. If it stays above 0, check that a worker is "
@@ -39,7 +40,7 @@ class Health(BaseModel):
 @router.get("", summary="List the resources", responses=error_responses())
 def index() -> Index:
     """Return the addresses of all resources, the version, and the origin of the numbers."""
-    names = ("tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
+    names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
     return Index(
         name="Slipstick", version=__version__,
         about="The nominal parameters of the clutch are plausible values for a heavy-vehicle test bench; the paper "
@@ -55,6 +56,6 @@ def health(library: LibraryDependency, fits: FitStore, studies: StudyStore) -> H
                                "Set SLIPSTICK_TABLES to the folder that contains the tables")
     waiting, running = fits.counts()
     studies_waiting, studies_running = studies.counts()
-    return Health(status="ok", version=__version__, tables=len(library.tables()), recordings=len(library.recordings()),
-                  fits_waiting=waiting, fits_running=running, studies_waiting=studies_waiting,
-                  studies_running=studies_running)
+    return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
+                  recordings=len(library.recordings()), fits_waiting=waiting, fits_running=running,
+                  studies_waiting=studies_waiting, studies_running=studies_running)

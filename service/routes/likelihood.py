@@ -12,6 +12,8 @@ from service.problem_details import error_responses
 from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from service.schemas import (
     SIMULATED,
+    AxisUnit,
+    AxisUnits,
     InputsBody,
     LibraryDependency,
     MassOutside,
@@ -20,9 +22,11 @@ from service.schemas import (
     RecordingsName,
     SettingsDependency,
     StrictModel,
+    TableBench,
     TableDigest,
     TableName,
     json_response,
+    open_table,
     require_size,
 )
 from service.settings import Settings
@@ -59,6 +63,7 @@ class LikelihoodRequest(StrictModel):
     """Candidates whose likelihood is computed."""
 
     table: TableName = "nominal"
+    bench: TableBench = None
     recordings: RecordingsName = "measured"
     candidates: list[CandidateBody] = Field(min_length=1, max_length=10_000, description="The candidates.")
     method: Literal["auto", "exact", "expansion", "sampling"] = Field(
@@ -103,6 +108,7 @@ class LikelihoodResponse(BaseModel):
     table_digest: TableDigest
     recordings: str = Field(description=f"Name of the recordings. {SIMULATED}")
     recordings_digest: RecordingsDigest
+    axes: AxisUnits
     outside: OutsidePolicy
     candidates: list[CandidateLikelihood] = Field(description="Likelihoods, in the order of the candidates.")
 
@@ -122,7 +128,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     simulated time whose standard deviation is the output noise. The inputs of different runs are independent, so the
     log10 densities of the conditions are summed.
     """
-    table, recordings = library.table(body.table), library.recording(body.recordings)
+    table, recordings = open_table(library, body.table, body.bench), library.recording(body.recordings)
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))
@@ -130,7 +136,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     normals = standard_normals(len(table.axes), SAMPLES, body.seed)
     return json_response({
         "table": body.table, "table_digest": table.digest, "recordings": body.recordings,
-        "recordings_digest": recordings.digest, "outside": body.outside,
+        "recordings_digest": recordings.digest, "axes": AxisUnit.of(table), "outside": body.outside,
         "candidates": [{"log10_likelihood": float(row.sum()), "error": error,
                         "per_condition": row.tolist() if body.per_condition else None,
                         "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, normals)}

@@ -9,6 +9,8 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute
 from service.problem_details import error_responses
 from service.schemas import (
+    AxisUnit,
+    AxisUnits,
     ConditionList,
     InputsBody,
     LibraryDependency,
@@ -16,9 +18,11 @@ from service.schemas import (
     OutsidePolicy,
     SettingsDependency,
     StrictModel,
+    TableBench,
     TableDigest,
     TableName,
     json_response,
+    open_table,
     require_size,
     select_conditions,
 )
@@ -71,6 +75,7 @@ class PropagateRequest(StrictModel):
     """Propagation of uncertain inputs through a table."""
 
     table: TableName = "nominal"
+    bench: TableBench = None
     inputs: InputsBody
     output_std: float = Field(default=0.003, ge=0,
                               description="Standard deviation of the additive output noise in s; 0 for no noise.")
@@ -126,6 +131,7 @@ class PropagateResponse(BaseModel):
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
+    axes: AxisUnits
     outside: OutsidePolicy
     mass_outside: MassOutside
     order: int = Field(description="Order of the expansions.")
@@ -157,7 +163,7 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     Mean, standard deviation and Sobol indices follow from the coefficients of the expansion; quantiles and densities
     follow from samples of it. To keep the response small, select conditions and omit densities and coefficients.
     """
-    table = library.table(body.table)
+    table = open_table(library, body.table, body.bench)
     inputs = body.inputs.inputs(table)
     selected, conditions = select_conditions(table, body.conditions)
     adapted = _expand(body, inputs, table_model(selected, body.outside), selected, settings)
@@ -169,7 +175,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     output = Output(expansion, body.output_std, body.samples, body.seed)
     normals = standard_normals(inputs.dimension, body.samples, body.seed)
     return json_response({
-        "table": body.table, "table_digest": table.digest, "outside": body.outside,
+        "table": body.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
+        "outside": body.outside,
         "mass_outside": mass_outside(inputs, table.lower, table.upper, normals),
         "order": basis.order, "nodes": adapted.runs, "reached": None if body.tolerance is None else adapted.reached,
         "germs": [germ.name for germ in basis.germs],

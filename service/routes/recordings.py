@@ -77,6 +77,11 @@ NewRecordingsName = Annotated[str, Query(
     openapi_examples={"mine": {"summary": "A new name", "value": "two-engagements"}})]
 
 
+RecordingsBench = Annotated[str | None, Query(
+    description="Name of the bench whose current profiles a CSV file numbers; required for CSV.",
+    openapi_examples={"heavy": {"summary": "The shipped bench of the recordings `measured`", "value": "heavy"}})]
+
+
 async def _upload_body(request: Request) -> tuple[Form, bytes]:
     return _FORMS[require_media_type(request, *_FORMS)], await request.body()
 
@@ -98,22 +103,24 @@ def describe_recordings(name: RecordingsNamePath, library: LibraryDependency) ->
                  "description": "Identical recordings already existed under this name",
                  "model": RecordingsDescription}})
 def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, bytes], Depends(_upload_body)],
-                      library: LibraryDependency, response: Response) -> RecordingsDescription:
+                      library: LibraryDependency, response: Response,
+                      bench: RecordingsBench = None) -> RecordingsDescription:
     """Check a recordings file and store it.
 
     The request body is the file itself. A CSV file (Content-Type text/csv) has one row per engagement, with its
-    condition and its shifting time; send it with `curl --data-binary @bench.csv --header 'Content-Type: text/csv'`. An
+    condition and its shifting time, and numbers the current profiles of a `bench`; send it with `curl --data-binary
+    @bench.csv --header 'Content-Type: text/csv'`. It is stored as HDF5. An
     HDF5 file (Content-Type application/x-hdf5) can contain signals as well. An existing file is never replaced: the
     upload of different content under an existing name is rejected with 409.
     """
     form, content = upload
     response.headers["Location"] = f"/v1/recordings/{name}"
     try:
-        return _describe(name, library.add_recordings(name, content, form))
+        return _describe(name, library.add_recordings(name, content, form, bench))
     except FileExistsError:
         if name in library.recordings():
             existing = library.recording(name)
-            if existing.digest == Recordings.read(content, form).digest:
+            if existing.digest == library.read_recordings(content, form, bench).digest:
                 response.status_code = 200
                 return _describe(name, existing)
         raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None

@@ -9,7 +9,16 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
 from service.job_store import JobInput, JobStore
-from service.jobs import finished_job, idempotency_key_header, input_of, job_fields, job_id_path, output_of, submit
+from service.jobs import (
+    bench_input,
+    finished_job,
+    idempotency_key_header,
+    input_of,
+    job_fields,
+    job_id_path,
+    output_of,
+    submit,
+)
 from service.problem_details import error_responses
 from service.schemas import LibraryDependency
 from service.study_schemas import (
@@ -101,9 +110,11 @@ def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
 def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
     recordings, settings = library.recording(body.recordings), body.settings.checked()
-    compare(recordings, settings.shifting_time_noise)
+    bench = body.bench or library.bench_of_recordings(recordings)
+    compare(library.bench(bench), recordings, settings.shifting_time_noise)
     job_input: JobInput = orjson.loads(orjson.dumps({
-        "recordings": body.recordings, "recordings_digest": recordings.digest, "settings": asdict(settings)}))
+        "recordings": body.recordings, "recordings_digest": recordings.digest, "settings": asdict(settings),
+        **bench_input(library, bench)}))
     return job_input
 
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute
 from service.problem_details import error_responses
 from service.schemas import Digest, LibraryDependency
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.errors import SlipstickError
 from slipstick.storage.library import Library
 from slipstick.table import Grid, HeldOut, Surrogate

@@ -7,10 +7,11 @@ or a constant in another file would silently run outdated machine code.
 import hashlib
 from pathlib import Path
 
+from slipstick.bench import converter
 from slipstick.clutch import driver, effects, loading
 from slipstick.clutch.fastmath import allocating
 
-_SOURCES = sorted(Path(__file__).parent.rglob("*.py"))
+_SOURCES = [*sorted(Path(__file__).parent.rglob("*.py")), Path(converter.__file__)]
 _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
 _KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES) + _CATALOGUE.encode()).hexdigest()
 

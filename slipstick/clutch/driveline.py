@@ -1,17 +1,16 @@
 """Eqs. 2-4: film and friction torque, torque converter, and the shafts in the rest, slip and stick states."""
 
-import numpy as np
-
-from slipstick.clutch import converter
-from slipstick.clutch.fastmath import compiled, kernel
+from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hooks import hook, memory_rates
 from slipstick.clutch.lanes import (
     BRAKE,
     BREAKAWAY,
+    CAPACITY,
     CLEARANCE,
     CLUTCH_TORQUE,
     CONTACT,
     CONVERTER,
+    CURVES,
     DIRECTION,
     FILM,
     FILM_COEFFICIENT,
@@ -21,6 +20,7 @@ from slipstick.clutch.lanes import (
     INPUT_COULOMB,
     INPUT_INERTIA,
     INPUT_SPEED,
+    INPUT_TORQUE,
     INPUT_VISCOUS,
     INVERSE_GEAR,
     INVERSE_INPUT_INERTIA,
@@ -36,33 +36,50 @@ from slipstick.clutch.lanes import (
     OUTPUT_VISCOUS,
     RAMP,
     RATE,
+    RATIO,
     RELEASE,
     RIGID,
+    SEGMENT_TIME,
+    SEGMENT_TORQUE,
+    SEGMENT_TORQUE_SLOPE,
     SLIPPING,
+    STAGE_TIME,
     STICK,
+    TORQUE_RATIO,
 )
-
-# The curves on a uniform grid that contains all their points, so that a cell is found by one multiplication.
-_CELLS = 20
-_GRID = np.linspace(0.0, 1.0, _CELLS + 1)
-_TORQUE_RATIO = np.interp(_GRID, converter.SPEED_RATIO, converter.TORQUE_RATIO)
-_CAPACITY = np.interp(_GRID, converter.SPEED_RATIO, converter.CAPACITY_FACTOR)
-_TORQUE_RATIO_RISE, _CAPACITY_RISE = np.diff(_TORQUE_RATIO), np.diff(_CAPACITY)
 
 _friction_effects, _film_effects = hook("friction coefficient"), hook("film torque")
 _converter_effects, _load_effects, _stick_effects = hook("converter torque"), hook("load torque"), hook("stick torque")
 _memory_rates = memory_rates()
 
 
-@compiled
-def converter_torque(speed_ratio, motor_speed):
-    """Converter output torque in N m, motor_speed^2 f_st / f_sk^2, at a motor speed in rad/s."""
-    position = min(float(_CELLS), max(0.0, speed_ratio * _CELLS))
-    cell = np.uint64(min(_CELLS - 1.0, position))
-    fraction = position - cell
-    ratio = _TORQUE_RATIO[cell] + fraction * _TORQUE_RATIO_RISE[cell]
-    capacity = motor_speed / (_CAPACITY[cell] + fraction * _CAPACITY_RISE[cell])
-    return ratio * capacity * capacity
+@kernel
+def converter_torque(b):
+    """Fill the row CONVERTER in N m: motor_speed^2 f_st / f_sk^2, and the given input torque.
+
+    Each curve is a line and a sum of hinges, max(0, ratio - position): unlike a look-up in a table passed as an
+    argument, that is turned into vector instructions for any number of points.
+    """
+    first, last = b[CURVES + 1], b[CURVES + 2]
+    torque_ratio, torque_slope, capacity, capacity_slope = b[CURVES + 3], b[CURVES + 4], b[CURVES + 5], b[CURVES + 6]
+    for i in range(LANES):
+        ratio = min(last, max(first, b[INPUT_SPEED + i] * b[INVERSE_MOTOR_SPEED + i]))
+        b[RATIO + i] = ratio
+        b[TORQUE_RATIO + i] = torque_ratio + torque_slope * (ratio - first)
+        b[CAPACITY + i] = capacity + capacity_slope * (ratio - first)
+    for group in range(int(b[CURVES])):  # of four hinges, so that the rows are read and written less often
+        k = CURVES + 7 + 12 * group
+        p0, t0, c0, p1, t1, c1 = b[k], b[k + 1], b[k + 2], b[k + 3], b[k + 4], b[k + 5]
+        p2, t2, c2, p3, t3, c3 = b[k + 6], b[k + 7], b[k + 8], b[k + 9], b[k + 10], b[k + 11]
+        for i in range(LANES):
+            ratio = b[RATIO + i]
+            h0, h1, h2, h3 = max(0.0, ratio - p0), max(0.0, ratio - p1), max(0.0, ratio - p2), max(0.0, ratio - p3)
+            b[TORQUE_RATIO + i] += t0 * h0 + t1 * h1 + t2 * h2 + t3 * h3
+            b[CAPACITY + i] += c0 * h0 + c1 * h1 + c2 * h2 + c3 * h3
+    for i in range(LANES):
+        speed = b[MOTOR_SPEED + i] / b[CAPACITY + i]
+        given = b[SEGMENT_TORQUE + i] + b[SEGMENT_TORQUE_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
+        b[CONVERTER + i] = b[TORQUE_RATIO + i] * speed * speed + b[INPUT_TORQUE + i] + given
 
 
 @kernel
@@ -79,8 +96,7 @@ def driveline(b, active):
         b[FILM + i] = b[FILM_COEFFICIENT + i] * per_gap * slip
         b[FRICTION + i] = b[FRICTION_COEFFICIENT + i]
         b[LOAD + i] = b[BRAKE + i] + b[OUTPUT_VISCOUS + i] * b[OUTPUT_SPEED + i]
-    for i in range(LANES):
-        b[CONVERTER + i] = converter_torque(b[INPUT_SPEED + i] * b[INVERSE_MOTOR_SPEED + i], b[MOTOR_SPEED + i])
+    converter_torque(b)
     _friction_effects(b, active)
     _film_effects(b, active)
     _converter_effects(b, active)

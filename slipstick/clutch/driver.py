@@ -22,6 +22,7 @@ from slipstick.clutch.lanes import (
     CLEARANCE,
     CLUTCH_TORQUE,
     CONTACT_POSITION,
+    CURVES,
     DIRECTION,
     EVENT,
     GEAR,
@@ -39,27 +40,28 @@ LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
 
 
 @allocating
-def workspace():
+def workspace(curves):
     """Working memory aligned to a cache line; unaligned, every vector of lanes would span two lines."""
     memory = np.zeros(BUFFER_SIZE + 8)
     first = -(memory.ctypes.data // 8) % 8
+    memory[first + CURVES:first + CURVES + len(curves)] = curves
     return memory[first:first + BUFFER_SIZE]
 
 
 @allocating
-def drive(first, stop, conditions_per_point, vectors, coefficients, active_effects, conditions, profiles, initial_speed,
-          profile_segments, fine, coarse, sample_times, samples, times, status):
+def drive(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, conditions, profiles,
+          initial_speed, profile_segments, fine, coarse, sample_times, samples, times, status):
     """Simulate engagements first..stop-1; fill `times` in s, `status`, and `samples` of this range at `sample_times`.
 
     Engagement e combines point e // conditions_per_point and condition e modulo n: conditions_per_point = n combines
-    every point with all n conditions, 1 pairs them. `conditions` is (n, 4): motor speed, load inertia, brake torque,
-    position in the run order. `profiles` is (n, 2): current profile, column of `initial_speed`. A sample is the state
-    vector, the slip flag and the sign of the slip. An engagement that has not locked by the end of its current profile
-    counts as never locked.
+    every point with all n conditions, 1 pairs them. `conditions` is (n, 5): motor speed, load inertia, brake torque,
+    position in the run order, given input torque. `curves` are the `Converter.terms`. `profiles` is (n, 2): current
+    profile, column of `initial_speed`. A sample is the state vector, the slip flag and the sign of the slip. An
+    engagement that has not locked by the end of its current profile counts as never locked.
     """
     active, state_size = active_effects.flags, active_effects.state_size
     n, count, last_segment = len(conditions), len(sample_times), profile_segments.shape[1] - 1
-    b = workspace()
+    b = workspace(curves)
     engagements, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
     segment, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     next_engagement, busy_lanes = first, 0
@@ -141,7 +143,7 @@ def clear_samples(samples, row, position):
 
 
 @allocating
-def observe(first, stop, conditions_per_point, vectors, coefficients, active_effects, conditions, profiles,
+def observe(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, conditions, profiles,
             profile_segments, sample_times, samples, signals):
     """Compute signals[:, engagement, time] from samples: pressure, both speeds, output torque, piston position.
 
@@ -149,7 +151,7 @@ def observe(first, stop, conditions_per_point, vectors, coefficients, active_eff
     """
     active, state_size = active_effects.flags, active_effects.state_size
     n, count = len(conditions), len(sample_times)
-    b = workspace()
+    b = workspace(curves)
     for engagement in range(first, stop):
         point, condition = engagement // conditions_per_point, engagement % n
         profile = profiles[condition, 0]

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.clutch import effects, parameters
+from slipstick.bench import parameters
+from slipstick.bench.conditions import Conditions
+from slipstick.bench.converter import Converter
+from slipstick.clutch import effects
 from slipstick.clutch.active_effects import active_effects, sensor_reading
 from slipstick.clutch.compilation import drive, initial_speeds, observe
-from slipstick.clutch.conditions import Conditions
 from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED
 from slipstick.clutch.lanes import LANES
 from slipstick.clutch.loading import segments
@@ -69,10 +71,10 @@ class Response:
     """m"""
 
 
-def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditions,
+def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditions,
              sample_times: np.ndarray | None = None, accuracy: Accuracy = DEFAULT,
              threads: int | None = None, paired: bool = False) -> Response:
-    """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions.
+    """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions, with a `converter`.
 
     All points are combined with all conditions; with `paired`, m = n and point i is combined with condition i only.
     With `sample_times` (k,) in s, not decreasing, the response contains the sensor signals at these times. The result
@@ -86,11 +88,12 @@ def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditio
         raise InvalidValue(f"{len(vectors)} points do not pair up with {len(conditions)} conditions",
                            "Give one point per condition")
     active = active_effects(coefficients)
-    initial, column = initial_input_speed(vectors, conditions)
+    initial, column = initial_input_speed(converter, vectors, conditions)
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
-    columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order])
+    given = np.zeros(len(conditions)) if conditions.input_torque is None else conditions.input_torque
+    columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order, given])
     profiles = np.column_stack([conditions.current_profile, column]).astype(np.int64)
-    profile_segments = segments(conditions.profile_time, conditions.profile_current)
+    profile_segments = segments(conditions.profile_time, conditions.profile_current, conditions.profile_input_torque)
 
     n, k, workers = len(conditions), len(times), threads or os.cpu_count() or 1
     shape, conditions_per_point = ((n,), 1) if paired else ((len(vectors), n), n)
@@ -103,11 +106,11 @@ def simulate(vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditio
     def simulate_block(first: int) -> None:
         stop = min(first + size, total)
         samples = np.empty((stop - first, k, active.state_size + 2))
-        drive(first, stop, conditions_per_point, vectors, coefficients, active, columns, profiles, initial,
-              profile_segments, accuracy.fine, accuracy.coarse, times, samples, shifting_time, status)
+        drive(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, columns, profiles,
+              initial, profile_segments, accuracy.fine, accuracy.coarse, times, samples, shifting_time, status)
         if k:
-            observe(first, stop, conditions_per_point, vectors, coefficients, active, columns, profiles,
-                    profile_segments, times, samples, true_signals)
+            observe(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, columns,
+                    profiles, profile_segments, times, samples, true_signals)
 
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(simulate_block, range(0, total, size)))
@@ -123,14 +126,14 @@ def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (
 
     A multiplier scales the parameter value of the model; without points the model is simulated as it is (m = 1).
     """
-    response = simulate(*_scaled(model, axes, points), conditions, None, accuracy, threads)
+    response = simulate(model.converter, *_scaled(model, axes, points), conditions, None, accuracy, threads)
     return response.shifting_time, response.status
 
 
 def signals(model: Model, conditions: Conditions, sample_times: np.ndarray, axes: Sequence[str] = (),
             points: np.ndarray | None = None, accuracy: Accuracy = DEFAULT, threads: int | None = None) -> Response:
     """As `shifting_times`, with all signals at `sample_times` (k,) in s."""
-    return simulate(*_scaled(model, axes, points), conditions, sample_times, accuracy, threads)
+    return simulate(model.converter, *_scaled(model, axes, points), conditions, sample_times, accuracy, threads)
 
 
 @dataclass(frozen=True)
@@ -146,11 +149,15 @@ class Simulator:
         return shifting_times(self.model, conditions, self.axes, points, self.accuracy)[0]
 
 
-def initial_input_speed(vectors: np.ndarray, conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:
-    """Input speed at t = 0 in rad/s, (m, distinct motor speeds), and its column for each condition, (n,)."""
+def initial_input_speed(converter: Converter, vectors: np.ndarray,
+                        conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:
+    """Input speed at t = 0 in rad/s, (m, distinct speeds), and its column for each condition, (n,)."""
+    if conditions.initial_input_speed is not None:
+        speeds, column = np.unique(conditions.initial_input_speed, return_inverse=True)
+        return np.tile(speeds, (len(vectors), 1)), column
     speeds, column = np.unique(conditions.motor_speed, return_inverse=True)
     initial = np.empty((len(vectors), len(speeds)))
-    initial_speeds(np.ascontiguousarray(vectors, float), speeds, initial)
+    initial_speeds(np.ascontiguousarray(vectors, float), speeds, converter.terms, initial)
     return initial, column
 
 

@@ -7,6 +7,7 @@ emit scalar code.
 
 from itertools import count
 
+from slipstick.bench.converter import MOST_TERMS
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import QUANTITIES
 
@@ -55,6 +56,7 @@ BREAKAWAY_FIRST, RELEASE_FIRST = _row(), _row()
 # Active segment of the current profile: start, current, slope, end, and history (`conditions.reversals`).
 SEGMENT_TIME, SEGMENT_CURRENT, SEGMENT_SLOPE, SEGMENT_END = _row(), _row(), _row(), _row()
 SEGMENT_DIRECTION, SEGMENT_REVERSAL, SEGMENT_SWING = _row(), _row(), _row()
+SEGMENT_TORQUE, SEGMENT_TORQUE_SLOPE = _row(), _row()
 
 # Quantities that effects can change, and quantities derived from them.
 QUANTITY_ROW = {name: _row() for name in QUANTITIES}
@@ -74,9 +76,15 @@ TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR, RESPONSE_TIME = (_row() for 
 INVERSE_RAMP_WIDTH, FILM_COEFFICIENT, FRICTION_COEFFICIENT = _row(), _row(), _row()
 GEAR, INVERSE_GEAR, INPUT_COULOMB, INPUT_VISCOUS, OUTPUT_VISCOUS = (_row() for _ in range(5))
 INPUT_INERTIA, INVERSE_INPUT_INERTIA, INVERSE_LOAD_INERTIA, INVERSE_TOTAL_INERTIA = (_row() for _ in range(4))
-BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, RUN = _row(), _row(), _row(), _row()
+BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, INPUT_TORQUE, RUN = (_row() for _ in range(5))
 
 COEFFICIENTS = _row(len(effects.neutral()) + 4)
 """Effect coefficients, padded so that four can be read starting at any of them."""
 
-BUFFER_SIZE = next(_rows) * LANES
+RATIO, TORQUE_RATIO, CAPACITY = (_row() for _ in range(3))
+"""Speed ratio of the torque converter, and its two curves at that ratio."""
+
+CURVES = next(_rows) * LANES
+"""The converter curves of the call, as `Converter.terms` gives them."""
+
+BUFFER_SIZE = CURVES + MOST_TERMS

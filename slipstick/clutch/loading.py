@@ -2,23 +2,23 @@
 
 import numpy as np
 
-from slipstick.clutch import parameters
-from slipstick.clutch.conditions import reversals
-from slipstick.clutch.driveline import converter_torque
+from slipstick.bench import parameters
+from slipstick.bench.conditions import reversals
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
     BRAKE,
-    BUFFER_SIZE,
     COEFFICIENTS,
     CONTACT_FACTOR,
     CONTACT_POSITION,
     CURRENT_BIAS,
+    CURVES,
     DIRECTION,
     FILM_COEFFICIENT,
     FRICTION_COEFFICIENT,
     GEAR,
     INPUT_COULOMB,
     INPUT_INERTIA,
+    INPUT_TORQUE,
     INPUT_VISCOUS,
     INVERSE_GEAR,
     INVERSE_INPUT_INERTIA,
@@ -47,6 +47,8 @@ from slipstick.clutch.lanes import (
     SEGMENT_SLOPE,
     SEGMENT_SWING,
     SEGMENT_TIME,
+    SEGMENT_TORQUE,
+    SEGMENT_TORQUE_SLOPE,
     SLIPPING,
     SLOPE_GAIN,
     START,
@@ -60,7 +62,19 @@ from slipstick.clutch.lanes import (
 
 
 @kernel
-def initial_speeds(vectors, motor_speeds, out):
+def torque(curves, ratio, motor_speed):
+    """Converter output torque in N m at one speed ratio, from the curves as `Converter.terms` gives them."""
+    beyond = min(curves[2], max(curves[1], ratio)) - curves[1]
+    torque_ratio, capacity = curves[3] + curves[4] * beyond, curves[5] + curves[6] * beyond
+    for k in range(7, 7 + 12 * int(curves[0]), 3):
+        hinge = max(0.0, beyond + curves[1] - curves[k])
+        torque_ratio += curves[k + 1] * hinge
+        capacity += curves[k + 2] * hinge
+    return torque_ratio * (motor_speed / capacity) ** 2
+
+
+@kernel
+def initial_speeds(vectors, motor_speeds, curves, out):
     """Input speed at which converter torque and input losses balance: out[point, speed] in rad/s, by bisection."""
     for point in range(len(vectors)):
         coulomb, viscous = vectors[point, _TIC], vectors[point, _BIV]
@@ -72,7 +86,7 @@ def initial_speeds(vectors, motor_speeds, out):
             low, high = 0.0, 2.0 * motor_speeds[k]
             for _ in range(55):
                 speed = 0.5 * (low + high)
-                if converter_torque(speed / motor_speeds[k], motor_speeds[k]) > viscous * speed + coulomb:
+                if torque(curves, speed / motor_speeds[k], motor_speeds[k]) > viscous * speed + coulomb:
                     low = speed
                 else:
                     high = speed
@@ -114,6 +128,7 @@ def load(b, i, vectors, coefficients, active_effects, point, conditions, conditi
     b[MOTOR_SPEED + i] = motor_speed
     b[INVERSE_MOTOR_SPEED + i] = 1.0 / motor_speed
     b[RUN + i] = 0.01 * conditions[condition, 3]
+    b[INPUT_TORQUE + i] = conditions[condition, 4]
     for c in active_effects.coefficient_indices:
         b[COEFFICIENTS + c * LANES + i] = coefficients[point, c]
     b[TIME + i] = 0.0
@@ -132,7 +147,7 @@ def load(b, i, vectors, coefficients, active_effects, point, conditions, conditi
 @kernel
 def park(b, i):
     """Set lane i to an idle state without motion or events."""
-    for row in range(0, BUFFER_SIZE, LANES):
+    for row in range(0, CURVES, LANES):
         b[row + i] = 0.0
     b[CONTACT_POSITION + i] = 1.0
     b[START + 3 * LANES + i] = 1.0
@@ -143,15 +158,23 @@ def park(b, i):
     b[SEGMENT_END + i] = np.inf
 
 
-def segments(time: np.ndarray, current: np.ndarray) -> np.ndarray:
-    """Segments of current profiles (p, k): (p, k, 7) with start, current, slope, end (s, A, A/s, s) and `reversals`.
+def segments(time: np.ndarray, current: np.ndarray, torque: np.ndarray | None = None) -> np.ndarray:
+    """Segments of current profiles (p, k) and of a given input torque (p, k) in N m: shape (p, k, 9).
 
-    The last segment of each profile keeps the current constant without end.
+    Start, current, slope, end (s, A, A/s, s), `reversals`, input torque and its slope (N m, N m/s). The last segment of
+    each profile keeps current and torque constant without end.
     """
-    slope = np.zeros_like(time)
-    slope[:, :-1] = np.diff(current, axis=1) / np.diff(time, axis=1)
+    given = np.zeros_like(time) if torque is None else torque
     end = np.concatenate([time[:, 1:], np.full((len(time), 1), np.inf)], axis=1)
-    return np.concatenate([np.stack([time, current, slope, end], axis=2), [reversals(row) for row in current]], axis=2)
+    lines = np.stack([time, current, _slopes(time, current), end], axis=2)
+    torques = np.stack([given, _slopes(time, given)], axis=2)
+    return np.concatenate([lines, [reversals(row) for row in current], torques], axis=2)
+
+
+def _slopes(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    slopes = np.zeros_like(time)
+    slopes[:, :-1] = np.diff(values, axis=1) / np.diff(time, axis=1)
+    return slopes
 
 
 @kernel
@@ -164,3 +187,5 @@ def set_segment(b, i, table, profile, segment):
     b[SEGMENT_DIRECTION + i] = table[profile, segment, 4]
     b[SEGMENT_REVERSAL + i] = table[profile, segment, 5]
     b[SEGMENT_SWING + i] = table[profile, segment, 6]
+    b[SEGMENT_TORQUE + i] = table[profile, segment, 7]
+    b[SEGMENT_TORQUE_SLOPE + i] = table[profile, segment, 8]

@@ -11,9 +11,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from slipstick.clutch import converter, effects, parameters
+from slipstick.bench import parameters
+from slipstick.bench.conditions import Conditions, reversals
+from slipstick.clutch import effects
 from slipstick.clutch.active_effects import sensor_reading
-from slipstick.clutch.conditions import Conditions, reversals
 from slipstick.clutch.effects.effect import SENSORS, Signals
 from slipstick.clutch.model import Model
 
@@ -37,11 +38,17 @@ class Engagement:
         self.memories = [effect.name for effect, _ in self.effects if effect.memory]
         self.formula_input: dict[str, float] = {}
         self.motor_speed = float(conditions.motor_speed[condition])
+        self.converter = model.converter
+        self.input_torque = 0.0 if conditions.input_torque is None else float(conditions.input_torque[condition])
+        self.initial_input_speed = (None if conditions.initial_input_speed is None
+                                    else float(conditions.initial_input_speed[condition]))
         self.load_inertia = float(conditions.load_inertia[condition])
         self.brake_torque = float(conditions.brake_torque[condition])
         self.run = 0.0 if conditions.run_order is None else float(conditions.run_order[condition]) / 100
         profile = conditions.current_profile[condition]
         self.profile_time, self.profile_current = conditions.profile_time[profile], conditions.profile_current[profile]
+        given = conditions.profile_input_torque
+        self.profile_torque = np.zeros_like(self.profile_time) if given is None else given[profile]
         self.reversals, self.segment = reversals(self.profile_current), 0
         self.discrete_state, self.direction = REST, 1.0
 
@@ -49,8 +56,10 @@ class Engagement:
         """State vector (5 + memories,) at t = 0; at the initial input speed converter torque and losses balance."""
         def net_torque(speed: float) -> float:
             losses = self.p.input_viscous * speed + self.p.input_coulomb
-            return float(converter.torque(speed, self.motor_speed) - losses)
-        speed = brentq(net_torque, 0.0, 2 * self.motor_speed, xtol=1e-13)
+            return float(self.converter.torque(speed, self.motor_speed) - losses)
+        speed = self.initial_input_speed
+        if speed is None:
+            speed = brentq(net_torque, 0.0, 2 * self.motor_speed, xtol=1e-13)
         y = np.array([0.0, 0.0, self.p.initial_position, speed, 0.0, *np.zeros(len(self.memories))])
         self.evaluate(0.0, y)
         relaxed = [effect.name for effect, _ in self.effects if effect.memory and effect.memory.relaxed]
@@ -115,7 +124,9 @@ class Engagement:
         film = self.with_effects("film torque", p.film_coefficient * per_gap * (y[3] / p.gear_ratio - y[4]), t, y)
         friction = self.with_effects("friction coefficient", p.friction_coefficient, t, y)
         capacity = s * s * (3 - 2 * s) * friction * contact
-        drive = (self.with_effects("converter torque", converter.torque(y[3], self.motor_speed), t, y)
+        given = self.converter.torque(y[3], self.motor_speed) + self.input_torque + float(
+            np.interp(t, self.profile_time, self.profile_torque))
+        drive = (self.with_effects("converter torque", given, t, y)
                  - p.input_viscous * y[3] - p.input_coulomb)
         load = self.with_effects("load torque", self.brake_torque + p.output_viscous * y[4], t, y)
 

@@ -1,12 +1,15 @@
 """Recordings as HDF5: `conditions`, `current_profiles`, `shifting_time`, `signals`; units are attributes."""
 
+import io
+
+import h5py
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.errors import BadRecording
 from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, Signals
-from slipstick.storage.condition_layout import read_conditions
-from slipstick.storage.hdf5 import SIGNATURE, reading
+from slipstick.storage.condition_layout import read_conditions, write_conditions
+from slipstick.storage.hdf5 import SIGNATURE, reading, text
 
 Fields = tuple[Conditions, np.ndarray, Signals | None, np.ndarray | None, str]
 """The fields of `Recordings`, in order."""
@@ -28,3 +31,19 @@ def read(content: bytes) -> Fields:
             signals = Signals(time, *columns)
         description = source.attribute("", "description") if "description" in source.file.attrs else ""
     return conditions, measured_time, signals, conditions.run_order, description
+
+
+def to_bytes(conditions: Conditions, measured_time: np.ndarray, signals: Signals | None, description: str) -> bytes:
+    """Recordings as the bytes of an HDF5 file."""
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", libver=("earliest", "v110")) as file:
+        file.attrs["description"] = description
+        write_conditions(file, conditions)
+        file.create_dataset("shifting_time", data=measured_time).attrs["units"] = text("s")
+        if signals is not None:
+            file.create_dataset("signals/time", data=signals.time).attrs["units"] = text("s")
+            for name, unit in SIGNAL_UNITS.items():
+                values = getattr(signals, name)
+                file.create_dataset(f"signals/{name}", data=values, chunks=True, compression="gzip", shuffle=True,
+                                    fletcher32=True).attrs["units"] = text(unit)
+    return memory.getvalue()

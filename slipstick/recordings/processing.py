@@ -3,7 +3,6 @@
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 
 
 def blended_at_lock_up(torque: np.ndarray, shifting_time: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -28,11 +27,6 @@ def block_means(samples: np.ndarray, width: int) -> np.ndarray:
     """Means of blocks of `width` successive samples, shape (..., k // width); an incomplete last block is dropped."""
     used = samples.shape[-1] // width * width
     return np.asarray(samples[..., :used].reshape(*samples.shape[:-1], -1, width).mean(axis=-1))
-
-
-def sensor_noise(signals: Signals) -> dict[str, float]:
-    """Standard deviation of the noise of each signal, in its unit; raises `InvalidValue` if a signal has no noise."""
-    return {name: noise_std(name, getattr(signals, name).astype(float)) for name in SIGNAL_UNITS}
 
 
 def noise_std(name: str, values: np.ndarray) -> float:

@@ -8,9 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.errors import BadRecording, UnknownName
 from slipstick.recordings import csv_form, hdf5_form
+from slipstick.recordings.csv_form import Profiles
 from slipstick.recordings.signals import Signals
 from slipstick.storage.isolated import require_readable
 
@@ -58,8 +59,9 @@ class Recordings:
         return len(self.conditions)
 
     @classmethod
-    def open(cls, path: Path | str, signals: Path | str | None = None) -> "Recordings":
-        """Read the `.h5` or `.csv` file at `path`; `signals` is the path of the signals file of a CSV.
+    def open(cls, path: Path | str, signals: Path | str | None = None,
+             profiles: Profiles | None = None) -> "Recordings":
+        """Read the `.h5` or `.csv` file at `path`; a CSV needs the current `profiles`, and may have a `signals` file.
 
         Raises `BadRecording`, and `UnknownName` if a file does not exist.
         """
@@ -68,26 +70,31 @@ class Recordings:
             raise BadRecording(f"'{path.name}' is neither an .h5 nor a .csv file",
                                "Give the file the extension of its format")
         form: Form = "h5" if path.suffix == ".h5" else "csv"
-        return cls._read(_bytes(path), form, None if signals is None else _bytes(Path(signals)))
+        return cls._read(_bytes(path), form, None if signals is None else _bytes(Path(signals)), profiles)
 
     @classmethod
-    def read(cls, content: bytes, form: Form, signals: bytes | None = None) -> "Recordings":
+    def read(cls, content: bytes, form: Form, signals: bytes | None = None,
+             profiles: Profiles | None = None) -> "Recordings":
         """Read the bytes of an untrusted file; raises `BadRecording`.
 
         An HDF5 file is first read in a limited child process (storage/isolated.py), which adds half a second.
         """
         if form == "h5" and signals is None:
             require_readable(content, _HDF5_READER, BadRecording)
-        return cls._read(content, form, signals)
+        return cls._read(content, form, signals, profiles)
 
     @classmethod
-    def _read(cls, content: bytes, form: Form, signals: bytes | None) -> "Recordings":
+    def _read(cls, content: bytes, form: Form, signals: bytes | None, profiles: Profiles | None) -> "Recordings":
         if form == "csv":
-            return cls(*csv_form.read(content, signals))
+            return cls(*csv_form.read(content, signals, _required(profiles)))
         if signals is not None:
             raise BadRecording("A separate signals file was given with an HDF5 file",
                                "Store the signals in the HDF5 file")
         return cls(*hdf5_form.read(content))
+
+    def to_bytes(self) -> bytes:
+        """The recordings as the bytes of an HDF5 file, which `read` reads."""
+        return hdf5_form.to_bytes(self.conditions, self.measured_time, self.signals, self.description)
 
     @cached_property
     def digest(self) -> str:
@@ -105,12 +112,19 @@ class Recordings:
         return hashed.hexdigest()
 
 
-def open_conditions(path: Path | str) -> Conditions:
-    """Read only the conditions of the recordings at `path`; a CSV need not have shifting times."""
+def open_conditions(path: Path | str, profiles: Profiles | None = None) -> Conditions:
+    """Read only the conditions of the recordings at `path`; a CSV need not have shifting times, but needs profiles."""
     path = Path(path)
     if path.suffix == ".csv":
-        return csv_form.read_conditions(_bytes(path))
+        return csv_form.read_conditions(_bytes(path), _required(profiles))
     return Recordings.open(path).conditions
+
+
+def _required(profiles: Profiles | None) -> Profiles:
+    if profiles is None:
+        raise BadRecording("Recordings as CSV do not contain their current profiles",
+                           "Give the bench whose profiles they number, or use an HDF5 file")
+    return profiles
 
 
 def _bytes(path: Path) -> bytes:

@@ -30,15 +30,15 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
     """Return the HTML page of a fit. The same input gives the same page.
 
     `fit` is the JSON of the fit (id, table, recordings, digests, settings, times), and `output` the output of its job
-    (`result`, `figure_data`, `seconds`, `processor_seconds`). `other_method` is the output of the same fit by the other
-    method, for Table II, and `description` describes the recordings.
+    (`result`, `physical`, `figure_data` and times). `other_method` is the output of the same fit by the other method,
+    for Table II, and `description` describes the recordings.
     """
     result = output["result"]
     specs = pictures(result, output["figure_data"])
     title = words.headline(result, len(result["log10_likelihood_per_condition"]), fit["recordings"])
     return document("fit", fit["id"], title, [
         paragraph(words.improvement(result), "lead"),
-        section("Fitted values", _numbers(result), listing(words.identified(result))),
+        section("Fitted values", _numbers(output), listing(words.identified(result))),
         section("Combinations of unknowns", listing(words.combinations(result)), paragraph(_COMBINATIONS, "note")),
         section("Remarks", listing(words.remarks(result))),
         figures(specs, CAPTIONS),
@@ -48,9 +48,10 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
         section("Limitations", listing(_LIMITATIONS))], specs)
 
 
-def _numbers(result: Mapping[str, Any]) -> str:
-    head = ("unknown [multiple of nominal unless stated]", "before the fit", "fitted")
-    rows = list(words.numbers(result))
+def _numbers(output: Mapping[str, Any]) -> str:
+    head = ("unknown [multiple of nominal unless stated]", "before the fit", "fitted", "in its unit")
+    result = output["result"]
+    rows = list(words.numbers(result, output["physical"]))
     if not result["intervals"]:
         return table(head, [row[:-1] for row in rows])
     return table((*head, f"{100 * result['intervals'][0]['level']:.0f} % interval"), rows) + paragraph(

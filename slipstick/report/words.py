@@ -1,6 +1,6 @@
 """The results of a fit in sentences and numbers, as plain text."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import combinations as pairs
 from typing import Any
 
@@ -62,22 +62,26 @@ def combinations(result: Result) -> list[tuple[str, str]]:
             for combination in result["combinations"]]
 
 
-def numbers(result: Result) -> Iterator[tuple[str, str, str, str]]:
-    """Yield rows of unknown, value before the fit, fitted value and interval."""
+def numbers(result: Result, physical: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, str, str, str]]:
+    """Yield rows of unknown, value before the fit, fitted value, that value in its unit, and interval.
+
+    `physical` has unit, mean and std of each input.
+    """
     intervals, before = {interval["unknown"]: interval for interval in result["intervals"]}, result["before"]
     for kind in ("mean", "std"):
         for index, (axis, family) in enumerate(zip(result["axes"], result["families"], strict=True)):
             yield (f"{kind} of {in_words(axis)}" + (f" ({family})" if kind == "mean" else ""),
                    number(before[kind][index]), number(result[kind][index]),
+                   quantity(physical[index][kind], physical[index]["unit"]),
                    _interval(intervals.get(f"{kind} of {axis}")))
     yield ("output std [ms]", number(before["output_std"], 1e3), number(result["output_std"], 1e3),
-           _interval(intervals.get("output std"), 1e3))
+           quantity(1e3 * result["output_std"], "ms"), _interval(intervals.get("output std"), 1e3))
     for first, second in pairs(range(len(result["axes"])), 2) if result["correlation"] else ():
         name = f"correlation of {result['axes'][first]} and {result['axes'][second]}"
-        yield in_words(name), "0", number(result["correlation"][first][second]), _interval(intervals.get(name))
+        yield in_words(name), "0", number(result["correlation"][first][second]), "", _interval(intervals.get(name))
     for name, interval in intervals.items():
         if name.startswith("partial"):
-            yield in_words(name), "0", number(interval["estimate"]), _interval(interval)
+            yield in_words(name), "0", number(interval["estimate"]), "", _interval(interval)
 
 
 def listed(names: list[str]) -> str:
@@ -100,6 +104,11 @@ def signed(value: float, digits: int = 2) -> str:
 def number(value: float | None, scale: float = 1.0) -> str:
     """Return `scale * value` to four significant digits; empty for None."""
     return "" if value is None else f"{scale * value:.4g}".replace("-", "−")
+
+
+def quantity(value: float, unit: str) -> str:
+    """Return a value to four significant digits with its unit."""
+    return number(value) if unit == "1" else f"{number(value)} {unit}"
 
 
 def _open_sides(interval: Mapping[str, Any]) -> set[str]:

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.errors import InvalidValue
 from slipstick.storage.hdf5 import Source, text
 
@@ -14,6 +14,9 @@ CONDITION_UNITS = {
     "brake_torque": "N m",
 }
 """The datasets of the group `conditions` and their units."""
+
+INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
+"""Further datasets of conditions on a bench without a torque converter."""
 
 RUN_ORDER = "conditions/run_order"
 """Path of the optional dataset of the run order, unit 1."""
@@ -34,11 +37,16 @@ def read_conditions(source: Source) -> Conditions:
         columns.append(column.astype(np.int64 if unit == "1" else np.float64))
         length = len(column)
     order = source.array(RUN_ORDER, "iu", (length,), "1").astype(np.int64) if source.has(RUN_ORDER) else None
+    given = {name: source.array(f"conditions/{name}", "fiu", (length,), unit).astype(np.float64)
+             for name, unit in INPUT_UNITS.items() if source.has(f"conditions/{name}")}
     time, current = [source.array(f"current_profiles/{name}", "fiu", (None, None), unit).astype(np.float64)
                      for name, unit in _PROFILE_UNITS.items()]
+    path = "current_profiles/input_torque"
+    varying = source.array(path, "fiu", time.shape, "N m").astype(np.float64) if source.has(path) else None
     try:
         profile, speed, inertia, brake = columns
-        return Conditions(profile, speed, inertia, brake, time, current, order)
+        return Conditions(profile, speed, inertia, brake, time, current, order, **given,
+                          profile_input_torque=varying)
     except InvalidValue as error:
         raise source.error(error.cause, error.remedy) from error
 
@@ -47,10 +55,15 @@ def write_conditions(file: h5py.File, conditions: Conditions) -> None:
     """Write the groups `conditions`, with the run order if it is known, and `current_profiles`."""
     for name, unit in CONDITION_UNITS.items():
         _write(file, f"conditions/{name}", getattr(conditions, name), unit)
+    for name, unit in INPUT_UNITS.items():
+        if (column := getattr(conditions, name)) is not None:
+            _write(file, f"conditions/{name}", column, unit)
     if conditions.run_order is not None:
         _write(file, RUN_ORDER, conditions.run_order.astype(np.int64), "1")
     for name, unit in _PROFILE_UNITS.items():
         _write(file, f"current_profiles/{name}", getattr(conditions, f"profile_{name}"), unit)
+    if conditions.profile_input_torque is not None:
+        _write(file, "current_profiles/input_torque", conditions.profile_input_torque, "N m")
 
 
 def _write(file: h5py.File, path: str, values: np.ndarray, unit: str) -> None:

@@ -1,15 +1,20 @@
-"""The folder of tables and recordings, in which a file is identified by its name without the extension."""
+"""The folder of benches, tables and recordings, in which a file is identified by its name without the extension."""
 
 import os
 import re
 import secrets
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import h5py
+import numpy as np
 
-from slipstick.errors import BadRecording, InvalidValue, UnknownName
+from slipstick.bench import Bench, Physics
+from slipstick.bench.reader import read
+from slipstick.errors import BadBench, BadRecording, InvalidValue, UnknownName
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.table import Table
@@ -21,9 +26,33 @@ _Version = tuple[Path, int, int]
 
 @dataclass(frozen=True)
 class Library:
-    """The tables (.h5) and recordings (.h5, .csv) in `folder`; a file is opened again only if it has changed."""
+    """Benches (.toml), tables and recordings (.h5) in `folder`; a file is opened again only if it has changed."""
 
     folder: Path
+
+    def benches(self) -> list[str]:
+        """Names of the bench files, sorted."""
+        return sorted(path.stem for path in self._files(".toml"))
+
+    def bench(self, name: str) -> Bench:
+        """Open and check the bench `name`; raises `UnknownName` and `BadBench`."""
+        if name not in (known := self.benches()):
+            raise UnknownName.of("bench", name, known)
+        return _open_bench(_version(self.folder / f"{name}.toml"))
+
+    def bench_of_model(self, physics: Physics) -> str:
+        """Name of the bench whose physics this is, that of a model; raises `UnknownName`."""
+        return self._only([name for name, bench in self._valid_benches() if bench.digest == physics.digest],
+                          "the physics of this table")
+
+    def bench_of_recordings(self, recordings: Recordings) -> str:
+        """Name of the bench with the current profiles of these recordings; raises `UnknownName`."""
+        profiles = np.array([recordings.conditions.profile_time, recordings.conditions.profile_current])
+        # Units converted to those of the model, and decimal numbers read by other programs, differ in the last bit.
+        return self._only([name for name, bench in self._valid_benches()
+                           if (own := np.array(bench.profiles[:2])).shape == profiles.shape
+                           and np.allclose(own, profiles)],
+                          "the current profiles of these recordings")
 
     def tables(self) -> list[str]:
         """Names of the tables, sorted."""
@@ -43,34 +72,61 @@ class Library:
         """Open and check the recordings `name`; raises `UnknownName` and what `Recordings.open` raises."""
         if name not in (known := self.recordings()):
             raise UnknownName.of("recordings file", name, known)
-        return _open_recordings(_version(next(path for path in self._files() if path.stem == name)))
+        return _open_recordings(_version(self.folder / f"{name}.h5"))
 
-    def add_recordings(self, name: str, content: bytes, form: Form) -> Recordings:
-        """Check the bytes of a recordings file and store them atomically as `name`.
+    def add_bench(self, name: str, content: bytes) -> Bench:
+        """Check the bytes of a bench file and store them atomically as `name`.
 
-        Raises `BadRecording`, `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
+        Raises `BadBench`, `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
         """
+        bench = read(content, f"{name}.toml")
+        self._store(name, content, "toml")
+        return bench
+
+    def add_recordings(self, name: str, content: bytes, form: Form, bench: str | None = None) -> Recordings:
+        """Check the bytes of a recordings file and store them atomically as `name`, a CSV as HDF5.
+
+        A CSV numbers the current profiles of the `bench`. Raises `BadRecording`, `UnknownName`, `InvalidValue` if the
+        name is invalid, and `FileExistsError` if it is taken.
+        """
+        checked = self.read_recordings(content, form, bench)
+        self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
+        return checked
+
+    def read_recordings(self, content: bytes, form: Form, bench: str | None = None) -> Recordings:
+        """Check the bytes of a recordings file; raises `BadRecording`, `UnknownName`."""
+        return Recordings.read(content, form, profiles=None if bench is None else self.bench(bench).profiles)
+
+    def _store(self, name: str, content: bytes, form: str) -> None:
         if not _NAME.fullmatch(name):
             raise InvalidValue(f"'{name[:100]}' is not a valid file name",
                                "Use up to 64 letters, digits, - and _, starting with a letter or digit")
-        checked = Recordings.read(content, form)
-        if any(path.stem == name for path in self._files()):
+        if any(path.stem == name for path in self._files(f".{form}")):
             raise FileExistsError(name)
         staged = self.folder / f".{name}-{secrets.token_hex(8)}.{form}"
         try:
             with replacing(staged) as temporary:
                 temporary.write_bytes(content)
-            if _is_table(_version(staged)):
+            if form == "h5" and _is_table(_version(staged)):
                 raise BadRecording("The file has an attribute 'layout', which marks a table", "Remove this attribute")
             # A hard link, unlike a rename, cannot replace a file that another upload has created in the meantime.
             os.link(staged, self.folder / f"{name}.{form}")
         finally:
             staged.unlink(missing_ok=True)
-        return checked
 
-    def _files(self) -> list[Path]:
-        candidates = (path for path in self.folder.glob("*") if path.suffix in (".h5", ".csv"))
-        return [path for path in candidates if _NAME.fullmatch(path.stem)]
+    def _valid_benches(self) -> Iterator[tuple[str, Bench]]:
+        for name in self.benches():
+            with suppress(BadBench):  # opening it by its name reports the error
+                yield name, self.bench(name)
+
+    def _only(self, names: list[str], what: str) -> str:
+        if len(names) != 1:
+            raise UnknownName(f"{'No bench has' if not names else 'More than one bench has'} {what}",
+                              f"Name the bench. Known: {', '.join(self.benches()) or 'none'}")
+        return names[0]
+
+    def _files(self, suffix: str = ".h5") -> list[Path]:
+        return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
 
 
 def _version(path: Path) -> _Version:
@@ -80,11 +136,8 @@ def _version(path: Path) -> _Version:
 
 @lru_cache(maxsize=1024)
 def _is_table(version: _Version) -> bool:
-    path = version[0]
-    if path.suffix != ".h5":
-        return False
     try:
-        with h5py.File(path, "r") as file:
+        with h5py.File(version[0], "r") as file:
             return "layout" in file.attrs  # recordings do not have it
     except OSError:
         return True  # unreadable: opening it as a table reports the error of the HDF5 library
@@ -98,3 +151,8 @@ def _open_table(version: _Version) -> Table:
 @lru_cache(maxsize=16)
 def _open_recordings(version: _Version) -> Recordings:
     return Recordings.open(version[0])
+
+
+@lru_cache(maxsize=16)
+def _open_bench(version: _Version) -> Bench:
+    return Bench.open(version[0])

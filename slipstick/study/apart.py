@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import eigh
 
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import Conditions
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.processing import block_means
 from slipstick.recordings.signals import SIGNAL_UNITS
@@ -41,7 +41,7 @@ class Apart:
 
 def locks(model: MixedFit, conditions: Conditions, modes: np.ndarray) -> np.ndarray:
     """Whether each engagement of the fitted model comes to a lock-up, (n,), with the scatter `modes` (n, q)."""
-    response = ensemble.simulate(*_points(model, modes), conditions, paired=True)
+    response = ensemble.simulate(model.design.bench.physics.curves, *_points(model, modes), conditions, paired=True)
     return np.asarray(response.status == ensemble.LOCKED)
 
 
@@ -49,7 +49,8 @@ def ideal(comparison: Comparison, model: MixedFit, conditions: Conditions, modes
     """What would be recorded without noise if a fit were right, with the scatter `modes` (n, q), where all lock."""
     recorded = comparison.recordings.signals
     time = None if recorded is None else recorded.time
-    response = ensemble.simulate(*_points(model, modes), conditions, time, paired=True)
+    response = ensemble.simulate(model.design.bench.physics.curves, *_points(model, modes), conditions, time,
+                                 paired=True)
     signals = None if time is None else Signals(time, *(getattr(response, name) for name in SIGNAL_UNITS))
     blank = replace(comparison, recordings=Recordings(conditions, response.shifting_time, signals))
     values = blank.predicted(response)

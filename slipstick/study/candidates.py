@@ -25,7 +25,7 @@ leaves one."""
 
 def fit_candidate(settings: StudySettings, comparison: Comparison, last: Round, one: Round) -> MixedFit:
     """The fit with one more effect, as near as ranking needs it: the temperature gain stays what it is without it."""
-    with_it = design(settings, *last["added"], one["effect"])
+    with_it = design(settings, comparison, *last["added"], one["effect"])
     d, known, nominal = len(settings.parameters), last["fit"]["theta"], np.ones(len(settings.parameters))
     # What scatter hides has bent the temperature gain as well: that begins at nominal.
     if with_it.valley is not None and not one["hidden"]:
@@ -48,7 +48,7 @@ def outside(settings: StudySettings, comparison: Comparison, one: Round,
     if not others:
         return None
     best = max(others, key=lambda probe: float(probe["gain"]))
-    return best["effect"], fit_candidate(settings, comparison, one, candidate(others, best["effect"]))
+    return best["effect"], fit_candidate(settings, comparison, one, candidate(comparison.bench, others, best["effect"]))
 
 
 def ranked(settings: StudySettings, comparison: Comparison, one: Round, listed: bool = True) -> list[Ranked]:
@@ -61,7 +61,7 @@ def ranked(settings: StudySettings, comparison: Comparison, one: Round, listed: 
 def add(settings: StudySettings, comparison: Comparison, last: Round, effect: str) -> Round:
     """The round that begins with one candidate more, fitted to the end."""
     added, near = [*last["added"], effect], last["candidates"][effect]
-    again = mixed.fit(comparison, design(settings, *added), np.array(near["theta"]))
+    again = mixed.fit(comparison, design(settings, comparison, *added), np.array(near["theta"]))
     found = (again, restore(settings, comparison, last, effect))
     best = max(found, key=lambda one: one.log_likelihood.sum())
     return {"added": added, "fit": stored(best)}

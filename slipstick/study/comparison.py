@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipstick.bench import Bench
 from slipstick.clutch import ensemble
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
@@ -33,6 +34,7 @@ class Comparison:
     from a measured one says the shifting time, once, and not with the weight of a thousand noise levels.
     """
 
+    bench: Bench
     recordings: Recordings
     channels: dict[str, slice]
     measured: np.ndarray
@@ -99,8 +101,8 @@ class Comparison:
         return replace(self, noise={**self.noise, **shown})
 
 
-def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:
-    """The recordings as a comparison, with the noise of the signals as their own third differences show it.
+def compare(bench: Bench, recordings: Recordings, shifting_time_noise: float) -> Comparison:
+    """The recordings of a bench as a comparison, with the noise of the signals as their own third differences show it.
 
     Raises `InvalidValue` where there are too few experiments or samples.
     """
@@ -112,7 +114,7 @@ def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:
         raise InvalidValue(f"Signals of {len(signals.time)} samples say nothing of their noise",
                            f"Record {_FEWEST_AVERAGES * WIDTH} samples or more, such as 500 a second")
     if signals is None:
-        return Comparison(recordings, {"shifting_time": slice(0, 1)}, time[:, None], np.ones((len(time), 1)),
+        return Comparison(bench, recordings, {"shifting_time": slice(0, 1)}, time[:, None], np.ones((len(time), 1)),
                           {"shifting_time": shifting_time_noise})
     k = len(signals.time) // WIDTH
     channels = {name: slice(i * k, (i + 1) * k) for i, name in enumerate(SIGNAL_UNITS)}
@@ -123,5 +125,5 @@ def compare(recordings: Recordings, shifting_time_noise: float) -> Comparison:
     centre = block_means(signals.time, WIDTH)
     near = np.abs(centre - time[:, None]) < BLIND * (centre[1] - centre[0])
     weights[:, channels["output_torque"]] = ~near
-    blank = Comparison(recordings, channels, measured, weights, {"shifting_time": shifting_time_noise})
+    blank = Comparison(bench, recordings, channels, measured, weights, {"shifting_time": shifting_time_noise})
     return blank.with_noise(measured)

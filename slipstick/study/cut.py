@@ -55,7 +55,9 @@ def _simulated(comparison: Comparison, found: MixedFit) -> tuple[Signals, np.nda
     """Signals and shifting times of the fitted model, an engagement that never locks at the end of its profile."""
     signals, conditions = comparison.recordings.signals, comparison.recordings.conditions
     assert signals is not None
-    response = ensemble.simulate(*found.design.vectors(found.points), conditions, signals.time, paired=True)
+    curves = comparison.bench.physics.curves
+    response = ensemble.simulate(curves, *found.design.vectors(found.points), conditions, signals.time,
+                                 paired=True)
     end = conditions.profile_time[conditions.current_profile, -1]
     # A failed engagement counts as standing still, and so as far from what was measured.
     return (Signals(signals.time, *(np.nan_to_num(getattr(response, name)) for name in SIGNAL_UNITS)),

@@ -4,11 +4,12 @@ A parameter is a multiple of its nominal value, a coefficient a multiple of its 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.clutch import effects, parameters
+from slipstick.bench import Bench, parameters
+from slipstick.clutch import effects
 from slipstick.clutch.model import Model
 
 VALLEY = "temperature_gain"
@@ -42,17 +43,22 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Design:
-    """The moving `parameters` first, then the coefficients of the `added` effects in their order.
+    """What moves on a `bench`: the `parameters` first, then the coefficients of the `added` effects in their order.
 
     Those at the places `scattering` also differ from experiment to experiment, with a standard deviation of at most
-    `widest`. The effects of `base` stay as they are, unless they are among the added ones.
+    `widest`.
     """
 
+    bench: Bench
     parameters: tuple[str, ...] = parameters.UNCERTAIN
     scattering: tuple[int, ...] = ()
     added: tuple[str, ...] = ()
     widest: float = WIDEST
-    base: Model = field(default_factory=Model)
+
+    @property
+    def base(self) -> Model:
+        """The nominal model of the bench."""
+        return Model(self.bench.physics)
 
     @property
     def valley(self) -> int | None:
@@ -61,17 +67,17 @@ class Design:
 
     @property
     def coefficients(self) -> list[tuple[str, effects.Coefficient]]:
-        """(effect, coefficient) of each entry after the parameters."""
-        return [(name, one) for name in self.added for one in effects.find(name).coefficients]
+        """(effect, coefficient on the bench) of each entry after the parameters."""
+        return [(name, one) for name in self.added
+                for one in effects.find(name).on(self.bench.scales).coefficients]
 
     @property
     def unknowns(self) -> list[Unknown]:
         """One for each entry of the vector."""
-        known = [parameters.PARAMETERS[parameters.index(name)] for name in self.parameters]
         (step, reach), moving = _PARAMETER, []
-        for place, one in enumerate(known):
-            both = place in self.scattering
-            moving.append(Unknown(one.name, 1.0, one.lower, one.upper, _SCATTER if both else step, reach, _PRIOR**-2,
+        for place, name in enumerate(self.parameters):
+            both, one = place in self.scattering, self.bench.prior(name)
+            moving.append(Unknown(name, 1.0, one.lower, one.upper, _SCATTER if both else step, reach, _PRIOR**-2,
                                   both))
         return moving + [_unknown(effect, one) for effect, one in self.coefficients]
 
@@ -85,7 +91,7 @@ class Design:
         """Parameter vectors (m, 20) and effect coefficients (m, c) at `points` (m, p)."""
         m, d = len(points), len(self.parameters)
         vectors = np.tile(self.base.parameters, (m, 1))
-        nominal = parameters.nominal()
+        nominal = self.base.nominal
         for column, name in enumerate(self.parameters):
             place = parameters.index(name)
             vectors[:, place] = nominal[place] * points[:, column]
@@ -100,15 +106,16 @@ class Design:
         named: dict[str, Mapping[str, float]] = {}
         for effect in effects.CATALOGUE:
             values = coefficients[0, effects.span(effect)]
-            if effect.name in self.added or effect.name in self.base.effects:
+            if effect.name in self.added:
                 named[effect.name] = {one.name: float(value)
                                       for one, value in zip(effect.coefficients, values, strict=True)}
-        return Model(tuple(vectors[0].tolist()), named)
+        return Model(self.bench.physics, tuple(vectors[0].tolist()), named)
 
 
 def _unknown(effect: str, one: effects.Coefficient) -> Unknown:
     lower, upper = sorted((one.lower / one.typical, one.upper / one.typical))
-    neutral = one.neutral / one.typical
+    # The reference value of a shape coefficient, the same for all benches, may be out of bounds on an unusual one.
+    neutral = float(np.clip(one.neutral / one.typical, lower, upper))
     step, reach = _SHAPE if one.shape else _AMPLITUDE
     if one.shape and effects.find(effect).forms:
         reach = 0.0  # one form or another: nothing between them

@@ -21,7 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.clutch import effects, parameters
+from slipstick.bench import parameters
+from slipstick.clutch import effects
 from slipstick.recordings import Recordings
 from slipstick.recordings.processing import block_means
 from slipstick.recordings.signals import SIGNAL_UNITS

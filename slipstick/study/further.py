@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.study.apart import apart, beside, ideal, locks, repetitions
 from slipstick.study.comparison import Comparison
 from slipstick.study.mixed import MixedFit

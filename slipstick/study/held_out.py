@@ -6,7 +6,7 @@ fitted on. The fit without a fold is one Newton step from the fit to all, in the
 
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.study.climb import RIDGE, Limits, bounded
 from slipstick.study.comparison import Comparison
 from slipstick.study.marginal import log_likelihood

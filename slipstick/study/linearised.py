@@ -34,13 +34,14 @@ class Linearised:
 
 @dataclass(frozen=True)
 class Probe:
-    """A first move of one coefficient of an effect away from neutral, by `step` of its typical value.
+    """A first move of one coefficient of an effect away from neutral, by `step` of its `typical` value on the bench.
 
     `shape` gives the effect's shape coefficients the values at which it is tried.
     """
 
     effect: str
     coefficient: str
+    typical: float
     step: float
     shape: tuple[tuple[str, float], ...] = ()
 
@@ -50,8 +51,7 @@ class Probe:
         for name, value in self.shape:
             moved[:, effects.index(self.effect, name)] = value
         place = effects.index(self.effect, self.coefficient)
-        typical = next(one.typical for one in effects.find(self.effect).coefficients if one.name == self.coefficient)
-        moved[:, place] += self.step * typical
+        moved[:, place] += self.step * self.typical
         return moved
 
 
@@ -67,7 +67,8 @@ def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarra
         m = some.stop - first
         conditions = comparison.recordings.conditions.take(np.tile(np.arange(n), m))
         flat, acting = (one[some].reshape(m * n, -1) for one in (vectors, coefficients))
-        response = ensemble.simulate(flat, acting, conditions, comparison.times, paired=True)
+        response = ensemble.simulate(comparison.bench.physics.curves, flat, acting, conditions, comparison.times,
+                                     paired=True)
         found.append(comparison.predicted(response).reshape(m, n, -1))
     return np.concatenate(found)
 

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from slipstick.clutch import converter, ensemble, parameters
+from slipstick.bench import parameters
+from slipstick.clutch import ensemble
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.processing import block_means
 from slipstick.study.comparison import WIDTH, Comparison
@@ -48,7 +49,9 @@ def blocks(comparison: Comparison, found: MixedFit) -> Blocks | None:
     if signals is None or comparison.times is None:
         return None
     vectors, coefficients = found.design.vectors(found.points)
-    response = ensemble.simulate(vectors, coefficients, recordings.conditions, comparison.times, paired=True)
+    curves = comparison.bench.physics.curves
+    response = ensemble.simulate(curves, vectors, coefficients, recordings.conditions, comparison.times,
+                                 paired=True)
     p = dict(zip(parameters.NAMES, vectors.T[:, :, None], strict=True))
     time, step = signals.time, float(np.median(np.diff(signals.time)))
     position = _position(signals, p, step)
@@ -66,7 +69,7 @@ def blocks(comparison: Comparison, found: MixedFit) -> Blocks | None:
     residual = {
         "pressure": block_means(signals.pressure, WIDTH) - block_means(response.pressure, WIDTH),
         "output_torque": block_means(np.where(time > lock, np.nan, signals.output_torque - torque), WIDTH),
-        **_speeds(recordings, signals, p, step),
+        **_speeds(comparison, signals, p, step),
     }
     # The pressure that drives the torque has noise of its own.
     driven = p["gear_ratio"] * p["friction_coefficient"] * ramp * share * 1e5 * noise["pressure"]
@@ -120,17 +123,17 @@ def _ramp(gap: np.ndarray, p: dict[str, np.ndarray]) -> tuple[np.ndarray, np.nda
         return s * s * (3 - 2 * s), np.where(s > 0, (1 - s) * (1 + 2 * s) / width, 1 / gap)
 
 
-def _speeds(recordings: Recordings, signals: Signals, p: dict[str, np.ndarray], step: float) -> dict[str, np.ndarray]:
+def _speeds(comparison: Comparison, signals: Signals, p: dict[str, np.ndarray], step: float) -> dict[str, np.ndarray]:
     """Measured less predicted change of both speeds (n, k) from one average to the next, in rad/s, 0 for the first."""
-    conditions = recordings.conditions
+    conditions, converter = comparison.recordings.conditions, comparison.bench.physics.curves
     torque = signals.output_torque
     load = conditions.brake_torque[:, None] + p["output_viscous"] * signals.output_speed
     moving = signals.output_speed > _moving(signals)
     output = np.where(moving, (torque - load) / conditions.load_inertia[:, None], np.nan)
     motor = conditions.motor_speed[:, None]
     ratio = signals.input_speed / motor
-    capacity = np.interp(ratio, converter.SPEED_RATIO, converter.CAPACITY_FACTOR)
-    driving = motor**2 * np.interp(ratio, converter.SPEED_RATIO, converter.TORQUE_RATIO) / capacity**2
+    capacity = np.interp(ratio, converter.speed_ratio, converter.capacity_factor)
+    driving = motor**2 * np.interp(ratio, converter.speed_ratio, converter.torque_ratio) / capacity**2
     losses = p["input_viscous"] * signals.input_speed + p["input_coulomb"]
     rate = (driving - losses - torque / p["gear_ratio"]) / p["input_inertia"]
     found = {}

@@ -79,8 +79,9 @@ def _needed(settings: StudySettings, comparison: Comparison, last: Round, place:
     if effects.find(last["added"][place]).uses_run_order:
         return True
     rest = [*last["added"][:place], *last["added"][place + 1:]]
-    start = design(settings, *last["added"]).part(np.array(last["fit"]["theta"]), rest)
-    without = {"added": rest, "fit": stored(mixed.fit(comparison, design(settings, *rest), start, profiled=False))}
+    start = design(settings, comparison, *last["added"]).part(np.array(last["fit"]["theta"]), rest)
+    fitted = mixed.fit(comparison, design(settings, comparison, *rest), start, profiled=False)
+    without = {"added": rest, "fit": stored(fitted)}
     return better(settings, comparison, without, last)
 
 
@@ -89,7 +90,7 @@ def _going_on(settings: StudySettings, comparison: Comparison, rounds: list[Roun
     *before, last = rounds
     if effect not in last["candidates"]:
         waiting = {one["effect"]: one for one in last["screening"]["shortlist"]}
-        one = waiting.get(effect) or candidate(last["screening"]["probes"], effect)
+        one = waiting.get(effect) or candidate(comparison.bench, last["screening"]["probes"], effect)
         fitted = stored(fit_candidate(settings, comparison, last, one))
         last = {**last, "candidates": {**last["candidates"], effect: fitted}}
     return [*before, last, add(settings, comparison, last, effect)]

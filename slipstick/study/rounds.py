@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.bench import Bench
 from slipstick.clutch import effects
 from slipstick.study import marginal, mixed
 from slipstick.study.comparison import Comparison
@@ -35,9 +36,9 @@ _STARTS = 3
 """Points from which a candidate is fitted at most."""
 
 
-def design(settings: StudySettings, *added: str) -> Design:
+def design(settings: StudySettings, comparison: Comparison, *added: str) -> Design:
     """What moves in a fit with the effects added."""
-    return Design(settings.parameters, settings.scattering, added, settings.widest_scatter)
+    return Design(comparison.bench, settings.parameters, settings.scattering, added, settings.widest_scatter)
 
 
 def restore(settings: StudySettings, comparison: Comparison, one: Round,
@@ -46,7 +47,7 @@ def restore(settings: StudySettings, comparison: Comparison, one: Round,
     added = (*one["added"], candidate) if candidate else tuple(one["added"])
     stored = one["candidates"][candidate] if candidate else one["fit"]
     state = _state(stored)
-    found = mixed.at(comparison, design(settings, *added), state)
+    found = mixed.at(comparison, design(settings, comparison, *added), state)
     return replace(found, converged=stored["converged"], iterations=stored["iterations"])
 
 
@@ -126,25 +127,25 @@ def screening(settings: StudySettings, screened: Scores, comparison: Comparison,
         for place in np.argsort(-screened.gain):
             effect = screened.probes[place].effect
             if some[place] and effect not in shortlist and len(shortlist) < most:
-                shortlist[effect] = {**candidate(probes, effect, bool(hidden[place])),
+                shortlist[effect] = {**candidate(comparison.bench, probes, effect, bool(hidden[place])),
                                      "asked_for": bool(hopeful[place])}
     return {"p_value": float(screened.p_values.min()), "probes": probes, "shortlist": list(shortlist.values())}
 
 
-def candidate(probes: list[dict[str, Any]], effect: str, hidden: bool = False) -> dict[str, Any]:
+def candidate(bench: Bench, probes: list[dict[str, Any]], effect: str, hidden: bool = False) -> dict[str, Any]:
     """What to fit of an effect after its probes: the rise they promise, and where to start, in typical values.
 
     It starts at the shapes that promise most, an open term at the one that most halves of the experiments choose. Of
     what scatter has `hidden` a probe says nothing: that starts at its typical value, to either side of neutral.
     """
-    listed = effects.find(effect).listed
+    listed, coefficients = effects.find(effect).listed, effects.find(effect).on(bench.scales).coefficients
     mine = sorted((one for one in probes if one["effect"] == effect),
                   key=lambda one: (0.0 if listed else -float(one["selected"]), -float(one["gain"])))
     starts: list[dict[str, float]] = []
     for probe in mine[:1] if hidden else mine:
         for amplitude in (1.0, -1.0) if hidden else (float(np.clip(probe["estimate"], -_FARTHEST, _FARTHEST)),):
             start = {}
-            for one in effects.find(effect).coefficients:
+            for one in coefficients:
                 start[one.name] = probe["shape"].get(one.name, one.neutral) / one.typical
                 if one.name == probe["coefficient"]:
                     start[one.name] = _inside(one, start[one.name], amplitude)

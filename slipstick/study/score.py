@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
+from slipstick.bench import Bench
 from slipstick.clutch import effects
 from slipstick.study.comparison import Comparison
 from slipstick.study.linearised import Probe, linearise
@@ -83,11 +84,11 @@ def statistic(each: np.ndarray) -> np.ndarray:
     return np.asarray(each.sum(axis=-2) ** 2 / np.where(spread > 0, spread, np.inf))
 
 
-def probes(catalogue: Sequence[str]) -> tuple[Probe, ...]:
-    """First moves of every amplitude of the effects named, at several values of a shape coefficient."""
+def probes(catalogue: Sequence[str], bench: Bench) -> tuple[Probe, ...]:
+    """First moves of every amplitude of the effects named, at several values of a shape coefficient, on a bench."""
     found = []
     for name in catalogue:
-        effect = effects.find(name)
+        effect = effects.find(name).on(bench.scales)
         amplitudes = [one for one in effect.coefficients if not one.shape]
         shapes: list[tuple[tuple[str, float], ...]] = [()]
         names = [one.name for one in effect.coefficients if one.shape]
@@ -97,13 +98,13 @@ def probes(catalogue: Sequence[str]) -> tuple[Probe, ...]:
             if one.shape and not effect.forms:
                 values = np.geomspace(one.typical / _spread(one), one.typical * _spread(one), _SHAPES)
                 shapes = [(*before, (one.name, float(value))) for before in shapes for value in values]
-        found += [Probe(name, one.name, _inwards(one), shape) for one in amplitudes for shape in shapes]
+        found += [Probe(name, one.name, one.typical, _inwards(one), shape) for one in amplitudes for shape in shapes]
     return tuple(found)
 
 
 def score(comparison: Comparison, found: MixedFit, catalogue: Sequence[str], seed: int) -> Scores:
     """Score the effects `catalogue` at a fit."""
-    tried = probes(catalogue)
+    tried = probes(catalogue, comparison.bench)
     about = linearise(comparison, found.design, found.points, tried)
     integrated = marginal(about, found.state, found.design.scattering)
     p = len(found.state.theta)

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from slipstick.clutch import effects, parameters
+from slipstick.bench import parameters
+from slipstick.clutch import effects
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.study.design import WIDEST
 

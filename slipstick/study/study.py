@@ -52,10 +52,10 @@ _WORTH = 0.8
 
 def start(settings: StudySettings, comparison: Comparison) -> State:
     """The state after the fit without any effect."""
-    rough = mixed.fit(comparison, design(settings), tolerance=_ROUGH, profiled=False)
+    rough = mixed.fit(comparison, design(settings, comparison), tolerance=_ROUGH, profiled=False)
     # The residuals show the sensors' noise better than the signals do, whose own bends add to it.
     sharp = comparison.with_noise(rough.about.residuals)
-    first = {"added": [], "fit": stored(mixed.fit(sharp, design(settings)))}
+    first = {"added": [], "fit": stored(mixed.fit(sharp, design(settings, comparison)))}
     return {"noise": sharp.noise, "rounds": [first], "others": [], "stopped": None}
 
 

@@ -39,4 +39,4 @@ def _beside(settings: StudySettings, comparison: Comparison, others: Sequence[st
     """The fit with a rival beside the `others`, from where `last` is with another in its place."""
     own = rival.found.design.part(rival.found.state.theta, [rival.effect])[len(settings.parameters):]
     start = np.concatenate([last.design.part(last.state.theta, others), own])
-    return mixed.fit(comparison, design(settings, *others, rival.effect), start, profiled=False)
+    return mixed.fit(comparison, design(settings, comparison, *others, rival.effect), start, profiled=False)

@@ -6,7 +6,7 @@ too, by less. Here all do, in the experiments linearised about the fit, with the
 
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.study.marginal import shifted
 from slipstick.study.mixed import MixedFit
 

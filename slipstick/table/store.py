@@ -11,7 +11,7 @@ from typing import TypedDict
 import h5py
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, SlipstickError, UnknownName, WrongDigest, WrongLayout
 from slipstick.storage.condition_layout import read_conditions, write_conditions

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal, Self
 import h5py
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue
 from slipstick.storage.hdf5 import Source

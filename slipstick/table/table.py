@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import h5py
 import numpy as np
 
-from slipstick.clutch.conditions import Conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout
 from slipstick.storage.files import replacing

@@ -24,6 +24,15 @@ def test_evaluate_returns_the_shifting_times_of_the_table(client: httpx.Client, 
     assert response["shifting_time"] == table.interpolate(np.array(POINTS))[:, CONDITIONS].tolist()
 
 
+def test_answers_name_the_physical_values_of_the_axes(client: httpx.Client) -> None:
+    inputs = {"mean": [1.0, 1.0], "std": [0.05, 0.05]}
+    for path, body in (("/v1/evaluate", {"points": POINTS}), ("/v1/propagate", {"inputs": inputs}),
+                       ("/v1/likelihood", {"candidates": [{**inputs, "output_std": 0.01}]})):
+        assert client.post(path, json=body).json()["axes"] == [
+            {"name": "pressure_bias", "nominal": 1.6, "unit": "bar"},
+            {"name": "initial_position", "nominal": 5e-4, "unit": "m"}]
+
+
 def test_evaluate_with_npy_returns_the_same_shifting_times(client: httpx.Client, table: Table) -> None:
     body = io.BytesIO()
     np.save(body, np.asfortranarray(POINTS, dtype=np.float32))

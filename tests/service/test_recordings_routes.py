@@ -26,13 +26,13 @@ def test_an_upload_is_stored_and_usable(client: httpx.Client, settings: Settings
     if form == "h5":
         content, media_type = (settings.tables / "measured.h5").read_bytes(), "application/x-hdf5"
     headers = {"Content-Type": media_type}
-    response = client.post("/v1/recordings", params={"name": name}, content=content, headers=headers)
+    response = client.post("/v1/recordings", params={"name": name, "bench": "heavy"}, content=content, headers=headers)
     assert response.status_code == 201
     assert client.get(response.headers["Location"]).json() == response.json()
     likelihood = client.post("/v1/likelihood", json={
         "recordings": name, "candidates": [{"mean": [1, 1], "std": [0.1, 0.1], "output_std": 0.1}]})
     assert likelihood.json()["recordings_digest"] == response.json()["digest"]
-    repeated = client.post("/v1/recordings", params={"name": name}, content=content, headers=headers)
+    repeated = client.post("/v1/recordings", params={"name": name, "bench": "heavy"}, content=content, headers=headers)
     assert repeated.status_code == 200
 
 
@@ -49,9 +49,10 @@ def test_an_upload_cannot_be_a_table(client: httpx.Client, settings: Settings, t
 
 @pytest.mark.parametrize("name", ["taken", "measured", "nominal"])
 def test_an_upload_never_replaces_a_file(client: httpx.Client, settings: Settings, name: str) -> None:
-    client.post("/v1/recordings", params={"name": "taken"}, content=HEADER + ROW, headers=CSV)
+    client.post("/v1/recordings", params={"name": "taken", "bench": "heavy"}, content=HEADER + ROW, headers=CSV)
     before = {path: path.read_bytes() for path in settings.tables.iterdir()}
-    response = client.post("/v1/recordings", params={"name": name}, content=HEADER + ROW + ROW, headers=CSV)
+    response = client.post("/v1/recordings", params={"name": name, "bench": "heavy"}, content=HEADER + ROW + ROW,
+                           headers=CSV)
     assert response.status_code == 409
     assert {path: path.read_bytes() for path in settings.tables.iterdir()} == before
 
@@ -62,7 +63,7 @@ def test_an_upload_never_replaces_a_file(client: httpx.Client, settings: Setting
 def test_an_invalid_upload_leaves_no_file(
         client: httpx.Client, settings: Settings, name: str, content: str | bytes) -> None:
     before = sorted(Path(settings.tables).parent.rglob("*"))
-    response = client.post("/v1/recordings", params={"name": name}, content=content, headers=CSV)
+    response = client.post("/v1/recordings", params={"name": name, "bench": "heavy"}, content=content, headers=CSV)
     assert response.status_code == 422
     assert response.json()["remedy"]
     assert sorted(Path(settings.tables).parent.rglob("*")) == before

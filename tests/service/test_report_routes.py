@@ -16,6 +16,7 @@ from slipstick.uncertainty.fit import FitSettings
 ServingJobs = Callable[[Path, dict[str, Any]], AbstractContextManager[httpx.Client]]
 JOB_INPUT = {"table": "nominal", "table_digest": "a1b2", "recordings": "measured", "recordings_digest": "c3d4",
              "simulate": False, "parameters": ["pressure_bias", "initial_position"], "outside": "clip",
+             "bench": None, "bench_digest": None, "sensing_digest": None,
              "settings": json.loads(json.dumps(FitSettings(seed=7).to_dict()))}
 
 

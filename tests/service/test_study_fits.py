@@ -6,18 +6,18 @@ import httpx
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid
+from tests.benches import HEAVY, NOMINAL
 
-BEFORE, AFTER = Model(), Model().with_effect("stribeck_friction", {"strength": 0.2})
+BEFORE, AFTER = NOMINAL, NOMINAL.with_effect("stribeck_friction", {"strength": 0.2})
 JOB_INPUT = {"recordings": "mine", "recordings_digest": "c3d4", "simulate": False, "parameters": ["pressure_bias"],
              "outside": "clip", "settings": {"seed": 1}}
 
 
 def table(model: Model) -> Grid:
     axis = Axis("pressure_bias", np.array([0.9, 1.1]), 1.6, "bar")
-    return Grid((axis,), np.ones((2, 1)), np.zeros((2, 1), np.uint8), paper_conditions().take([0]), model, "the tests")
+    return Grid((axis,), np.ones((2, 1)), np.zeros((2, 1), np.uint8), HEAVY.conditions.take([0]), model, "the tests")
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ from slipstick.clutch.model import Model
 from slipstick.study import study
 from slipstick.study.progress import STAGES, progress
 from slipstick.study.settings import StudySettings
+from tests.benches import HEAVY
 
 KEY = {"Idempotency-Key": "mine"}
 BODY = {"recordings": "few", "settings": {"significance": 0.99, "most_effects": 1}}
@@ -49,7 +50,8 @@ def output(few_study: dict[str, Any]) -> dict[str, Any]:
 def done(few_study: dict[str, Any], output: dict[str, Any], serving_jobs,
          tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
     """Client of a service whose job store contains the finished study `done`."""
-    job_input = {"recordings": "few", "recordings_digest": "c3d4",
+    job_input = {"recordings": "few", "recordings_digest": "c3d4", "bench": "heavy", "bench_digest": HEAVY.digest,
+                 "sensing_digest": HEAVY.sensing_digest,
                  "settings": json.loads(json.dumps(asdict(StudySettings.from_dict(few_study["settings"]))))}
     with serving_jobs(tmp_path_factory.mktemp("reports"), {"done": (job_input, output)}) as client:
         yield client

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.clutch import ensemble, parameters
-from slipstick.clutch.conditions import paper_conditions
+from slipstick.bench import parameters
+from slipstick.clutch import ensemble
 from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
@@ -21,17 +21,18 @@ from slipstick.study.conclusion import conclude
 from slipstick.study.evidence import evidence
 from slipstick.study.settings import StudySettings
 from slipstick.table import Axis, Grid
+from tests.benches import HEAVY, NOMINAL
 
 TRUTH = (("pressure_bias", 1.05), ("initial_position", 0.95))
 STUDY = StudySettings(catalogue=("stribeck_friction", "quadratic_load_drag"), shortlist=2, significance=0.05)
 NOISE = {"pressure": 0.05, "input_speed": 0.25, "output_speed": 0.08, "output_torque": 6.0}
-CONDITIONS = paper_conditions().take([3, 40, 77, 100, 150, 180, 199, 215])
+CONDITIONS = HEAVY.conditions.take([3, 40, 77, 100, 150, 180, 199, 215])
 
 
 @pytest.fixture(scope="session")
 def small_table() -> Grid:
     """A table of 8 conditions on a grid of 5 x 5 points."""
-    model, values = Model(), np.linspace(0.7, 1.3, 5)
+    model, values = NOMINAL, np.linspace(0.7, 1.3, 5)
     axes = (Axis("pressure_bias", values, 1.6, "bar"), Axis("initial_position", values, 5e-4, "m"))
     points = np.array(list(product(values, values)))
     times, status = shifting_times(model, CONDITIONS, [axis.name for axis in axes], points)
@@ -43,7 +44,7 @@ def small_recordings() -> Recordings:
     """The same 8 conditions, simulated at `TRUTH` with 8 ms of noise on the shifting times."""
     names, multiples = zip(*TRUTH, strict=True)
     time = np.arange(0.0, 1.5, 0.01)
-    response = signals(Model(), CONDITIONS, time, names, np.array([multiples]))
+    response = signals(NOMINAL, CONDITIONS, time, names, np.array([multiples]))
     measured = response.shifting_time[0] + 0.008 * np.random.default_rng(2).standard_normal(8)
     return Recordings(CONDITIONS, measured, Signals(time, *(getattr(response, name)[0] for name in SIGNAL_UNITS)))
 
@@ -55,7 +56,8 @@ def bench(recordings: Recordings, model: Model) -> Recordings:
     for name, std in (("pressure_bias", 0.05), ("initial_position", 0.08)):
         vectors[:, parameters.index(name)] *= 1 + std * rng.standard_normal(n)
     time = np.arange(0.0, 2.0, 0.002)
-    response = ensemble.simulate(vectors, np.tile(model.coefficients(), (n, 1)), conditions, time, paired=True)
+    response = ensemble.simulate(HEAVY.physics.converter, vectors, np.tile(model.coefficients(), (n, 1)), conditions,
+                                 time, paired=True)
     measured = Signals(time, *(getattr(response, name) + NOISE[name] * rng.standard_normal((n, len(time)))
                                for name in SIGNAL_UNITS))
     return replace(recordings, measured_time=response.shifting_time + 0.003 * rng.standard_normal(n), signals=measured)
@@ -82,12 +84,12 @@ def studied(few_recordings: Path) -> Callable[[str], tuple[Comparison, study.Sta
     recordings: dict[str, Callable[[], Recordings]] = {
         "friction": lambda: few,
         "times": lambda: replace(few, signals=None),
-        "drag": lambda: bench(few, Model().with_effect("quadratic_load_drag", {"drag": 0.03})),
-        "nothing": lambda: bench(few, Model())}
+        "drag": lambda: bench(few, NOMINAL.with_effect("quadratic_load_drag", {"drag": 0.03})),
+        "nothing": lambda: bench(few, NOMINAL)}
 
     @cache
     def finished(name: str) -> tuple[Comparison, study.State, dict[str, Any]]:
-        compared = compare(recordings[name](), STUDY.shifting_time_noise)
+        compared = compare(HEAVY, recordings[name](), STUDY.shifting_time_noise)
         state = study.start(STUDY, compared)
         while not study.finished(state):
             state = study.advance(STUDY, compared, state)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import shifting_times
-from slipstick.clutch.model import Model
 from slipstick.figure_data import figure_data
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.recordings import Recordings
@@ -18,6 +17,7 @@ from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.refine import refined_vector
 from slipstick.uncertainty.fit.search_space import search_space
 from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, exact
+from tests.benches import HEAVY, NOMINAL
 
 SETTINGS = FitSettings(std_bounds=((0.002, 0.08),))
 
@@ -41,7 +41,7 @@ def candidate(problem: InferenceProblem, optimum: list[float]) -> Candidate:
 
 @pytest.fixture(scope="module")
 def data(problem: InferenceProblem, optimum: list[float], small_recordings: Recordings) -> dict[str, Any]:
-    return figure_data(SETTINGS, problem, optimum, Model(), small_recordings)
+    return figure_data(SETTINGS, problem, optimum, NOMINAL, small_recordings)
 
 
 def test_figure_data_are_json(data: dict[str, Any], small_recordings: Recordings) -> None:
@@ -103,7 +103,7 @@ def test_the_engagement_has_the_median_time_and_its_phases_are_in_order(data: di
         # The optimum is on the same ridge of the likelihood as the true inputs, so the signals are nearly equal.
         error = np.abs(simulated[name] - engagement["measured"][name])
         assert np.mean(error) < 0.03 * np.ptp(simulated[name])
-    lock = shifting_times(Model(), small_recordings.conditions.take([condition]), ("pressure_bias", "initial_position"),
+    lock = shifting_times(NOMINAL, small_recordings.conditions.take([condition]), ("pressure_bias", "initial_position"),
                           candidate.inputs.mean[None])[0][0, 0]
     assert engagement["lock"] == pytest.approx(lock)
     assert 0 < engagement["touch"] < engagement["lock"] < time[-1]
@@ -120,8 +120,8 @@ def test_the_engagement_has_the_median_time_and_its_phases_are_in_order(data: di
 def test_recordings_without_signals_and_one_input(small_recordings: Recordings) -> None:
     """The figure data then contain neither measured signals nor a surface."""
     without_signals = Recordings(small_recordings.conditions, small_recordings.measured_time)
-    problem = simulated_problem(Model(), without_signals, ["initial_position"])
-    data = figure_data(SETTINGS, problem, [0.95, np.log(0.03), np.log(0.02)], Model(), without_signals)
+    problem = simulated_problem(NOMINAL, without_signals, ["initial_position"], HEAVY)
+    data = figure_data(SETTINGS, problem, [0.95, np.log(0.03), np.log(0.02)], NOMINAL, without_signals)
     assert data["surface"] is None
     assert data["engagement"]["measured"] is None
     assert data["engagement"]["lock"] is not None
@@ -133,7 +133,7 @@ def test_times_are_null_for_a_condition_that_never_locks(problem: InferenceProbl
                                                          small_recordings: Recordings) -> None:
     partial = replace(problem, model=lambda points, conditions: np.where(
         np.arange(8) == 2, np.nan, problem.model(points, conditions)))
-    data = figure_data(SETTINGS, partial, optimum, Model(), small_recordings)
+    data = figure_data(SETTINGS, partial, optimum, NOMINAL, small_recordings)
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert data["prediction"]["mean"][2] is None
     assert data["prediction"]["before"][2] is None

@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import shifting_times
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, OutsideTable, UnknownName
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.recordings import Recordings
 from slipstick.table import Grid
+from tests.benches import COMPACT, HEAVY, NOMINAL
 
 AXES = ["pressure_bias", "initial_position"]
 POINTS = np.random.default_rng(1).uniform(0.7, 1.3, (7, 2))
@@ -46,7 +45,7 @@ def test_conditions_are_those_of_the_recordings(small_table: Grid, small_recordi
     subset = Recordings(small_recordings.conditions.take(rows), small_recordings.measured_time[rows])
     problem = table_problem(small_table, subset, "clip")
     np.testing.assert_array_equal(problem.model(POINTS, problem.conditions), small_table.interpolate(POINTS)[:, rows])
-    other = Recordings(paper_conditions().take([0]), np.array([0.5]))
+    other = Recordings(HEAVY.conditions.take([0]), np.array([0.5]))
     with pytest.raises(InvalidValue):
         table_problem(small_table, other, "clip")
 
@@ -63,13 +62,13 @@ def test_the_policy_outside_the_table_is_applied(small_table: Grid, small_record
 def test_a_simulated_problem_agrees_with_the_simulator(small_recordings: Recordings) -> None:
     """Parameters need not be axes of a table, keep the given order, and are clipped at their bounds."""
     chosen = ["film_coefficient", "initial_position", "friction_coefficient"]
-    problem = simulated_problem(Model(), small_recordings, chosen)
+    problem = simulated_problem(NOMINAL, small_recordings, chosen, HEAVY)
     assert problem.axes == tuple(chosen)
     assert problem.knots is None
     np.testing.assert_array_equal([problem.lower, problem.upper], [[0.5, 0.1, 0.5], [1.5, 3.0, 1.5]])
     points = np.array([[1.0, 1.0, 1.0], [0.8, 1.4, 1.1], [9.0, 0.0, 1.0]])
     clipped = np.array([[1.0, 1.0, 1.0], [0.8, 1.4, 1.1], [1.5, 0.1, 1.0]])
-    expected = shifting_times(Model(), small_recordings.conditions, chosen, clipped)[0]
+    expected = shifting_times(NOMINAL, small_recordings.conditions, chosen, clipped)[0]
     np.testing.assert_array_equal(problem.model(points, problem.conditions), expected)
     assert len(np.unique(expected[:2, 0])) == 2
 
@@ -85,7 +84,7 @@ def test_invalid_inputs_raise(small_table: Grid, small_recordings: Recordings, c
     with pytest.raises(error, match=message):
         table_problem(small_table, small_recordings, "clip", chosen)
     with pytest.raises(error, match=message):
-        simulated_problem(Model(), small_recordings, chosen)
+        simulated_problem(NOMINAL, small_recordings, chosen, HEAVY)
 
 
 def test_the_error_distinguishes_axes_of_the_table_from_parameters(small_table: Grid,
@@ -93,4 +92,12 @@ def test_the_error_distinguishes_axes_of_the_table_from_parameters(small_table: 
     with pytest.raises(UnknownName, match=r"no axis of the table 'film_coefficient'.*initial_position, pressure_bias"):
         table_problem(small_table, small_recordings, "clip", ["film_coefficient"])
     with pytest.raises(UnknownName, match=r"no parameter 'mood'.*film_coefficient"):
-        simulated_problem(Model(), small_recordings, ["mood"])
+        simulated_problem(NOMINAL, small_recordings, ["mood"], HEAVY)
+
+
+def test_bounds_are_those_of_the_bench(small_recordings: Recordings) -> None:
+    problem = simulated_problem(NOMINAL, small_recordings, ["initial_position"], HEAVY)
+    prior = HEAVY.prior("initial_position")
+    assert (problem.lower[0], problem.upper[0]) == (prior.lower, prior.upper)
+    with pytest.raises(InvalidValue, match="made for another bench than 'compact'"):
+        simulated_problem(NOMINAL, small_recordings, ["initial_position"], COMPACT)

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import paper_conditions
-from slipstick.clutch.model import Model
+from tests.benches import HEAVY, NOMINAL
 
 DATA = Path(__file__).parent / "data"
 AXES = ("pressure_bias", "initial_position")
 POINTS = np.array([[1, 1], [0.5, 0.5], [0.5, 1.5], [1.5, 0.5], [1.5, 1.5]])
-CONDITIONS = paper_conditions()
+CONDITIONS = HEAVY.conditions
 
 
 def reference_times() -> np.ndarray:
@@ -21,7 +20,7 @@ def reference_times() -> np.ndarray:
 
 def test_conditions_agree_with_the_reference() -> None:
     reference = np.genfromtxt(DATA / "conditions.csv", delimiter=",", names=True)
-    initial, column = ensemble.initial_input_speed(np.array([Model().parameters]), CONDITIONS)
+    initial, column = ensemble.initial_input_speed(HEAVY.physics.converter, np.array([NOMINAL.parameters]), CONDITIONS)
     np.testing.assert_array_equal(reference["profile"], CONDITIONS.current_profile)
     np.testing.assert_allclose(reference["motor_speed_rad_s"], CONDITIONS.motor_speed, rtol=1e-10)
     np.testing.assert_array_equal(reference["load_inertia_kg_m2"], CONDITIONS.load_inertia)
@@ -30,13 +29,13 @@ def test_conditions_agree_with_the_reference() -> None:
 
 
 def test_tight_shifting_times_agree_on_all_conditions_and_points() -> None:
-    times, status = ensemble.shifting_times(Model(), CONDITIONS, AXES, POINTS, ensemble.TIGHT)
+    times, status = ensemble.shifting_times(NOMINAL, CONDITIONS, AXES, POINTS, ensemble.TIGHT)
     assert np.all(status == ensemble.LOCKED)
     assert np.max(np.abs(times - reference_times())) < 1e-5
 
 
 def test_a_slightly_wrong_model_does_not_agree() -> None:
-    wrong = Model().with_parameters({"film_coefficient": 8e-5 * 1.02})
+    wrong = NOMINAL.with_parameters({"film_coefficient": 8e-5 * 1.02})
     times, _ = ensemble.shifting_times(wrong, CONDITIONS, AXES, POINTS, ensemble.TIGHT)
     assert np.max(np.abs(times - reference_times())) > 1e-5
 
@@ -45,7 +44,7 @@ def test_a_slightly_wrong_model_does_not_agree() -> None:
 def test_tight_signals_agree_to_1e_4_of_their_range(condition: int) -> None:
     rows = np.loadtxt(DATA / "trajectories.csv", delimiter=",", skiprows=1)
     rows = rows[rows[:, 0] == condition]
-    response = ensemble.signals(Model(), CONDITIONS.take([condition]), rows[:, 1], accuracy=ensemble.TIGHT)
+    response = ensemble.signals(NOMINAL, CONDITIONS.take([condition]), rows[:, 1], accuracy=ensemble.TIGHT)
     for column, name in enumerate(
         ("pressure", "input_speed", "output_speed", "output_torque", "piston_position"), start=2
     ):
@@ -56,7 +55,7 @@ def test_tight_signals_agree_to_1e_4_of_their_range(condition: int) -> None:
 def test_default_accuracy_is_within_1e_4_s_over_the_whole_default_grid() -> None:
     grid = np.linspace(0.5, 1.5, 50)
     points = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
-    default, status = ensemble.shifting_times(Model(), CONDITIONS, AXES, points)
-    tight, _ = ensemble.shifting_times(Model(), CONDITIONS, AXES, points, ensemble.TIGHT)
+    default, status = ensemble.shifting_times(NOMINAL, CONDITIONS, AXES, points)
+    tight, _ = ensemble.shifting_times(NOMINAL, CONDITIONS, AXES, points, ensemble.TIGHT)
     assert np.all(status == ensemble.LOCKED)
     assert np.max(np.abs(default - tight)) < 1e-4

@@ -15,6 +15,7 @@ from slipstick.study import study
 from slipstick.study.comparison import compare
 from slipstick.study.conclusion import conclude
 from slipstick.study.settings import StudySettings
+from tests.benches import HEAVY
 
 COUNT = 30
 
@@ -27,7 +28,7 @@ def studied(tmp_path_factory: pytest.TempPathFactory) -> Any:
         path = Path(tmp_path_factory.mktemp("sealed")) / "recordings.h5"
         write(path, Case({effect: EFFECTS[effect].typical for effect in hidden}, seed=seed, count=COUNT))
         settings = StudySettings()
-        compared = compare(Recordings.open(path), settings.shifting_time_noise)
+        compared = compare(HEAVY, Recordings.open(path), settings.shifting_time_noise)
         state = study.start(settings, compared)
         while not study.finished(state):
             state = study.advance(settings, compared, state)

@@ -1,9 +1,9 @@
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
+from tests.benches import HEAVY
 
 
 @pytest.fixture(scope="session")
 def six_conditions():
     """Six of the paper's conditions, one for each current profile."""
-    return paper_conditions().take([0, 41, 82, 123, 164, 205])
+    return HEAVY.conditions.take([0, 41, 82, 123, 164, 205])

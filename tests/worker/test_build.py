@@ -11,14 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import DEFAULT, NEVER_LOCKED, TIGHT, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.table import Table
+from tests.benches import COMPACT, HEAVY, NOMINAL
 from worker import building
 from worker.__main__ import main
-from worker.build import read_axis, read_model
+from worker.build import read_axis
+from worker.model_file import read_model
 from worker.plan import Plan
 
 ROOT = Path(__file__).parents[2]
@@ -26,7 +27,7 @@ AXES = ("pressure_bias=0.8:1.2:6", "initial_position=0.9:1.1:3", "friction_coeff
 
 
 def make_plan(conditions, axes=AXES, model=None, accuracy=DEFAULT):
-    model = model or Model()
+    model = model or NOMINAL
     return Plan(model, conditions, tuple(read_axis(text, model) for text in axes), accuracy)
 
 
@@ -46,7 +47,7 @@ def test_the_table_equals_the_simulator_at_every_grid_point(six_conditions, tmp_
     assert len(plan.chunks) == 8
     a, b, c = (axis.values for axis in plan.axes)
     points = np.array([[x, y, z] for x in a for y in b for z in c])
-    times, status = shifting_times(Model(), six_conditions, [axis.name for axis in plan.axes], points)
+    times, status = shifting_times(NOMINAL, six_conditions, [axis.name for axis in plan.axes], points)
     assert np.array_equal(table.times.reshape(-1, 6), times, equal_nan=True)
     assert np.array_equal(table.status.reshape(-1, 6), status)
     assert np.array_equal(table(points, six_conditions), times, equal_nan=True)
@@ -98,7 +99,7 @@ def test_chunks_of_a_different_build_are_not_reused(six_conditions, tmp_path):
     plan, out = make_plan(six_conditions), tmp_path / "a.h5"
     others = [make_plan(six_conditions.take([0, 1, 2, 3, 4, 0])), make_plan(six_conditions, accuracy=TIGHT),
               make_plan(six_conditions, ("pressure_bias=0.8:1.201:6", *AXES[1:])),
-              make_plan(six_conditions, model=Model().with_parameters({"gear_ratio": 3.1}))]
+              make_plan(six_conditions, model=NOMINAL.with_parameters({"gear_ratio": 3.1}))]
     assert len({plan.digest, *(other.digest for other in others)}) == 5
     interrupted_chunks(plan, out, after=4)
     reports = []
@@ -131,11 +132,11 @@ def test_a_repeatedly_killed_build_gives_the_same_table(tmp_path, monkeypatch):
     assert "from an earlier run" in completed.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["a.h5"]
     monkeypatch.undo()
-    assert Table.open(out).digest == build_table(make_plan(paper_conditions(), axes), tmp_path / "b.h5").digest
+    assert Table.open(out).digest == build_table(make_plan(HEAVY.conditions, axes), tmp_path / "b.h5").digest
 
 
 def test_the_command_reads_a_model_and_conditions(tmp_path, capsys):
-    model = Model().with_parameters({"gear_ratio": 3.0}).with_effect("quadratic_load_drag", {})
+    model = NOMINAL.with_parameters({"gear_ratio": 3.0}).with_effect("quadratic_load_drag", {})
     (tmp_path / "calibrated.json").write_text(json.dumps({"model": model.spec(), "chi_square": 1.0}))
     (tmp_path / "bench.csv").write_text(
         "current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m]\n2,140,10,50\n5,110,6,20\n")
@@ -148,7 +149,23 @@ def test_the_command_reads_a_model_and_conditions(tmp_path, capsys):
     assert table.digest in capsys.readouterr().out
 
 
+def test_a_table_of_another_bench(tmp_path, capsys):
+    axis, out = ["--axis", "pressure_bias=0.9:1.1:3"], ["--out", str(tmp_path / "a.h5")]
+    compact = ["--bench", str(ROOT / "tables" / "compact.toml")]
+    assert main(["build", *compact, *axis, *out]) == 0
+    table = Table.open(tmp_path / "a.h5")
+    assert table.model == Model(COMPACT.physics)
+    assert table.conditions.digest == COMPACT.conditions.digest
+    expected, _ = shifting_times(Model(COMPACT.physics), COMPACT.conditions)
+    np.testing.assert_array_equal(table.times[1], expected[0])
+    (tmp_path / "heavy.json").write_text(json.dumps(NOMINAL.spec()))
+    capsys.readouterr()
+    assert main(["build", *compact, "--model", str(tmp_path / "heavy.json"), *axis, *out]) == 1
+    assert "made for another bench than 'compact'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("arguments", "message"), [
+    (["--bench", "tables/heavi.toml"], "Did you mean 'heavy.toml'"), (["--bench", "README.md"], "is not TOML"),
     (["--axis", "presure_bias=0.5:1.5:5"], "Did you mean 'pressure_bias'"),
     (["--axis", "pressure_bias=0.5:1.5"], "Write NAME=LOW:HIGH:COUNT"),
     (["--axis", "pressure_bias=1.5:0.5:5"], "do not increase"), (["--axis", "pressure_bias=0.5:1.5:1"], "has 1 value"),
@@ -165,11 +182,12 @@ def test_invalid_options_are_refused_with_a_remedy(arguments, message, tmp_path,
 
 def test_invalid_model_files_are_refused(tmp_path):
     path = tmp_path / "model.json"
-    for content in ("[]", "{", "{}", '{"model": 3}', json.dumps({**Model().spec(), "torque_converter": {}})):
+    for content in ("[]", "{", "{}", '{"model": 3}', json.dumps({**NOMINAL.spec(), "bench": {}}),
+                    json.dumps({**NOMINAL.spec(), "bench": {**NOMINAL.spec()["bench"], "digest": "0" * 64}})):
         path.write_text(content)
         with pytest.raises(InvalidValue):
             read_model(path)
-    path.write_text(json.dumps({**Model().spec(), "effects": {"gravity": {"g": 9.81}}}))
+    path.write_text(json.dumps({**NOMINAL.spec(), "effects": {"gravity": {"g": 9.81}}}))
     with pytest.raises(UnknownName):
         read_model(path)
 

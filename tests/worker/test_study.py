@@ -15,6 +15,7 @@ from slipstick.recordings import Recordings
 from slipstick.study.comparison import compare
 from slipstick.study.settings import StudySettings
 from slipstick.table import Table
+from tests.benches import HEAVY, NOMINAL
 from worker.__main__ import main
 from worker.study import study_output
 from worker.study_text import study_text
@@ -75,7 +76,7 @@ def test_an_unexplained_residual_is_not_reported_as_nothing_missing(few_recordin
     sentences = {}
     for significance in (0.99, 0.001):
         settings = {**SETTINGS, "catalogue": ["falling_load_friction"], "significance": significance}
-        answer = study_output(StudySettings.from_dict(settings), compare(times, 0.003))["result"]["answer"]
+        answer = study_output(StudySettings.from_dict(settings), compare(HEAVY, times, 0.003))["result"]["answer"]
         assert answer["kind"] == "none"
         sentences[significance] = answer["sentence"]
     assert sentences[0.99].startswith("Something asks for an effect, and none that is known predicts")
@@ -84,7 +85,7 @@ def test_an_unexplained_residual_is_not_reported_as_nothing_missing(few_recordin
 
 def test_a_tie_suggests_experiments(few_recordings: Path) -> None:
     times = replace(Recordings.open(few_recordings / "few.h5"), signals=None)
-    output = study_output(StudySettings.from_dict(SETTINGS), compare(times, 0.003))
+    output = study_output(StudySettings.from_dict(SETTINGS), compare(HEAVY, times, 0.003))
     assert output["result"]["further"] == []
     tie = {"effects": ["stribeck_friction", "centrifugal_pressure"], "experiments": [
         {"current_profile": 3, "motor_speed": 238.76, "load_inertia": 4.8, "brake_torque": 16.0, "recorded": False,
@@ -134,9 +135,9 @@ def test_a_signal_without_noise_is_refused(
 
 def test_a_drifting_model_is_built_only_for_conditions_with_a_run_order(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    effect = next(effect for effect in CATALOGUE if effect.uses_run_order)
+    effect = next(effect for effect in CATALOGUE if effect.uses_run_order).on(HEAVY.scales)
     coefficients = {coefficient.name: coefficient.typical for coefficient in effect.coefficients}
-    (tmp_path / "model.json").write_text(json.dumps(Model().with_effect(effect.name, coefficients).spec()))
+    (tmp_path / "model.json").write_text(json.dumps(NOMINAL.with_effect(effect.name, coefficients).spec()))
     build = ["build", "--model", str(tmp_path / "model.json"), "--axis", "pressure_bias=0.9:1.1:2",
              "--out", str(tmp_path / "table.h5")]
     assert main(build) == 1

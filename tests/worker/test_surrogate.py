@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import TIGHT, Simulator
-from slipstick.clutch.model import Model
 from slipstick.table import Surrogate, Table
+from tests.benches import NOMINAL
 from worker.__main__ import main
 from worker.surrogate import HELD_OUT, build, read_span
 from worker.training import WIDTHS, _gradient, _initial_layers, train
@@ -46,7 +46,7 @@ def test_the_stated_error_is_confirmed_at_other_points(path, six_conditions):
     surrogate = Table.open(path)
     assert isinstance(surrogate, Surrogate)
     points = np.random.default_rng(99).uniform(surrogate.lower, surrogate.upper, (1000, 3))
-    direct = Simulator(Model(), tuple(axis.name for axis in surrogate.axes), TIGHT)(points, six_conditions)
+    direct = Simulator(NOMINAL, tuple(axis.name for axis in surrogate.axes), TIGHT)(points, six_conditions)
     difference = surrogate.interpolate(points, "error") - direct
     rms = np.sqrt(np.mean(difference**2, axis=0))
     assert direct.std(axis=0).max() > 50 * rms.max()  # the surrogate explains the variation
@@ -58,8 +58,8 @@ def test_the_stated_error_is_confirmed_at_other_points(path, six_conditions):
 def test_the_same_seed_gives_the_same_surrogate_on_any_number_of_threads(path, recordings, tmp_path, six_conditions):
     assert run_command(recordings, tmp_path / "b.h5", *SMALL, "--threads", "1") == 0
     assert Table.open(tmp_path / "b.h5").digest == Table.open(path).digest
-    axes = tuple(read_span(span, Model()) for span in SPANS)
-    first, second = (build(Model(), six_conditions, axes, 100, 1, seed) for seed in (1, 2))
+    axes = tuple(read_span(span, NOMINAL) for span in SPANS)
+    first, second = (build(NOMINAL, six_conditions, axes, 100, 1, seed) for seed in (1, 2))
     assert first.digest != second.digest
 
 

@@ -4,9 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, shifting_times
-from slipstick.clutch.model import Model
+from tests.benches import HEAVY, NOMINAL, TABLES
 from worker.__main__ import main
 from worker.build import PAPER_AXES, read_axis
 from worker.building import build
@@ -14,7 +13,7 @@ from worker.plan import Plan
 
 
 def build_table(axes, conditions, out):
-    plan = Plan(Model(), conditions, tuple(read_axis(text, Model()) for text in axes), DEFAULT)
+    plan = Plan(NOMINAL, conditions, tuple(read_axis(text, NOMINAL) for text in axes), DEFAULT)
     with ThreadPoolExecutor(2) as pool:
         return build(plan, out, pool, lambda done, resumed: None)
 
@@ -24,7 +23,7 @@ def number(pattern, output):
 
 
 def test_the_default_table_is_within_its_error_target(tmp_path, capsys):
-    table = build_table(PAPER_AXES, paper_conditions(), tmp_path / "a.h5")
+    table = build_table(PAPER_AXES, HEAVY.conditions, tmp_path / "a.h5")
     assert main(["verify", str(tmp_path / "a.h5"), "--points", "400"]) == 0
     output = capsys.readouterr().out
     assert number(r"error: ([\d.]+) ms RMS", output) <= 0.05
@@ -38,7 +37,7 @@ def test_the_printed_error_is_that_of_the_table(six_conditions, tmp_path, capsys
     table = build_table(axes, six_conditions, tmp_path / "a.h5")
     points = np.random.default_rng(7).uniform(table.lower, table.upper, (50, 2))
     names = [axis.name for axis in table.axes]
-    difference = table.interpolate(points) - shifting_times(Model(), six_conditions, names, points, TIGHT)[0]
+    difference = table.interpolate(points) - shifting_times(NOMINAL, six_conditions, names, points, TIGHT)[0]
     assert main(["verify", str(tmp_path / "a.h5"), "--points", "50", "--seed", "7"]) == 0
     output = capsys.readouterr().out
     rms = 1e3 * np.sqrt(np.mean(difference**2))
@@ -66,3 +65,11 @@ def test_a_damaged_or_missing_file_exits_with_status_1(six_conditions, tmp_path,
     error = capsys.readouterr().err
     assert error.count("error: ") == 2
     assert "damaged" in error
+
+
+def test_a_table_of_another_bench_is_refused(six_conditions, tmp_path, capsys):
+    build_table(["pressure_bias=0.9:1.1:3"], six_conditions, tmp_path / "a.h5")
+    verify = ["verify", str(tmp_path / "a.h5"), "--points", "0", "--bench"]
+    assert main([*verify, str(TABLES / "heavy.toml")]) == 0
+    assert main([*verify, str(TABLES / "compact.toml")]) == 1
+    assert "another bench than 'compact'" in capsys.readouterr().err

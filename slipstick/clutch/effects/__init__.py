@@ -59,6 +59,7 @@ def index(effect: str, coefficient: str) -> int:
 
 
 def span(effect: Effect) -> slice:
-    """Slice of the coefficient vector that holds the coefficients of `effect`."""
-    first = sum(len(entry.coefficients) for entry in CATALOGUE[:CATALOGUE.index(effect)])
+    """Slice of the coefficient vector that holds the coefficients of `effect`, of the catalogue or on a bench."""
+    place = [entry.name for entry in CATALOGUE].index(effect.name)
+    first = sum(len(entry.coefficients) for entry in CATALOGUE[:place])
     return slice(first, first + len(effect.coefficients))

@@ -16,8 +16,8 @@ EFFECT = Effect(
     quantity="chamber pressure",
     law="pressure + head Omega^2",
     coefficients=(
-        Coefficient("head", "bar s^2", 0.0, -5e-5, 5e-5, "half the density times the difference of the squared radii",
-                    1e-5),
+        Coefficient("head", "bar s^2", 0.0, -0.14, 0.14, "half the density times the difference of the squared radii",
+                    0.028, scale={"pressure": 1, "speed": -2}),
     ),
     source="White, Fluid Mechanics, section on pressure distribution in rigid-body motion",
     signature="contact comes earlier and torque is higher at high motor speed; the measured pressure is unchanged",

@@ -16,7 +16,8 @@ EFFECT = Effect(
     quantity="clearance",
     law="clearance + wear run / 100",
     coefficients=(
-        Coefficient("wear", "m", 0.0, -8e-4, 8e-4, "increase of the clearance over 100 engagements", 4e-5),
+        Coefficient("wear", "m", 0.0, -0.4, 0.4, "increase of the clearance over 100 engagements", 0.02,
+                    scale={"stroke": 1}),
     ),
     source="Archard, J. Appl. Phys. 24(8), 1953: wear proportional to sliding distance, here to the number of runs",
     signature="contact comes later with increasing run order, by the same amount at every pressure",

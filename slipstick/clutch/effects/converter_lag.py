@@ -21,7 +21,7 @@ EFFECT = Effect(
     quantity="converter torque",
     law="T, T' = (converter torque - T) / lag, T(0) = converter torque at t = 0",
     coefficients=(
-        Coefficient("lag", "s", 0.0, 0.0, 0.3, "time constant of the torque", 0.05),
+        Coefficient("lag", "s", 0.0, 0.0, 6.0, "time constant of the torque", 1.0, scale={"time": 1}),
     ),
     source="Hrovat and Tobler, Journal of the Franklin Institute 319, 1985: dynamics of torque converters",
     signature="the input speed drops more as the torque builds up, and overshoots after lock-up",

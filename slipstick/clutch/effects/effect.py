@@ -1,11 +1,13 @@
 """The interface of an effect: the model quantity that it changes, the formula, and its coefficients."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from slipstick.bench.scales import SCALES, Scales
 from slipstick.errors import InvalidValue, UnknownName
 
 MAX_COEFFICIENTS = 4
@@ -91,6 +93,10 @@ SensorFormula = Callable[[np.ndarray, np.ndarray, tuple[np.ndarray, ...]], np.nd
 class Coefficient:
     """A coefficient of an effect, bounded by `lower` and `upper` in a study.
 
+    `lower`, `upper` and `typical` are multiples of a product of scales of the bench: `scale` maps scale -> power, such
+    as {"pressure": 1, "speed": -2}, and is empty for a coefficient without a dimension. `neutral` is in `unit`, because
+    a model without a bench at hand is complete with the neutral values of what it does not name.
+
     Without `shape` it is an amplitude: the effect is absent where all its amplitudes are at `neutral`. A coefficient
     with `shape`, such as a decay speed, matters only where an amplitude is not neutral; its `neutral` is a reference
     value. `typical` is a plausible value of a present effect: a study takes its first step in units of it and starts
@@ -105,6 +111,12 @@ class Coefficient:
     meaning: str
     typical: float
     shape: bool = False
+    scale: Mapping[str, int] = field(default_factory=dict)
+
+    def on(self, scales: Scales) -> "Coefficient":
+        """The coefficient on a bench: `lower`, `upper` and `typical` in `unit`."""
+        size = prod(float(getattr(scales, name)) ** power for name, power in self.scale.items())
+        return replace(self, lower=self.lower * size, upper=self.upper * size, typical=self.typical * size, scale={})
 
 
 @dataclass(frozen=True)
@@ -133,7 +145,7 @@ class Effect:
     it. `uses_run_order` is set where the formula reads `signals.run`. `forms` lists the admissible values of the shape
     coefficients if they are discrete. Effects that are not `listed` are no part of the named catalogue (open_terms.py).
 
-    Raises `UnknownName` for an unknown quantity and `InvalidValue` for an invalid number of coefficients or bounds.
+    Raises `UnknownName` for an unknown quantity or scale, `InvalidValue` for an invalid number of coefficients.
     """
 
     name: str
@@ -158,11 +170,23 @@ class Effect:
         if not 1 <= len(self.coefficients) <= MAX_COEFFICIENTS:
             raise InvalidValue(f"The effect {self.name} has {len(self.coefficients)} coefficients",
                                f"Give 1 to {MAX_COEFFICIENTS} coefficients: the compiled loops support no more")
-        for c in self.coefficients:
-            if not c.lower <= min(c.neutral, c.typical) <= max(c.neutral, c.typical) <= c.upper:
+        for name in (name for c in self.coefficients for name in c.scale if name not in SCALES):
+            raise UnknownName.of(f"scale (of the effect {self.name})", name, [*SCALES])
+
+    def on(self, scales: Scales) -> "Effect":
+        """The effect on a bench: bounds and typical values of the coefficients in their units.
+
+        Raises `InvalidValue` where the typical value, or the neutral value of an amplitude, is not within the bounds.
+        That of a shape coefficient is the same on every bench, and on an unusual one may be outside.
+        """
+        coefficients = tuple(c.on(scales) for c in self.coefficients)
+        for c in coefficients:
+            inside = (c.typical,) if c.shape else (c.neutral, c.typical)
+            if not c.lower <= min(inside) <= max(inside) <= c.upper:
                 raise InvalidValue(f"The coefficient {c.name} of the effect {self.name} has the neutral value "
-                                   f"{c.neutral} and the typical value {c.typical}",
-                                   f"Put both within its bounds, {c.lower} and {c.upper}")
+                                   f"{c.neutral:g} {c.unit} and the typical value {c.typical:g} {c.unit}",
+                                   f"Put both within its bounds, {c.lower:g} and {c.upper:g} {c.unit}")
+        return replace(self, coefficients=coefficients)
 
     @property
     def unit(self) -> str:
@@ -181,5 +205,5 @@ class Effect:
 
     @property
     def typical(self) -> tuple[float, ...]:
-        """Typical value of each coefficient, in their order."""
+        """Typical value of each coefficient, in their order; in their units on a bench (`on`)."""
         return tuple(coefficient.typical for coefficient in self.coefficients)

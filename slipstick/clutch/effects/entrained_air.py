@@ -16,7 +16,8 @@ EFFECT = Effect(
     quantity="clearance",
     law="clearance + stroke p / (1 bar + p), p = max(0, pressure)",
     coefficients=(
-        Coefficient("stroke", "m", 0.0, -1e-3, 1e-3, "air volume at zero pressure, as a piston stroke", 1e-4),
+        Coefficient("stroke", "m", 0.0, -0.5, 0.5, "air volume at zero pressure, as a piston stroke", 0.05,
+                    scale={"stroke": 1}),
     ),
     source="Merritt, Hydraulic Control Systems, chapter on fluid properties: isothermal compression of entrained air",
     signature="contact comes later, most where the pressure is high when the plates meet",

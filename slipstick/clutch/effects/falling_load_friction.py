@@ -16,9 +16,11 @@ EFFECT = Effect(
     quantity="load torque",
     law="load torque + (excess + share load torque) exp(-|omega| / decay_speed)",
     coefficients=(
-        Coefficient("excess", "N m", 0.0, -40.0, 80.0, "seals: friction torque at rest above that at speed", 15.0),
+        Coefficient("excess", "N m", 0.0, -0.028, 0.056, "seals: friction torque at rest above that at speed", 0.01,
+                    scale={"load_torque": 1}),
         Coefficient("share", "1", 0.0, -0.5, 2.0, "brake: the same, as a fraction of the load torque", 0.3),
-        Coefficient("decay_speed", "rad/s", 8.0, 2.0, 30.0, "e-folding load speed of the excess", 8.0, True),
+        Coefficient("decay_speed", "rad/s", 8.0, 0.032, 0.48, "e-folding load speed of the excess", 0.13, True,
+                    {"load_speed": 1}),
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Stribeck friction",
     signature="the load starts to move later, and then accelerates faster than the model predicts",

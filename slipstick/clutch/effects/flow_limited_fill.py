@@ -16,7 +16,8 @@ EFFECT = Effect(
     quantity="piston rate",
     law="rate / (1 + slowness max(0, rate))",
     coefficients=(
-        Coefficient("slowness", "s/m", 0.0, -20.0, 200.0, "reciprocal of the limiting piston rate", 10.0),
+        Coefficient("slowness", "s/m", 0.0, -0.45, 4.5, "reciprocal of the limiting piston rate", 0.22,
+                    scale={"piston_rate": -1}),
     ),
     source="Merritt, Hydraulic Control Systems, chapter on valve control: flow saturation at the supply limit",
     signature="contact comes later after strong fill pulses, and hardly changes after weak ones",

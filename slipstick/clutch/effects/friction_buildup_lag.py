@@ -21,7 +21,8 @@ EFFECT = Effect(
     quantity="contact pressure",
     law="Q, Q' = (P - Q) / lag, Q(0) = P(0)",
     coefficients=(
-        Coefficient("lag", "s", 0.0, 0.0, 0.1, "time constant of the load transfer to the asperities", 0.02),
+        Coefficient("lag", "s", 0.0, 0.0, 2.0, "time constant of the load transfer to the asperities", 0.4,
+                    scale={"time": 1}),
     ),
     source="Berger, Sadeghi and Krousgrill, ASME Journal of Tribology 118, 1996: squeeze film and asperity contact",
     signature="torque lags the pressure: plotted against pressure, it forms a loop between pulse and ramp",

@@ -6,7 +6,7 @@ effect, described by its coefficient, signal and power, but it has no physical i
 
 from itertools import product
 
-from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.effects.effect import QUANTITIES, Coefficient, Effect, Signals
 from slipstick.clutch.fastmath import compiled
 
 SIGNALS = (("time", "0.5 s"), ("pressure", "5 bar"), ("input speed", "100 rad/s"), ("output speed", "30 rad/s"),
@@ -14,8 +14,10 @@ SIGNALS = (("time", "0.5 s"), ("pressure", "5 bar"), ("input speed", "100 rad/s"
 """Signals that a term may depend on, indexed by its coefficient `signal`, with their reference values: x is 1 there."""
 _CHOICES = ", ".join(f"{i} {name} over {reference}" for i, (name, reference) in enumerate(SIGNALS))
 _POWERS = (1.0, 2.0, 3.0)
-_ADDED = {"line pressure": (1.0, "bar"), "chamber pressure": (1.0, "bar"), "piston rate": (1e-3, "m/s"),
-          "converter torque": (10.0, "N m"), "load torque": (10.0, "N m")}
+_ADDED = {"line pressure": (0.07, "pressure"), "chamber pressure": (0.07, "pressure"),
+          "piston rate": (0.045, "piston_rate"), "converter torque": (0.022, "torque"),
+          "load torque": (0.007, "load_torque")}
+"""The typical value of a term, as a multiple of a scale of the bench."""
 _ALLOWED_SIGNALS = {"line pressure": (0, 1, 5)}  # of the speeds, only that of the pump affects the valve
 _SCALED = ("friction coefficient", "film torque")
 
@@ -40,16 +42,16 @@ def _scaled(value: float, signals: Signals, c: tuple[float, ...]) -> float:
     return value * (1.0 + c[0] * _power(signals, c[1], c[2]))
 
 
-def _effect(quantity: str, typical: float, unit: str) -> Effect:
-    scaled = quantity in _SCALED
+def _effect(quantity: str, typical: float, scale: str | None) -> Effect:
+    scaled = scale is None
     return Effect(
         name=f"open_{quantity.replace(' ', '_')}",
         title=f"Unlisted term in the {quantity}",
         quantity=quantity,
         law=f"{quantity} (1 + share x^power)" if scaled else f"{quantity} + size x^power",
         coefficients=(
-            Coefficient("share" if scaled else "size", unit, 0.0, -10 * typical, 10 * typical,
-                        "value of the term at x = 1", typical),
+            Coefficient("share" if scaled else "size", "1" if scaled else QUANTITIES[quantity], 0.0, -10 * typical,
+                        10 * typical, "value of the term at x = 1", typical, scale={scale: 1} if scale else {}),
             Coefficient("signal", "1", 0.0, 0.0, len(SIGNALS) - 1.0, f"x: {_CHOICES}", 1.0, True),
             Coefficient("power", "1", 1.0, 1.0, 3.0, "power of x", 1.0, True),
         ),
@@ -61,5 +63,5 @@ def _effect(quantity: str, typical: float, unit: str) -> Effect:
     )
 
 
-EFFECTS = (*(_effect(quantity, typical, unit) for quantity, (typical, unit) in _ADDED.items()),
-           *(_effect(quantity, 0.1, "1") for quantity in _SCALED))
+EFFECTS = (*(_effect(quantity, typical, scale) for quantity, (typical, scale) in _ADDED.items()),
+           *(_effect(quantity, 0.1, None) for quantity in _SCALED))

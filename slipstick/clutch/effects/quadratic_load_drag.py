@@ -16,7 +16,8 @@ EFFECT = Effect(
     quantity="load torque",
     law="load torque + drag omega |omega|",
     coefficients=(
-        Coefficient("drag", "N m s^2", 0.0, -0.05, 0.1, "drag torque at a load speed of 1 rad/s", 0.03),
+        Coefficient("drag", "N m s^2", 0.0, -0.13, 0.27, "drag torque at a load speed of 1 rad/s", 0.08,
+                    scale={"load_torque": 1, "load_speed": -2}),
     ),
     source="White, Fluid Mechanics, chapter on flow past immersed bodies",
     signature="the load shaft accelerates less at higher speed; shifting times are longer at high motor speed",

@@ -17,7 +17,8 @@ EFFECT = Effect(
     quantity="piston rate",
     law="rate - stiffening (min(2 mm, max(0, x3)) / 2 mm)^3",
     coefficients=(
-        Coefficient("stiffening", "m/s", 0.0, -4e-3, 4e-3, "piston rate lost to the cubic term at 2 mm", 1e-3),
+        Coefficient("stiffening", "m/s", 0.0, -0.18, 0.18, "piston rate lost to the cubic term at 2 mm", 0.045,
+                    scale={"piston_rate": 1}),
     ),
     source="Shigley, Mechanical Engineering Design, chapter on springs: Belleville springs, here a cubic term",
     signature="the piston slows down at the end of its stroke: contact comes later than the fill suggests",

@@ -19,7 +19,8 @@ EFFECT = Effect(
     quantity="piston rate",
     law="rate - drag rate / sqrt(rate^2 + drag^2)",
     coefficients=(
-        Coefficient("drag", "m/s", 0.0, 0.0, 4e-3, "rate lost to the seals, except at small rates", 1e-3),
+        Coefficient("drag", "m/s", 0.0, 0.0, 0.18, "rate lost to the seals, except at small rates", 0.045,
+                    scale={"piston_rate": 1}),
     ),
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Coulomb friction, smooth at zero",
     signature="the piston creeps at the hold pressure: contact comes later, most after weak fill pulses",

@@ -6,7 +6,9 @@ from slipstick.clutch.effects.effect import SENSORS, Coefficient, Effect, Sensor
 from slipstick.clutch.lag import lagged_signal
 
 _TITLES = {"lag": "Lag", "offset": "Offset", "gain": "Gain error"}
-_OFFSET = {"bar": 0.1, "rad/s": 1.0, "N m": 5.0}
+_OFFSET = {"pressure sensor": ("pressure", 0.007), "input speed sensor": ("speed", 0.005),
+           "output speed sensor": ("load_speed", 0.016), "output torque sensor": ("load_torque", 0.0035)}
+"""Scale of the signal, and the typical offset as its multiple."""
 
 
 def _lag(values: np.ndarray, times: np.ndarray, c: tuple[np.ndarray, ...]) -> np.ndarray:
@@ -36,13 +38,13 @@ def _effect(sensor: str, fault: str, law: str, coefficient: Coefficient, signatu
     )
 
 
-EFFECTS = tuple(effect for sensor, unit in SENSORS.items() for effect in (
+EFFECTS = tuple(effect for sensor, (scale, typical) in _OFFSET.items() for effect in (
     _effect(sensor, "lag", "y, y' = (signal - y) / lag, y = signal at the first sample",
-            Coefficient("lag", "s", 0.0, 0.0, 0.1, "time constant of the reading", 0.01),
+            Coefficient("lag", "s", 0.0, 0.0, 2.0, "time constant of the reading", 0.2, scale={"time": 1}),
             "ramps appear late by a constant time; constant values are correct", _lag),
     _effect(sensor, "offset", "signal + offset",
-            Coefficient("offset", unit, 0.0, -20 * _OFFSET[unit], 20 * _OFFSET[unit], "reading at zero signal",
-                        _OFFSET[unit]),
+            Coefficient("offset", SENSORS[sensor], 0.0, -20 * typical, 20 * typical, "reading at zero signal", typical,
+                        scale={scale: 1}),
             "the reading is shifted by a constant amount, also at rest", _offset),
     _effect(sensor, "gain", "signal (1 + gain)",
             Coefficient("gain", "1", 0.0, -0.3, 0.3, "relative error of the slope", 0.02),

@@ -36,8 +36,9 @@ EFFECT = Effect(
     quantity="stick torque",
     law="(twist + damping twist') / compliance, twist' = plate slip; twist = compliance * torque in the slip state",
     coefficients=(
-        Coefficient("compliance", "rad/(N m)", 0.0, 0.0, 0.01, "twist per torque, referred to the input side", 1e-3),
-        Coefficient("damping", "s", 5e-3, 1e-3, 2e-2, "retardation time of the shaft", 5e-3, True),
+        Coefficient("compliance", "rad/(N m)", 0.0, 0.0, 4.5, "twist per torque, referred to the input side", 0.45,
+                    scale={"torque": -1}),
+        Coefficient("damping", "s", 5e-3, 0.02, 0.4, "retardation time of the shaft", 0.1, True, {"time": 1}),
     ),
     source="Kiencke and Nielsen, Automotive Control Systems, chapter on drivelines with a flexible shaft",
     signature="torque and speeds oscillate after lock-up; nothing changes before it",

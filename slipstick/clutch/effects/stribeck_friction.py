@@ -17,7 +17,8 @@ EFFECT = Effect(
     law="alpha (1 + strength exp(-|plate slip| / decay_speed))",
     coefficients=(
         Coefficient("strength", "1", 0.0, -0.3, 1.0, "relative increase of alpha at zero slip", 0.15),
-        Coefficient("decay_speed", "rad/s", 25.0, 5.0, 100.0, "e-folding plate slip of the increase", 25.0, True),
+        Coefficient("decay_speed", "rad/s", 25.0, 0.025, 0.5, "e-folding plate slip of the increase", 0.13, True,
+                    {"speed": 1}),
     ),
     source="Bo and Pavelescu, Wear 82(3), 1982: exponential law of friction against speed, here with exponent 1",
     signature="torque over pressure rises towards lock-up, with a hook at the end of the slip phase",

@@ -21,7 +21,8 @@ EFFECT = Effect(
     quantity="friction coefficient",
     law="alpha / (1 + fade E), E' = friction power, E(0) = 0",
     coefficients=(
-        Coefficient("fade", "1/kJ", 0.0, -0.02, 0.1, "relative friction loss caused by the first kJ of heat", 0.01),
+        Coefficient("fade", "1/kJ", 0.0, -0.54, 2.7, "relative friction loss caused by the first kJ of heat", 0.27,
+                    scale={"energy": -1}),
     ),
     source="Ingram, Reddyhoff and Spikes, Tribology Letters 41, 2011: thermal behaviour of a slipping wet clutch",
     signature="torque over pressure falls during an engagement, most at high speed and large load inertia",

@@ -18,7 +18,8 @@ EFFECT = Effect(
     quantity="valve current",
     law="y, the play operator applied to u: y is constant while |y - u| < width",
     coefficients=(
-        Coefficient("width", "A", 0.0, 0.0, 0.06, "half the gap between the rising and the falling branch", 0.01),
+        Coefficient("width", "A", 0.0, 0.0, 0.075, "half the gap between the rising and the falling branch", 0.012,
+                    scale={"current": 1}),
     ),
     source="Visintin, Differential Models of Hysteresis, 1994, chapter on the play operator",
     signature="at equal current the measured pressure is lower on the rising than on the falling branch",

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions, reversals
+from slipstick.bench.conditions import reversals
 from slipstick.errors import InvalidValue
+from tests.benches import HEAVY
 
-PAPER = paper_conditions()
+PAPER = HEAVY.conditions
 
 
 def test_the_run_order_is_kept_but_does_not_enter_the_digest() -> None:

@@ -7,24 +7,26 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from slipstick.bench import Bench
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch import effects, ensemble, reference
-from slipstick.clutch.conditions import Conditions, paper_conditions
 from slipstick.clutch.effects.effect import BLOCKS, QUANTITIES, SENSORS, Effect, Signals
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
+from tests.benches import BENCHES, COMPACT, HEAVY, NOMINAL
 
-CONDITIONS = replace(paper_conditions(), run_order=np.random.default_rng(4).permutation(216))
+ON_HEAVY = tuple(effect.on(HEAVY.scales) for effect in effects.CATALOGUE)
+CONDITIONS = replace(HEAVY.conditions, run_order=np.random.default_rng(4).permutation(216))
 SAMPLE_TIMES = np.arange(0.0, 1.8, 0.02)
 SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque", "piston_position")
 FINEST = ensemble.Accuracy(2e-5, 1e-4)
 
-each_effect = pytest.mark.parametrize("effect", effects.CATALOGUE, ids=lambda effect: effect.name)
+each_effect = pytest.mark.parametrize("effect", ON_HEAVY, ids=lambda effect: effect.name)
 
 
-def with_effects(added: Iterable[Effect], fraction: float = 1.0) -> Model:
-    """The model with the added effects, their amplitudes at a fraction of their typical values."""
-    model = Model()
+def with_effects(added: Iterable[Effect], fraction: float = 1.0, model: Model = NOMINAL) -> Model:
+    """A model with effects of its bench added, their amplitudes at a fraction of their typical values."""
     for effect in added:
         model = model.with_effect(effect.name, {
             c.name: c.typical if c.shape else c.neutral + fraction * (c.typical - c.neutral)
@@ -59,7 +61,7 @@ def test_all_effects_together_agree_with_the_reference_in_slip_stick_and_rest() 
     current = np.array([[0.1, 0.7, 0.7, 0.3, 0.3, 0.7, 0.7, 0.05, 0.05, 0.5, 0.7]])
     ones = np.ones(1)
     conditions = Conditions(np.zeros(1, np.int64), 105 * ones, 6 * ones, 80 * ones, time, current, 120 * ones)
-    shifting_time, signals = reference_errors(with_effects(effects.CATALOGUE), conditions, 0,
+    shifting_time, signals = reference_errors(with_effects(ON_HEAVY), conditions, 0,
                                               np.arange(0.0, 6.0, 0.02))
     assert shifting_time < 1e-5
     assert signals < 1e-3  # shaft oscillations after release differ slightly in phase
@@ -67,23 +69,33 @@ def test_all_effects_together_agree_with_the_reference_in_slip_stick_and_rest() 
 
 @each_effect
 def test_neutral_coefficients_are_bit_identical_to_the_papers_model(effect: Effect) -> None:
-    baseline = ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES)
+    baseline = ensemble.signals(NOMINAL, CONDITIONS, SAMPLE_TIMES)
     # The second point makes the effect active for both points, so the formula runs with neutral values for the first.
-    vectors = np.tile(Model().parameters, (2, 1))
-    coefficients = np.array([Model().coefficients(), with_effects([effect]).coefficients()])
-    both = ensemble.simulate(vectors, coefficients, CONDITIONS, SAMPLE_TIMES)
+    vectors = np.tile(NOMINAL.parameters, (2, 1))
+    coefficients = np.array([NOMINAL.coefficients(), with_effects([effect]).coefficients()])
+    both = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, SAMPLE_TIMES)
     np.testing.assert_array_equal(both.shifting_time[0], baseline.shifting_time[0])
     np.testing.assert_array_equal(stacked(both)[0], stacked(baseline)[0])
 
 
 @each_effect
-def test_typical_coefficients_are_visible_and_every_engagement_locks(effect: Effect) -> None:
-    baseline = stacked(ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES))
-    response = ensemble.signals(with_effects([effect]), CONDITIONS, SAMPLE_TIMES)
+@pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
+def test_typical_coefficients_are_visible_and_every_engagement_locks(bench: Bench, effect: Effect) -> None:
+    order = np.random.default_rng(4).permutation(len(bench.conditions))
+    model, conditions = Model(bench.physics), replace(bench.conditions, run_order=order)
+    its = effects.find(effect.name).on(bench.scales)
+    baseline = stacked(ensemble.signals(model, conditions, SAMPLE_TIMES))
+    response = ensemble.signals(with_effects([its], model=model), conditions, SAMPLE_TIMES)
     assert np.all(response.status == ensemble.LOCKED)
     rms = np.sqrt(np.mean((stacked(response) - baseline) ** 2, axis=(0, 1, 2)))
     difference = rms / np.ptp(baseline, axis=(0, 1, 2))
     assert difference[:4].max() > 2e-3
+
+
+def test_typical_values_of_another_bench_would_be_noticed() -> None:
+    model = with_effects([effect for effect in ON_HEAVY if effect.name == "quadratic_load_drag"],
+                         model=Model(COMPACT.physics))
+    assert not np.all(ensemble.signals(model, COMPACT.conditions, SAMPLE_TIMES).status == ensemble.LOCKED)
 
 
 @each_effect
@@ -104,7 +116,7 @@ def test_only_effects_with_uses_run_order_depend_on_the_run_order(effect: Effect
 
 
 def test_default_steps_are_short_enough_for_every_effect() -> None:
-    for effect in effects.CATALOGUE:
+    for effect in ON_HEAVY:
         default, tight = (ensemble.shifting_times(with_effects([effect]), CONDITIONS, accuracy=accuracy)[0]
                           for accuracy in (ensemble.DEFAULT, ensemble.TIGHT))
         # A tenth of the assumed measurement noise of a shifting time; seal friction needs 3.6e-4.
@@ -124,7 +136,7 @@ def test_a_lag_is_exact_for_signals_linear_between_samples() -> None:
     np.testing.assert_array_equal(filtered[1], values[1])
 
 
-@pytest.mark.parametrize("effect", [effect for effect in effects.CATALOGUE
+@pytest.mark.parametrize("effect", [effect for effect in ON_HEAVY
                                     if effect.quantity not in SENSORS and effect.memory is None],
                          ids=lambda effect: effect.name)
 def test_an_effect_depends_on_its_input_value(effect: Effect) -> None:
@@ -134,9 +146,9 @@ def test_an_effect_depends_on_its_input_value(effect: Effect) -> None:
 
 
 def test_sensor_effects_change_only_the_reading_of_their_sensor() -> None:
-    model = Model().with_effect("pressure_sensor_gain", {"gain": 0.1}).with_effect("pressure_sensor_offset",
+    model = NOMINAL.with_effect("pressure_sensor_gain", {"gain": 0.1}).with_effect("pressure_sensor_offset",
                                                                                  {"offset": 0.5})
-    baseline, reading = (ensemble.signals(entry, CONDITIONS, SAMPLE_TIMES) for entry in (Model(), model))
+    baseline, reading = (ensemble.signals(entry, CONDITIONS, SAMPLE_TIMES) for entry in (NOMINAL, model))
     # Catalogue order: lag, offset, gain.
     np.testing.assert_allclose(reading.pressure, (baseline.pressure + 0.5) * 1.1, rtol=1e-14)
     for name in SIGNALS[1:]:
@@ -156,30 +168,34 @@ def test_an_invalid_effect_is_rejected_with_its_name() -> None:
     effect = effects.find("thermal_fade")
     for changes, message in (({"quantity": "contact_pressure"}, "Did you mean 'contact pressure'"),
                              ({"coefficients": effect.coefficients * 5}, "no more"),
+                             ({"coefficients": (replace(effect.coefficients[0], scale={"enery": -1}),)},
+                              "Did you mean 'energy'"),
                              ({"coefficients": (replace(effect.coefficients[0], typical=1e9),)}, "within its bounds")):
         with pytest.raises((InvalidValue, UnknownName), match=message) as error:
-            replace(effect, **changes)
+            replace(effect, **changes).on(HEAVY.scales)
         assert "thermal_fade" in str(error.value)
 
 
-@pytest.mark.parametrize("effect", [effect for effect in effects.CATALOGUE if effect.listed],
-                         ids=lambda effect: effect.name)
-def test_signals_are_finite_within_the_bounds_of_every_amplitude(effect: Effect) -> None:
+@pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
+@pytest.mark.parametrize("name", [effect.name for effect in effects.CATALOGUE if effect.listed])
+def test_signals_are_finite_within_the_bounds_of_every_amplitude(bench: Bench, name: str) -> None:
     # Engagements may diverge at the bounds themselves, where a study reduces its step, but not inside them.
-    few = CONDITIONS.take([0, 77, 150, 215])
+    model, effect, n = Model(bench.physics), effects.find(name).on(bench.scales), len(bench.conditions)
+    few = replace(bench.conditions, run_order=np.random.default_rng(4).permutation(n)).take(
+        np.linspace(0, n - 1, 4).astype(int))
     for amplitude in (c for c in effect.coefficients if not c.shape):
         for value in (amplitude.neutral + fraction * (bound - amplitude.neutral)
                       for bound in (amplitude.lower, amplitude.upper) for fraction in (0.25, 0.5, 0.75)):
             values = {c.name: c.typical if c.shape else c.neutral for c in effect.coefficients}
             values[amplitude.name] = value
-            response = ensemble.signals(Model().with_effect(effect.name, values), few, SAMPLE_TIMES)
+            response = ensemble.signals(model.with_effect(effect.name, values), few, SAMPLE_TIMES)
             assert np.isfinite(stacked(response)).all(), (amplitude.name, value)
 
 
 @each_effect
 def test_every_amplitude_alone_has_an_effect(effect: Effect) -> None:
-    baseline = stacked(ensemble.signals(Model(), CONDITIONS, SAMPLE_TIMES))
+    baseline = stacked(ensemble.signals(NOMINAL, CONDITIONS, SAMPLE_TIMES))
     for amplitude in (c for c in effect.coefficients if not c.shape):
         values = {c.name: c.typical if c.shape or c is amplitude else c.neutral for c in effect.coefficients}
-        changed = stacked(ensemble.signals(Model().with_effect(effect.name, values), CONDITIONS, SAMPLE_TIMES))
+        changed = stacked(ensemble.signals(NOMINAL.with_effect(effect.name, values), CONDITIONS, SAMPLE_TIMES))
         assert np.abs(changed - baseline).max() > 0, f"{amplitude.name} is a shape coefficient: set shape=True"

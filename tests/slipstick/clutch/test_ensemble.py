@@ -7,20 +7,20 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch import driveline, effects, ensemble, hydraulics, integrator, lanes, reference
-from slipstick.clutch.conditions import Conditions, paper_conditions
 from slipstick.clutch.fastmath import exp
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
+from tests.benches import HEAVY, NOMINAL
 
-CONDITIONS = paper_conditions()
+CONDITIONS = HEAVY.conditions
 SAMPLE_TIMES = np.arange(0.0, 2.0, 0.02)
 
 
 @pytest.mark.parametrize("condition", [0, 77, 215])
 def test_agrees_with_the_reference_implementation(condition: int) -> None:
-    time, signals = reference.simulate(Model(), CONDITIONS, condition, SAMPLE_TIMES)
-    fast = ensemble.signals(Model(), CONDITIONS.take([condition]), SAMPLE_TIMES, accuracy=ensemble.TIGHT)
+    time, signals = reference.simulate(NOMINAL, CONDITIONS, condition, SAMPLE_TIMES)
+    fast = ensemble.signals(NOMINAL, CONDITIONS.take([condition]), SAMPLE_TIMES, accuracy=ensemble.TIGHT)
     assert abs(fast.shifting_time[0, 0] - time) < 1e-5
     columns = (fast.pressure, fast.input_speed, fast.output_speed, fast.output_torque, fast.piston_position)
     for k, column in enumerate(columns):
@@ -34,8 +34,8 @@ def test_release_and_standstill_agree_with_the_reference_implementation() -> Non
     ones = np.ones(1)
     conditions = Conditions(np.zeros(1, np.int64), 105 * ones, 6 * ones, 80 * ones, time, current)
     samples = np.arange(0.0, 6.0, 0.01)
-    shifting_time, signals = reference.simulate(Model(), conditions, 0, samples)
-    fast = ensemble.signals(Model(), conditions, samples, accuracy=ensemble.TIGHT)
+    shifting_time, signals = reference.simulate(NOMINAL, conditions, 0, samples)
+    fast = ensemble.signals(NOMINAL, conditions, samples, accuracy=ensemble.TIGHT)
     slip = fast.input_speed[0, 0] / 3.2 - fast.output_speed[0, 0]
     stuck = np.abs(slip) < 1e-9
     assert stuck[110]
@@ -49,27 +49,27 @@ def test_release_and_standstill_agree_with_the_reference_implementation() -> Non
 
 def test_results_do_not_depend_on_threads_or_other_engagements() -> None:
     points = np.linspace(0.6, 1.4, 60)[:, None]
-    serial, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=1)
-    threaded, _ = ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], points, threads=5)
-    alone, _ = ensemble.shifting_times(Model(), CONDITIONS.take([97]), ["pressure_bias"], points[41:42])
+    serial, _ = ensemble.shifting_times(NOMINAL, CONDITIONS, ["pressure_bias"], points, threads=1)
+    threaded, _ = ensemble.shifting_times(NOMINAL, CONDITIONS, ["pressure_bias"], points, threads=5)
+    alone, _ = ensemble.shifting_times(NOMINAL, CONDITIONS.take([97]), ["pressure_bias"], points[41:42])
     np.testing.assert_array_equal(serial, threaded)
     assert alone[0, 0] == serial[41, 97]
 
 
 def test_engagements_that_never_lock_or_diverge_have_a_status() -> None:
     points = np.array([[1.0, 1.0], [0.01, 1.0], [1.0, 1e-4]])  # no friction; a delay too short for any step
-    times, status = ensemble.shifting_times(Model(), CONDITIONS, ["friction_coefficient", "current_delay"], points)
+    times, status = ensemble.shifting_times(NOMINAL, CONDITIONS, ["friction_coefficient", "current_delay"], points)
     assert np.all(status[0] == ensemble.LOCKED)
     assert np.all(status[1] == ensemble.NEVER_LOCKED)
     assert np.all(status[2] == ensemble.FAILED)
     assert np.all(np.isnan(times) == (status != ensemble.LOCKED))
-    np.testing.assert_array_equal(times[0], ensemble.shifting_times(Model(), CONDITIONS)[0][0])
-    status = ensemble.shifting_times(Model(), CONDITIONS, ["piston_inertia"], np.zeros((1, 1)))[1]
+    np.testing.assert_array_equal(times[0], ensemble.shifting_times(NOMINAL, CONDITIONS)[0][0])
+    status = ensemble.shifting_times(NOMINAL, CONDITIONS, ["piston_inertia"], np.zeros((1, 1)))[1]
     assert np.all(status == ensemble.FAILED)
 
 
 def test_signals_of_a_failed_engagement_are_nan_from_the_failure_on() -> None:
-    runaway = Model().with_effect("quadratic_load_drag", {"drag": -5.0})
+    runaway = NOMINAL.with_effect("quadratic_load_drag", {"drag": -5.0})
     response = ensemble.signals(runaway, CONDITIONS, SAMPLE_TIMES)
     undefined = np.isnan(response.output_torque[0])
     assert np.all(response.status == ensemble.FAILED)
@@ -81,14 +81,14 @@ def test_signals_of_a_failed_engagement_are_nan_from_the_failure_on() -> None:
 @pytest.mark.parametrize(("axis", "multiplier"), [("current_delay", 0.1), ("piston_return", 300.0)])
 def test_fast_dynamics_shorten_the_steps(axis: str, multiplier: float) -> None:
     points = np.array([[multiplier]])
-    times, status = ensemble.shifting_times(Model(), CONDITIONS, [axis], points)
-    tight, tight_status = ensemble.shifting_times(Model(), CONDITIONS, [axis], points, ensemble.TIGHT)
+    times, status = ensemble.shifting_times(NOMINAL, CONDITIONS, [axis], points)
+    tight, tight_status = ensemble.shifting_times(NOMINAL, CONDITIONS, [axis], points, ensemble.TIGHT)
     np.testing.assert_array_equal(status, tight_status)
     np.testing.assert_allclose(times, tight, atol=1e-4)
 
 
 def test_status_does_not_depend_on_the_duration_of_the_samples() -> None:
-    weak = Model().with_parameters({"friction_coefficient": 0.04 * 3.2e-4})
+    weak = NOMINAL.with_parameters({"friction_coefficient": 0.04 * 3.2e-4})
     times, status = ensemble.shifting_times(weak, CONDITIONS)
     sampled = ensemble.signals(weak, CONDITIONS, np.linspace(0, 8, 20))
     np.testing.assert_array_equal(sampled.shifting_time, times)
@@ -120,23 +120,24 @@ def test_exp_is_accurate() -> None:
 
 def test_invalid_input_raises_an_error_with_a_remedy() -> None:
     with pytest.raises(UnknownName, match="Did you mean 'pressure_bias'"):
-        ensemble.shifting_times(Model(), CONDITIONS, ["presure_bias"], np.ones((1, 1)))
+        ensemble.shifting_times(NOMINAL, CONDITIONS, ["presure_bias"], np.ones((1, 1)))
     with pytest.raises(InvalidValue, match=r"Give \(m, 1\) multipliers of pressure_bias"):
-        ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], np.ones((1, 2)))
+        ensemble.shifting_times(NOMINAL, CONDITIONS, ["pressure_bias"], np.ones((1, 2)))
     with pytest.raises(InvalidValue, match="finite"):
-        ensemble.shifting_times(Model(), CONDITIONS, ["pressure_bias"], np.array([[np.nan]]))
+        ensemble.shifting_times(NOMINAL, CONDITIONS, ["pressure_bias"], np.array([[np.nan]]))
 
 
 def test_paired_results_are_the_diagonal_of_all_combinations() -> None:
     points = np.linspace(0.7, 1.3, 216)[:, None]
-    vectors = np.tile(Model().parameters, (216, 1)) * np.where(np.arange(20) == 11, points, 1.0)
-    typical = [c.typical for effect in effects.CATALOGUE for c in effect.coefficients]
+    vectors = np.tile(NOMINAL.parameters, (216, 1)) * np.where(np.arange(20) == 11, points, 1.0)
+    typical = [value for effect in effects.CATALOGUE for value in effect.on(HEAVY.scales).typical]
     coefficients, samples = np.tile(typical, (216, 1)), np.linspace(0, 1.5, 7)
-    combinations = ensemble.simulate(vectors, coefficients, CONDITIONS, samples)
+    combinations = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples)
     for threads in (1, 3):
-        pairs = ensemble.simulate(vectors, coefficients, CONDITIONS, samples, threads=threads, paired=True)
+        pairs = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples, threads=threads,
+                                  paired=True)
         for column in fields(combinations):
             diagonal = np.einsum("ii...->i...", getattr(combinations, column.name))
             np.testing.assert_array_equal(getattr(pairs, column.name), diagonal)
     with pytest.raises(InvalidValue, match="216 points do not pair up with 3 conditions"):
-        ensemble.simulate(vectors, coefficients, CONDITIONS.take([1, 2, 3]), paired=True)
+        ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS.take([1, 2, 3]), paired=True)

@@ -7,10 +7,10 @@ import h5py
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.errors import BadRecording, UnknownName
 from slipstick.recordings import Recordings, open_conditions
 from slipstick.storage.isolated import require_readable
+from tests.benches import HEAVY
 
 ROOT = Path(__file__).parents[3]
 
@@ -23,8 +23,8 @@ def copy(shipped_file, tmp_path):
 
 def test_the_shipped_recordings_are_read_completely(shipped, shipped_file):
     assert (len(shipped), shipped.signals.pressure.shape) == (216, (216, 1001))
-    assert shipped.conditions.digest == paper_conditions().digest
-    assert open_conditions(shipped_file).digest == paper_conditions().digest
+    assert shipped.conditions.digest == HEAVY.conditions.digest
+    assert open_conditions(shipped_file).digest == HEAVY.conditions.digest
     assert sorted(shipped.run_order) == list(range(216))
     assert np.array_equal(shipped.conditions.run_order, shipped.run_order)
     assert shipped.description.startswith("Simulated test-bench recordings")

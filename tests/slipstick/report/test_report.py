@@ -49,7 +49,7 @@ def test_a_real_fit_has_all_entries_of_the_synthetic_one(shelf: Path, made: Made
     computed = figure_data(settings, problem, estimate["vector"], table.model, recordings)
     assert shape(made()["result"]) <= shape(result)
     assert shape(made()["figure_data"]) == shape(computed)
-    parsed = reading(page(FIT, {"result": result, "figure_data": computed, "seconds": {}, "processor_seconds": {}}))
+    parsed = reading(page(FIT, {**made(), "result": result, "figure_data": computed}))
     assert parsed.count("figure") == len(CAPTIONS)
 
 
@@ -140,9 +140,12 @@ def test_the_numbers_include_correlations(made: Made) -> None:
     output["result"]["correlation"] = [[1.0, -0.6], [-0.6, 1.0]]
     output["result"]["intervals"].append({"unknown": "partial correlation of a and b given c", "estimate": 0.2,
                                           "lower": None, "upper": 0.5, "unsettled": [], "level": 0.9})
-    rows = list(words.numbers(output["result"]))
-    assert rows[-2] == ("correlation of pressure bias and initial position", "0", "−0.6", "")
-    assert rows[-1] == ("partial correlation of a and b given c", "0", "0.2", "up to 0.5 (open below)")
+    rows = list(words.numbers(output["result"], output["physical"]))
+    assert rows[0] == ("mean of pressure bias (normal)", "1", "1", "1.6 bar", "up to 1.01 (open below)")
+    assert rows[3][3] == "0.08 bar"
+    assert rows[4][3] == "10 ms"
+    assert rows[-2] == ("correlation of pressure bias and initial position", "0", "−0.6", "", "")
+    assert rows[-1] == ("partial correlation of a and b given c", "0", "0.2", "", "up to 0.5 (open below)")
 
 
 def test_table_ii_compares_both_methods_with_the_paper(made: Made) -> None:

@@ -5,6 +5,7 @@ from slipstick.study.design import Design
 from slipstick.study.linearised import Linearised
 from slipstick.study.marginal import State
 from slipstick.study.mixed import MixedFit
+from tests.benches import HEAVY
 
 N, VALUES = 60, 12
 PARAMETERS = ("pressure_bias", "initial_position", "friction_coefficient")
@@ -20,4 +21,4 @@ def linear_fit() -> MixedFit:
     rows = np.concatenate([jacobian, residual[..., None]], axis=2)
     about = Linearised((rows.transpose(0, 2, 1) @ rows)[None], residual)
     state = State(np.ones(3), modes, np.diag([0.0025, 0.0025]), np.ones(1))
-    return MixedFit(Design(PARAMETERS, (0, 1)), state, about, np.zeros(N), 1, True)
+    return MixedFit(Design(HEAVY, PARAMETERS, (0, 1)), state, about, np.zeros(N), 1, True)

@@ -13,6 +13,7 @@ from slipstick.study import locate, study
 from slipstick.study.comparison import WIDTH
 from slipstick.study.cut import cut
 from slipstick.study.settings import StudySettings
+from tests.benches import HEAVY
 
 Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]
 
@@ -30,7 +31,8 @@ def fitted(studied: Studied) -> tuple[Any, Any, Any]:
 def simulated(compared: Any, found: Any, seed: int | None) -> Any:
     """The comparison with signals of the fitted model instead, with noise where there is a seed."""
     signals, conditions = compared.recordings.signals, compared.recordings.conditions
-    response = ensemble.simulate(*found.design.vectors(found.points), conditions, signals.time, paired=True)
+    response = ensemble.simulate(HEAVY.physics.converter, *found.design.vectors(found.points), conditions, signals.time,
+                                 paired=True)
     rng = None if seed is None else np.random.default_rng(seed)
     made = Signals(signals.time, *(
         getattr(response, name) + (0 if rng is None else np.sqrt(WIDTH) * compared.noise[name]

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from slipstick.clutch import effects, ensemble
-from slipstick.clutch.conditions import paper_conditions
-from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.study import mixed
@@ -19,6 +17,7 @@ from slipstick.study.design import Design
 from slipstick.study.further import further, tried
 from slipstick.study.marginal import State
 from slipstick.study.mixed import MixedFit
+from tests.benches import HEAVY, NOMINAL
 
 PARAMETERS = ("pressure_bias", "initial_position", "friction_coefficient")
 NOISE = dict(zip(CHANNELS, (0.02, 0.1, 0.03, 2.0, 0.003), strict=True))
@@ -30,25 +29,25 @@ STILL = np.zeros((12, 2))  # modes of 12 runs without scatter
 @pytest.fixture(scope="module")
 def compared() -> Comparison:
     """The plain model under 12 conditions: two profiles, three motor speeds, two brake torques, one inertia."""
-    paper, time = paper_conditions(), np.arange(0.0, 2.0, 0.002)
+    paper, time = HEAVY.conditions, np.arange(0.0, 2.0, 0.002)
     speeds = np.unique(paper.motor_speed)[:3]
     rows = [np.flatnonzero((paper.current_profile == profile) & (paper.motor_speed == speed)
                            & (paper.load_inertia == 10) & (paper.brake_torque == brake))[0]
             for profile, speed, brake in product((0, 3), speeds, (20.0, 80.0))]
     conditions = replace(paper.take(rows), run_order=np.arange(12))
-    response = ensemble.signals(Model(), conditions, time)
+    response = ensemble.signals(NOMINAL, conditions, time)
     locked = response.shifting_time[0]
     k = len(time) // WIDTH
     channels = {name: slice(place * k, min((place + 1) * k, 4 * k + 1)) for place, name in enumerate(CHANNELS)}
     recordings = Recordings(conditions, locked, Signals(time, *(getattr(response, name)[0] for name in SIGNAL_UNITS)))
-    blank = Comparison(recordings, channels, np.empty((12, 4 * k + 1)), np.ones((12, 4 * k + 1)), NOISE)
+    blank = Comparison(HEAVY, recordings, channels, np.empty((12, 4 * k + 1)), np.ones((12, 4 * k + 1)), NOISE)
     return replace(blank, measured=blank.predicted(response)[0])
 
 
 def fitted(compared: Comparison, effect: str, size: float, **multiples: float) -> MixedFit:
     """A fit with `size` typical values of an effect, and parameters at the multiples."""
-    design = Design(PARAMETERS, (0, 1), (effect,))
-    shapes = [one.neutral / one.typical for one in effects.find(effect).coefficients[1:]]
+    design = Design(HEAVY, PARAMETERS, (0, 1), (effect,))
+    shapes = [one.neutral / one.typical for one in effects.find(effect).on(HEAVY.scales).coefficients[1:]]
     theta = np.array([*(multiples.get(name, 1.0) for name in PARAMETERS), size, *shapes])
     n, channels = len(compared.measured), len(compared.channels)
     return mixed.at(compared, design, State(theta, np.zeros((n, 2)), SCATTER**2 * np.eye(2), np.ones(channels)))
@@ -101,7 +100,7 @@ def test_what_scatters_from_run_to_run_counts_nothing(
 
 def test_shifting_times_alone_tell_by_how_they_differ_beside_noise_and_scatter(compared: Comparison) -> None:
     values, conditions = compared.measured[:, -1:], compared.recordings.conditions
-    alone = Comparison(replace(compared.recordings, signals=None), {"shifting_time": slice(0, 1)}, values,
+    alone = Comparison(HEAVY, replace(compared.recordings, signals=None), {"shifting_time": slice(0, 1)}, values,
                        np.ones_like(values), NOISE)
     found = further(alone, [fitted(alone, "supply_droop", 0.0, friction_coefficient=one) for one in (1.1, 1.0)], SEED)
     assert {each["signal"] for each in found} == {"shifting_time"}
@@ -109,7 +108,7 @@ def test_shifting_times_alone_tell_by_how_they_differ_beside_noise_and_scatter(c
     place = np.flatnonzero(np.all([getattr(conditions, name) == best[name] for name in (
         "current_profile", "motor_speed", "brake_torque")], axis=0))
     points = np.array([[1, 1, 1.1], [1.01, 1, 1], [0.99, 1, 1], [1, 1.01, 1], [1, 0.99, 1], [1, 1, 1]])
-    times = ensemble.shifting_times(Model(), conditions.take(place), PARAMETERS, points)[0][:, 0]
+    times = ensemble.shifting_times(NOMINAL, conditions.take(place), PARAMETERS, points)[0][:, 0]
     slopes = (times[1:5:2] - times[2:5:2]) / 0.02
     expected = abs(times[0] - times[-1]) / np.sqrt(NOISE["shifting_time"] ** 2 + SCATTER**2 * (slopes @ slopes))
     assert best["apart"] == pytest.approx(expected, rel=0.05)
@@ -139,6 +138,6 @@ def test_recorded_levels_and_a_step_beyond_are_tried(compared: Comparison) -> No
     assert len(grid) == 2 * 5 * 3 * 4
     assert np.unique(grid.load_inertia) == pytest.approx([8, 10, 12])
     assert np.all(grid.run_order == 12)
-    many = replace(paper_conditions(), motor_speed=np.linspace(100, 200, 216), load_inertia=np.linspace(5, 15, 216))
+    many = replace(HEAVY.conditions, motor_speed=np.linspace(100, 200, 216), load_inertia=np.linspace(5, 15, 216))
     assert len(tried(many, SEED)) == 1000
     assert set(tried(many, SEED).motor_speed) <= {*many.motor_speed, 80.0, 240.0}

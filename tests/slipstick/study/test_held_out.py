@@ -3,14 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.study.climb import Limits
 from slipstick.study.held_out import folds, without
 from slipstick.study.mixed import MixedFit
+from tests.benches import HEAVY
 
 
 def test_folds_leave_out_every_motor_speed_and_every_profile_once() -> None:
-    conditions = paper_conditions()
+    conditions = HEAVY.conditions
     left_out = folds(conditions, seed=1)
     assert len(left_out) == 4 + 6
     np.testing.assert_array_equal(np.sum(left_out, axis=0), 2)
@@ -20,7 +20,7 @@ def test_folds_leave_out_every_motor_speed_and_every_profile_once() -> None:
 
 
 def test_few_kinds_are_split_at_random_each_experiment_once() -> None:
-    conditions = paper_conditions().take([0, 1, 2, 9, 10, 11])
+    conditions = HEAVY.conditions.take([0, 1, 2, 9, 10, 11])
     np.testing.assert_array_equal(np.sum(folds(conditions, seed=1), axis=0), 1)
 
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from slipstick.clutch import ensemble
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.study import mixed
 from slipstick.study.comparison import Comparison, compare
 from slipstick.study.design import Design
+from tests.benches import HEAVY
 
 PARAMETERS = ("pressure_bias", "temperature_gain", "initial_position", "friction_coefficient")
-DESIGN = Design(PARAMETERS, (0, 2))
+DESIGN = Design(HEAVY, PARAMETERS, (0, 2))
 TRUE = np.array([1.1, 0.9, 1.1, 0.97])
 STD = np.array([0.05, 0.08])
 
@@ -20,16 +20,16 @@ STD = np.array([0.05, 0.08])
 @pytest.fixture(scope="module")
 def recorded() -> Comparison:
     """24 engagements, scattered from run to run, with noise of 1 % of each signal's range."""
-    rng, conditions = np.random.default_rng(7), paper_conditions().take(np.arange(0, 216, 9))
+    rng, conditions = np.random.default_rng(7), HEAVY.conditions.take(np.arange(0, 216, 9))
     points = np.tile(TRUE, (24, 1))
     points[:, [0, 2]] += STD * rng.standard_normal((24, 2))
     time = np.arange(0.0, 2.0, 0.002)
-    response = ensemble.simulate(*DESIGN.vectors(points), conditions, time, paired=True)
+    response = ensemble.simulate(HEAVY.physics.converter, *DESIGN.vectors(points), conditions, time, paired=True)
     assert np.all(response.status == ensemble.LOCKED)
     read = {name: getattr(response, name) for name in SIGNAL_UNITS}
     noisy = {name: one + 0.01 * np.ptp(one) * rng.standard_normal(one.shape) for name, one in read.items()}
     times = response.shifting_time + 0.003 * rng.standard_normal(24)
-    return compare(Recordings(conditions, times, Signals(time, **noisy)), 0.003)
+    return compare(HEAVY, Recordings(conditions, times, Signals(time, **noisy)), 0.003)
 
 
 def test_a_fit_finds_its_place_in_the_valley_and_the_scatter(recorded: Comparison) -> None:

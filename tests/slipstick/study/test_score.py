@@ -6,6 +6,7 @@ import pytest
 from slipstick.clutch import effects
 from slipstick.study import score
 from slipstick.study.mixed import MixedFit
+from tests.benches import HEAVY
 
 
 def test_the_statistic_counts_experiments_and_not_what_they_weigh() -> None:
@@ -73,8 +74,8 @@ def test_the_memory_of_the_scatter_is_found_beside_a_trend(linear_fit: MixedFit,
 
 
 def test_probes_try_every_amplitude_and_several_shapes() -> None:
-    tried = score.probes([effect.name for effect in effects.CATALOGUE if effect.listed])
+    tried = score.probes([effect.name for effect in effects.CATALOGUE if effect.listed], HEAVY)
     assert {probe.effect for probe in tried} == {effect.name for effect in effects.CATALOGUE if effect.listed}
     decays = [dict(probe.shape)["decay_speed"] for probe in tried if probe.effect == "stribeck_friction"]
     assert len(decays) == 3
-    assert min(decays) < effects.find("stribeck_friction").coefficients[1].typical < max(decays)
+    assert min(decays) < effects.find("stribeck_friction").on(HEAVY.scales).typical[1] < max(decays)

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import Conditions, paper_conditions
+from slipstick.bench.conditions import Conditions
 from slipstick.study.linearised import Linearised
 from slipstick.study.marginal import State
 from slipstick.study.mixed import MixedFit
 from slipstick.study.variation import covariance
+from tests.benches import HEAVY
 
 N, VALUES, NOISE = 216, 40, 1.0
 STD = 0.03
@@ -17,7 +18,7 @@ STD = 0.03
 
 @pytest.fixture
 def conditions() -> Conditions:
-    return paper_conditions()
+    return HEAVY.conditions
 
 
 def varied(linear_fit: MixedFit, third: np.ndarray) -> MixedFit:

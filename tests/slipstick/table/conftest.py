@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
-from slipstick.clutch.model import Model
 from slipstick.table import Axis, Grid
+from tests.benches import HEAVY, NOMINAL
 
 
 @pytest.fixture
@@ -15,4 +14,4 @@ def table():
     status = np.zeros((7, 5, 3), dtype=np.uint8)
     status[6, 4, 0], status[0, 0, 2] = 1, 2
     times[status != 0] = np.nan
-    return Grid(axes, times, status, paper_conditions().take([3, 100, 215]), Model(), "a test")
+    return Grid(axes, times, status, HEAVY.conditions.take([3, 100, 215]), NOMINAL, "a test")

@@ -8,14 +8,13 @@ import h5py
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, OutsideTable, WrongDigest, WrongLayout
 from slipstick.storage.hdf5 import text
 from slipstick.table import Axis, Grid, HeldOut, Network, Surrogate, Table
 from slipstick.table.surrogate import germs
 from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, exact
+from tests.benches import HEAVY, NOMINAL
 
 AXES = (Axis("pressure_bias", np.array([0.8, 1.2]), 1.6, "bar"),
         Axis("initial_position", np.array([0.5, 2.0]), 5e-4, "m"))
@@ -30,7 +29,7 @@ def network(sizes=(2, 7, 5, 3), seed=1):
 @pytest.fixture
 def surrogate():
     error = HeldOut(50, np.array([1e-4, 2e-4, 3e-4]), np.array([5e-4, 9e-4, 3e-4]))
-    return Surrogate(AXES, network(), error, 1000, 2000, 7, paper_conditions().take([3, 100, 215]), Model(), "a test")
+    return Surrogate(AXES, network(), error, 1000, 2000, 7, HEAVY.conditions.take([3, 100, 215]), NOMINAL, "a test")
 
 
 @pytest.fixture
@@ -90,7 +89,7 @@ def test_the_digest_depends_on_the_content_only(surrogate):
     other_network.weights[1][3, 2] = np.nextafter(other_network.weights[1][3, 2], 9)
     other_error = HeldOut(50, surrogate.error.rms, surrogate.error.worst * 2)
     changes = [{"network": other_network}, {"error": other_error}, {"error": replace(surrogate.error, points=51)},
-               {"runs": 1001}, {"steps": 2001}, {"seed": 8}, {"model": Model().with_parameters({"gear_ratio": 3.0})},
+               {"runs": 1001}, {"steps": 2001}, {"seed": 8}, {"model": NOMINAL.with_parameters({"gear_ratio": 3.0})},
                {"axes": (replace(AXES[0], nominal=1.7), AXES[1])}]
     digests = {replace(surrogate, **change).digest for change in changes}
     assert len(digests | {surrogate.digest}) == len(changes) + 1
@@ -177,17 +176,17 @@ def test_errors_name_the_inconsistency(path, damage, error, message):
 def test_conditions_are_matched_by_value(surrogate):
     points = random_points(20)
     times = surrogate.interpolate(points)
-    restricted = surrogate.restricted(paper_conditions().take([215, 3]))
+    restricted = surrogate.restricted(HEAVY.conditions.take([215, 3]))
     assert np.array_equal(restricted.interpolate(points), times[:, [2, 0]])
     assert restricted.error.rms.tolist() == surrogate.error.rms[[2, 0]].tolist()
-    assert np.array_equal(surrogate(points, paper_conditions().take([100])), times[:, [1]])
+    assert np.array_equal(surrogate(points, HEAVY.conditions.take([100])), times[:, [1]])
     with pytest.raises(InvalidValue, match="is not in the table"):
-        surrogate(points[:1], paper_conditions().take([3, 4]))
+        surrogate(points[:1], HEAVY.conditions.take([3, 4]))
 
 
 def test_a_point_outside_is_an_error_clipped_or_nan_as_for_a_grid(surrogate):
     shape = (2, 2, 3)
-    grid = Grid(AXES, np.ones(shape), np.zeros(shape, np.uint8), surrogate.conditions, Model())
+    grid = Grid(AXES, np.ones(shape), np.zeros(shape, np.uint8), surrogate.conditions, NOMINAL)
     points = np.array([[1.0, 1.0], [0.2, 1.0], [1.0, 2.7], [9.0, -9.0]])
     edge = np.array([[1.0, 1.0], [0.8, 1.0], [1.0, 2.0], [1.2, 0.5]])
     assert np.array_equal(surrogate.interpolate(points, "clip"), surrogate.interpolate(edge, "error"))

@@ -4,16 +4,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.table import Axis, Grid
+from tests.benches import HEAVY, NOMINAL
 
 
 def test_conditions_are_matched_by_value(table):
     points = np.random.default_rng(2).uniform(0.6, 1.4, (20, 2))
     times = table.interpolate(points)
-    paper = paper_conditions()
+    paper = HEAVY.conditions
     assert np.array_equal(table(points, table.conditions), times)
     assert np.array_equal(table(points, paper.take([215, 3])), times[:, [2, 0]])
     rounded = replace(paper.take([100]), motor_speed=paper.motor_speed[[100]] * (1 + 1e-13))
@@ -21,7 +20,7 @@ def test_conditions_are_matched_by_value(table):
 
 
 def test_unknown_conditions_are_rejected(table):
-    paper = paper_conditions()
+    paper = HEAVY.conditions
     for other in (paper.take([3, 4]), replace(paper.take([100, 3]), profile_current=paper.profile_current * 1.001)):
         with pytest.raises(InvalidValue, match="is not in the table"):
             table(np.ones((1, 2)), other)
@@ -42,17 +41,17 @@ def test_the_digest_depends_on_the_content_only(table):
         Grid(axes, later, status, table.conditions, table.model),
         Grid(axes, times, failed, table.conditions, table.model),
         Grid(axes, times, status, faster, table.model),
-        Grid(axes, times, status, table.conditions, Model().with_parameters({"gear_ratio": 3.0})),
+        Grid(axes, times, status, table.conditions, NOMINAL.with_parameters({"gear_ratio": 3.0})),
         *(Grid((replace(axes[0], **change), axes[1]), times, status, table.conditions, table.model)
           for change in ({"name": "gear_ratio"}, {"nominal": 1.7}, {"unit": "Pa"},
                          {"values": axes[0].values + 0.01})),
     ]
     assert len({table.digest, *(other.digest for other in others)}) == len(others) + 1
-    assert Grid(axes, times.copy(), status, table.conditions, Model(), "another origin").digest == table.digest
+    assert Grid(axes, times.copy(), status, table.conditions, NOMINAL, "another origin").digest == table.digest
 
 
 def test_the_run_order_matters_only_if_an_effect_depends_on_it(table, tmp_path):
-    drifting = Model().with_effect("temperature_drift", {"drift": 0.02})
+    drifting = NOMINAL.with_effect("temperature_drift", {"drift": 0.02})
     ordered, other = (replace(table.conditions, run_order=np.array(order)) for order in ([2, 0, 1], [0, 2, 1]))
     constant, drift = replace(table, conditions=ordered), replace(table, conditions=ordered, model=drifting)
     assert constant.digest == table.digest

@@ -5,9 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from slipstick.clutch.conditions import paper_conditions
 from slipstick.clutch.ensemble import Simulator
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.uncertainty import standard_normals
 from slipstick.uncertainty.chaos import (
@@ -19,14 +17,15 @@ from slipstick.uncertainty.chaos import (
     germs_from_normals,
     make_basis,
 )
+from tests.benches import HEAVY, NOMINAL
 
 AXES = ("pressure_bias", "initial_position", "friction_coefficient", "current_gain", "current_delay")
-CONDITIONS = paper_conditions().take(range(0, 216, 5))
+CONDITIONS = HEAVY.conditions.take(range(0, 216, 5))
 OfGerms = Callable[[np.ndarray], np.ndarray]
 
 
 def clutch(dimension: int, std: float) -> OfGerms:
-    simulator = Simulator(Model(), AXES[:dimension])
+    simulator = Simulator(NOMINAL, AXES[:dimension])
     return lambda germs: simulator(1 + std * germs, CONDITIONS)
 
 

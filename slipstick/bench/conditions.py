@@ -1,7 +1,6 @@
 """The conditions of engagements: current profile, motor speed, load inertia and brake torque (section II.A)."""
 
 import hashlib
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -9,23 +8,8 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 
-HORIZON = 3.5
-"""End of the paper's current profiles in s. An engagement without lock-up before this time counts as never locked."""
-
-_MOTOR_SPEEDS = np.array([1000.0, 1300.0, 1600.0, 1900.0]) * np.pi / 30  # rpm -> rad/s
-_LOAD_INERTIAS = (6.0, 10.0, 14.0)
-_BRAKE_TORQUES = (20.0, 50.0, 80.0)
-
-# Fill pulse, hold phase, and the ramp that closes the plates: peak current in A, hold current in A, end of the pulse
-# in s, final current in A.
-_PROFILES = (
-    (0.70, 0.30, 0.105, 0.70),
-    (0.70, 0.28, 0.125, 0.70),
-    (0.80, 0.31, 0.085, 0.75),
-    (0.80, 0.29, 0.105, 0.75),
-    (0.60, 0.32, 0.130, 0.65),
-    (0.75, 0.27, 0.095, 0.80),
-)
+_COLUMNS = ("current_profile", "motor_speed", "load_inertia", "brake_torque", "run_order", "input_torque",
+            "initial_input_speed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +19,9 @@ class Conditions:
     Shapes: `current_profile` (n,) index into the profiles, `motor_speed` (n,) rad/s, `load_inertia` (n,) kg m^2,
     `brake_torque` (n,) N m, `profile_time` (p, k) s, `profile_current` (p, k) A. `run_order` (n,) is the position of
     each engagement in the test sequence, from 0, or None if unknown. Only drift effects depend on it, and it does not
-    enter the identity (`digest`) of the conditions. Raises `InvalidValue`.
+    enter the identity (`digest`) of the conditions. Without a torque converter, `input_torque` (n,) N m drives the
+    input shaft, which rotates at `initial_input_speed` (n,) rad/s at t = 0. `profile_input_torque` (p, k) N m, a torque
+    that varies over the current profile, is added to it. With a converter all three are None. Raises `InvalidValue`.
     """
 
     current_profile: np.ndarray
@@ -45,6 +31,9 @@ class Conditions:
     profile_time: np.ndarray
     profile_current: np.ndarray
     run_order: np.ndarray | None = None
+    input_torque: np.ndarray | None = None
+    initial_input_speed: np.ndarray | None = None
+    profile_input_torque: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Validate shapes, order, finiteness and signs."""
@@ -56,6 +45,17 @@ class Conditions:
             in_range = column >= 0 if name == "brake_torque" else column > 0
             _require(bool(np.all(np.isfinite(column) & in_range)),
                      f"{name} has values that are not finite and positive", "Check the column and its unit")
+        _require((self.input_torque is None) == (self.initial_input_speed is None),
+                 "input torque and initial input speed do not come together",
+                 "Give both for a bench without a torque converter, else none")
+        for given in (self.input_torque, self.initial_input_speed):
+            _require(given is None or (given.shape == (n,) and bool(np.all(np.isfinite(given)))),
+                     "input torque or initial input speed is not one finite number per condition", "Check the columns")
+        varying = self.profile_input_torque
+        _require(varying is None or (self.input_torque is not None and varying.shape == self.profile_time.shape
+                                     and bool(np.all(np.isfinite(varying)))),
+                 "the input torque of the profiles is not one finite number per breakpoint, or the initial input speed "
+                 "is missing", "Give an input torque for each breakpoint, and an initial input speed per condition")
         order = np.zeros(n) if self.run_order is None else self.run_order
         _require(order.shape == (n,) and bool(np.all(np.equal(np.mod(order, 1), 0))),
                  "the run order is not one whole number per condition",
@@ -78,7 +78,8 @@ class Conditions:
 
     def columns(self, with_run_order: bool = False) -> list[np.ndarray]:
         """All fields that define the conditions, and on request the run order if it is known."""
-        columns = [getattr(self, field.name) for field in fields(self) if field.name != "run_order"]
+        values = [getattr(self, field.name) for field in fields(self) if field.name != "run_order"]
+        columns = [column for column in values if column is not None]
         return [*columns, self.run_order.astype(np.int64)] if with_run_order and self.run_order is not None else columns
 
     @property
@@ -91,18 +92,8 @@ class Conditions:
     def take(self, indices: Sequence[int] | np.ndarray) -> "Conditions":
         """Conditions at `indices`, in that order."""
         rows = np.asarray(indices, dtype=np.int64)
-        return replace(self, current_profile=self.current_profile[rows], motor_speed=self.motor_speed[rows],
-                       load_inertia=self.load_inertia[rows], brake_torque=self.brake_torque[rows],
-                       run_order=None if self.run_order is None else self.run_order[rows])
-
-
-def paper_conditions() -> Conditions:
-    """The 216 = 6 x 4 x 3 x 3 conditions of the paper's section II.A; the brake torque varies fastest."""
-    grid = itertools.product(range(len(_PROFILES)), _MOTOR_SPEEDS, _LOAD_INERTIAS, _BRAKE_TORQUES)
-    profile, speed, inertia, brake = (np.array(column) for column in zip(*grid, strict=True))
-    time = np.array([[0, 0.002, end, end + 0.01, end + 0.15, end + 1.5, HORIZON] for _, _, end, _ in _PROFILES])
-    current = np.array([[0.1, peak, peak, hold, hold, final, final] for peak, hold, _, final in _PROFILES])
-    return Conditions(profile.astype(np.int64), speed, inertia, brake, time, current)
+        columns = {name: getattr(self, name) for name in _COLUMNS}
+        return replace(self, **{name: column[rows] for name, column in columns.items() if column is not None})
 
 
 def reversals(current: np.ndarray) -> np.ndarray:

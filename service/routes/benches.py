@@ -1,0 +1,136 @@
+"""Benches: list, description and upload."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Path, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from service.bodies import JsonRoute, require_media_type
+from service.problem_details import Conflict, error_responses
+from service.routes.tables import CurrentProfile, list_profiles
+from service.schemas import LibraryDependency
+from slipstick.bench import TEMPLATE, Bench, parameters
+from slipstick.errors import SlipstickError
+from slipstick.storage.library import Library
+
+router = APIRouter(prefix="/v1/benches", tags=["benches"], route_class=JsonRoute)
+_MEDIA_TYPE = "application/toml"
+
+
+class BenchEntry(BaseModel):
+    """A bench in the list of benches."""
+
+    name: str = Field(description="Name of the bench, as used by all operations.")
+    title: str = Field(description="Title of the bench; empty if the file is invalid.")
+    digest: str | None = Field(description="SHA-256 digest of its physics; null if the file is invalid.")
+    problem: str | None = Field(default=None, description="Why the file is invalid, and what to do; null if valid.")
+    href: str = Field(description="Path of the bench.")
+
+
+class BenchList(BaseModel):
+    """A list of all benches."""
+
+    benches: list[BenchEntry] = Field(description="The benches, sorted by name.")
+
+
+class BenchParameter(BaseModel):
+    """A parameter of a bench."""
+
+    name: str = Field(description="Name of the parameter.")
+    value: float = Field(description="Nominal value.")
+    unit: str = Field(description="Unit of the value.")
+    meaning: str = Field(description="Meaning of the parameter.")
+    uncertain: bool = Field(description="Whether a calibration estimates the parameter.")
+    lower: float = Field(description="Lower bound, in multiples of the nominal value.")
+    upper: float = Field(description="Upper bound, in multiples of the nominal value.")
+    scatter: float | None = Field(description="Known standard deviation from run to run, as a fraction of the nominal "
+                                              "value; null if unknown.")
+
+
+class BenchSensor(BaseModel):
+    """A sensor of a bench, in the unit of its signal; null where unknown."""
+
+    noise: float | None = Field(description="Standard deviation of the noise.")
+    resolution: float | None = Field(description="Resolution.")
+    lag: float | None = Field(description="Lag in s.")
+
+
+class BenchDescription(BaseModel):
+    """Description of a bench."""
+
+    name: str = Field(description="Name of the bench.")
+    title: str = Field(description="Title of the bench.")
+    source: str = Field(description="Where the numbers of the bench come from.")
+    digest: str = Field(description="SHA-256 digest of the physics: parameters and torque converter.")
+    sensing_digest: str = Field(description="SHA-256 digest of sensors and priors.")
+    parameters: list[BenchParameter] = Field(description="The parameters of the model on this bench.")
+    torque_converter: dict[str, list[float]] | None = Field(
+        description="Characteristic curves of the torque converter; null for a bench without one.")
+    sensors: dict[str, BenchSensor] = Field(description="The sensors by signal, and the shifting time.")
+    sample_time: float = Field(description="Sample time of the signals in s.")
+    conditions: int = Field(description="Number of conditions.")
+    current_profiles: list[CurrentProfile] = Field(description="The current profiles.")
+
+
+BenchNamePath = Annotated[str, Path(description="Name of the bench.", openapi_examples={
+    "heavy": {"summary": "The nominal bench shipped with Slipstick", "value": "heavy"}})]
+NewBenchName = Annotated[str, Query(
+    description="Name of the new bench: up to 64 letters, digits, - and _, starting with a letter or digit.",
+    openapi_examples={"mine": {"summary": "A new name", "value": "my-bench"}})]
+_UPLOAD_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
+    _MEDIA_TYPE: {"schema": {"type": "string"}, "example": TEMPLATE.read_text()}}}}
+
+
+async def _upload_body(request: Request) -> bytes:
+    require_media_type(request, _MEDIA_TYPE)
+    return await request.body()
+
+
+@router.get("", summary="List the benches", responses=error_responses())
+def list_benches(library: LibraryDependency) -> BenchList:
+    """Return all benches; an invalid file is listed with the reason."""
+    return BenchList(benches=[_entry(library, name) for name in library.benches()])
+
+
+@router.get("/{name}", summary="Describe a bench", responses=error_responses(404))
+def describe_bench(name: BenchNamePath, library: LibraryDependency) -> BenchDescription:
+    """Return parameters with their priors, torque converter, sensors and current profiles of a bench."""
+    return _describe(name, library.bench(name))
+
+
+@router.post("", summary="Upload a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
+             responses=error_responses(408, 409, 413, 415))
+def upload_bench(name: NewBenchName, content: Annotated[bytes, Depends(_upload_body)], library: LibraryDependency,
+                 response: Response) -> BenchDescription:
+    """Check a bench file (TOML) and store it.
+
+    The request body is the file itself, with profiles and conditions inline: `curl --data-binary @bench.toml --header
+    'Content-Type: application/toml'`. `python -m worker bench new FILE` writes a template. An existing bench is never
+    replaced.
+    """
+    response.headers["Location"] = f"/v1/benches/{name}"
+    try:
+        return _describe(name, library.add_bench(name, content))
+    except FileExistsError:
+        raise Conflict(f"A bench named '{name}' already exists", "Choose another name") from None
+
+
+def _describe(name: str, bench: Bench) -> BenchDescription:
+    physics = bench.physics
+    return BenchDescription(
+        name=name, title=bench.title, source=bench.source.strip(), digest=bench.digest,
+        sensing_digest=bench.sensing_digest, sample_time=bench.sample_time, conditions=len(bench.conditions),
+        parameters=[BenchParameter(name=entry.name, value=value, unit=entry.unit, meaning=entry.meaning, **vars(prior))
+                    for entry, value, prior in zip(parameters.PARAMETERS, physics.nominal, bench.priors, strict=True)],
+        torque_converter=None if physics.converter is None else physics.converter.spec(),
+        sensors={name: BenchSensor(**vars(sensor)) for name, sensor in bench.sensors.items()},
+        current_profiles=list_profiles(bench.conditions))
+
+
+def _entry(library: Library, name: str) -> BenchEntry:
+    href = f"/v1/benches/{name}"
+    try:
+        bench = library.bench(name)
+    except SlipstickError as error:
+        return BenchEntry(name=name, title="", digest=None, problem=str(error), href=href)
+    return BenchEntry(name=name, title=bench.title, digest=bench.digest, href=href)

@@ -1,0 +1,110 @@
+"""Nominal parameters from recordings (section II.C of Tod et al.), by a nonlinear mixed-effects fit."""
+
+import numpy as np
+
+from slipstick.bench import Bench, parameters
+from slipstick.calibration.mixed import MixedFit, Report, fit
+from slipstick.calibration.noise import Noise, sensor_noise
+from slipstick.calibration.observations import CHANNELS, Observations
+from slipstick.calibration.result import Calibration
+from slipstick.calibration.start import start as start_values
+from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
+from slipstick.recordings import Recordings
+from slipstick.recordings.signals import SIGNAL_UNITS, Signals
+
+LEVEL = 0.9
+"""Probability of the intervals."""
+_FEWEST_PER_PARAMETER = 2
+"""Minimum number of engagements for each free parameter: one determines its mean, a second its scatter."""
+_SCATTER = 0.05
+"""Standard deviation of a multiplier from run to run that the search assumes where the bench file states none. It keeps
+single engagements near the others while no common values are known; the fit estimates the scatter."""
+_AT_BOUND = 1e-3
+"""Distance to a bound, as a fraction of the parameter's range, below which the parameter is reported at the bound."""
+
+
+def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
+              report: Report = lambda *_: None) -> Calibration:
+    """Fit the uncertain parameters of the `bench` to `recordings`, which must have signals.
+
+    The search starts from the model `start`, by default from the nominal parameters, whose effects are not changed. The
+    noise of the shifting time is that of the bench; the noise of the signals is estimated from the recordings. `report`
+    is called after every iteration. Raises `InvalidValue`.
+    """
+    model = start or Model(bench.physics)
+    bench.require(model.physics)
+    signals, lock_up_noise = _checked(recordings, bench)
+    observations = Observations(recordings, signals, bench, bench.uncertain, np.array(model.parameters),
+                                model.coefficients())
+    shown = [sensor_noise(name, getattr(signals, name)) for name in SIGNAL_UNITS]
+    sensors = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
+    scatter = [bench.prior(name).scatter for name in bench.uncertain]
+    found = fit(observations, start_values(observations), sensors,
+                np.array([one or _SCATTER for one in scatter]), report)
+    return _concluded(observations, model, found, lock_up_noise)
+
+
+def _checked(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
+    """The signals, and the noise of the shifting time in s."""
+    noise = bench.sensors["shifting_time"].noise
+    if not noise:
+        raise InvalidValue(f"The bench '{bench.name}' does not state the noise of the shifting time",
+                           'Add `shifting_time = { noise = "3 ms" }` to its [sensors]')
+    if not bench.uncertain:
+        raise InvalidValue(f"No parameter of the bench '{bench.name}' is uncertain",
+                           "Mark those to calibrate in its [parameters] with `uncertain = true`")
+    if recordings.signals is None:
+        raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
+                           "Record pressure, speeds and torque as well")
+    fewest = _FEWEST_PER_PARAMETER * len(bench.uncertain)
+    if len(recordings.conditions) < fewest:
+        raise InvalidValue(f"{len(recordings.conditions)} engagements are too few for a calibration",
+                           f"Record at least {fewest} engagements under different conditions")
+    return recordings.signals, noise
+
+
+def _concluded(observations: Observations, model: Model, found: MixedFit, lock_up_noise: float) -> Calibration:
+    effects, bench, free = found.effects, observations.bench, observations.free
+    nominal = np.array(bench.physics.nominal)[[parameters.index(name) for name in free]]
+    lower, upper = observations.bounds
+    margin = _AT_BOUND * (upper - lower)
+    values = dict(zip(free, effects.mean * nominal, strict=True))
+    fitted, error = model.with_parameters(values), effects.standard_error
+    noise, chi_square = _remaining(observations, found, lock_up_noise)
+    base = observations.base[[parameters.index(name) for name in free]] / nominal
+    return Calibration(
+        model=fitted, free=free, standard_error=error * nominal,
+        interval=effects.intervals(LEVEL) * nominal[:, None], level=LEVEL,
+        correlation=effects.covariance / np.outer(error, error), scatter=effects.scatter * nominal,
+        scatter_error=effects.scatter_error * nominal, chi_square=chi_square,
+        noise=dict(zip(CHANNELS, noise.std.tolist(), strict=True)),
+        noise_correlation=dict(zip(SIGNAL_UNITS, noise.correlation[:-1].tolist(), strict=True)),
+        rms_before=_rms_of_times(observations, base), rms_after=_rms_of_times(observations, effects.mean),
+        at_bound=tuple(name for name, value, low, high, near in
+                       zip(free, effects.mean, lower, upper, margin, strict=True)
+                       if value < low + near or value > high - near),
+        evaluations=found.iterations, converged=found.converged, bench=bench.name, bench_digest=bench.digest,
+        sensing_digest=bench.sensing_digest)
+
+
+def _remaining(observations: Observations, found: MixedFit, lock_up_noise: float) -> tuple[Noise, dict[str, float]]:
+    """The noise of the sensors as the residuals of each engagement show it, and the reduced chi-square of channels."""
+    points, places = found.about.points, np.arange(len(observations.recordings))
+    response = observations.simulate(points[None], places)
+    signals, times = observations.residuals(response, places)
+    counted = observations.counted(observations.lock_up(response, places), places, lock_up_noise)
+    shown = [sensor_noise(name, signals[channel, 0]) for channel, name in enumerate(SIGNAL_UNITS)]
+    noise = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
+    squares = [float(np.mean(signals[channel, 0][counted[channel]] ** 2)) for channel in range(len(SIGNAL_UNITS))]
+    # What the parameters of the engagements have taken from the residuals, by the trace of the posterior.
+    samples = found.about.counts[:, 0].sum(axis=1)
+    taken = np.einsum("cnpq,nqp->c", found.about.products[:, 0, :, :-1, :-1], found.effects.posterior, optimize=True)
+    mean = np.array([*squares, float(np.mean(times**2))]) + taken / samples
+    return noise, dict(zip(CHANNELS, (mean / noise.std**2).tolist(), strict=True))
+
+
+def _rms_of_times(observations: Observations, point: np.ndarray) -> float:
+    places = np.arange(len(observations.recordings))
+    response = observations.simulate(np.tile(point, (1, len(places), 1)), places)
+    return float(np.sqrt(np.mean(observations.residuals(response, places)[1] ** 2)))

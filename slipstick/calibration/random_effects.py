@@ -1,0 +1,168 @@
+"""The linear mixed model of linearised engagements: z_i = J_i beta_i + e_i, beta_i ~ N(mean, diag(variance)).
+
+The engagement i enters through A_i = J_i' V^-1 J_i and a_i = J_i' V^-1 z_i, V the covariance of its noise. Generalized
+least squares gives the mean, restricted maximum likelihood the variances (Patterson and Thompson, Biometrika 58, 545,
+1971), the best linear unbiased prediction the beta_i.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+from scipy.stats import t as student
+
+_SCORINGS, _SETTLED = 200, 1e-6
+"""Most steps of Fisher scoring, and the expected rise of the log-likelihood below which it ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class Engagements:
+    """`information` A_i (n, d, d) and `pull` a_i (n, d) of n engagements, with bounds (d,) of the mean."""
+
+    information: np.ndarray
+    pull: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @property
+    def widest(self) -> np.ndarray:
+        """Largest variances (d,): three standard deviations to either side fit between the bounds, as runs must."""
+        return np.asarray(((self.upper - self.lower) / 6) ** 2)
+
+
+@dataclass(frozen=True, eq=False)
+class RandomEffects:
+    """Estimated `mean` (d,) and `variance` (d,) between engagements; `covariance`, `uncertainty` (d, d) are theirs.
+
+    `each` (n, d) are the predicted beta_i, `posterior` (n, d, d) their covariance given the data. `marginal` (n, d, d)
+    is J_i' (V + J_i diag(variance) J_i')^-1 J_i.
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    variance: np.ndarray
+    uncertainty: np.ndarray
+    each: np.ndarray
+    posterior: np.ndarray
+    marginal: np.ndarray
+
+    @property
+    def standard_error(self) -> np.ndarray:
+        """Of the mean, (d,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def scatter(self) -> np.ndarray:
+        """Standard deviations between engagements, (d,)."""
+        return np.asarray(np.sqrt(self.variance))
+
+    @property
+    def scatter_error(self) -> np.ndarray:
+        """How much larger the scatter is where its variance is larger by one standard error, (d,).
+
+        It is the usual standard error where there is much scatter, and finite where none is found.
+        """
+        return np.asarray(np.sqrt(self.variance + np.sqrt(np.diag(self.uncertainty))) - self.scatter)
+
+    @property
+    def degrees_of_freedom(self) -> np.ndarray:
+        """Of each variance of the mean, by Satterthwaite's approximation (Biometrics Bulletin 2, 110, 1946): (d,)."""
+        slopes = ((self.covariance @ self.marginal) ** 2).sum(axis=0)  # of covariance[k, k] in variance[l]
+        spread = np.einsum("kl,lm,km->k", slopes, self.uncertainty, slopes)
+        return np.asarray(2 * np.diag(self.covariance) ** 2 / np.maximum(spread, np.finfo(float).tiny))
+
+    def intervals(self, level: float) -> np.ndarray:
+        """Of the mean, (d, 2), from Student's distribution."""
+        half = student.ppf(0.5 + 0.5 * level, np.maximum(self.degrees_of_freedom, 1.0)) * self.standard_error
+        return np.stack([self.mean - half, self.mean + half], axis=1)
+
+
+def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
+    """Estimate by Fisher scoring from `variance` (d,) on, between 0 and `widest` of the engagements."""
+    variance = np.minimum(variance, engagements.widest)
+    likelihood, step = _restricted(engagements, variance), np.zeros_like(variance)
+    for _ in range(_SCORINGS):
+        slope, expected = _slope(engagements, variance)
+        scale = np.sqrt(np.diag(expected))
+        scaled = expected / np.outer(scale, scale)
+        values, vectors = np.linalg.eigh(scaled)
+        root = np.sqrt(np.maximum(values, 1e-12))[:, None] * vectors.T
+        room = (engagements.widest - variance) * scale + 1e-300
+        step = lsq_linear(root, np.linalg.solve(root.T, slope / scale), (-variance * scale - 1e-300, room)).x / scale
+        rise = float(slope @ step - 0.5 * step @ expected @ step)
+        if rise < _SETTLED:
+            break
+        share = 1.0
+        while share > 1e-3:
+            tried = np.clip(variance + share * step, 0.0, engagements.widest)
+            its = _restricted(engagements, tried)
+            if its > likelihood:
+                break
+            share *= 0.5
+        else:
+            break
+        variance, likelihood = tried, its
+    return predicted(engagements, variance)
+
+
+def predicted(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
+    """The mean and the beta_i for given variances."""
+    marginal, pull, gain = _marginal(engagements, variance)
+    information = marginal.sum(axis=0)
+    mean = _bounded(information, pull.sum(axis=0), engagements.lower, engagements.upper)
+    covariance = np.linalg.inv(information)
+    each = mean + variance * (pull - marginal @ mean)
+    kept = np.eye(len(variance)) - variance[:, None] * marginal
+    posterior = gain + kept @ covariance @ kept.transpose(0, 2, 1)
+    uncertainty = np.linalg.pinv(_slope(engagements, variance)[1], hermitian=True)
+    return RandomEffects(mean, covariance, variance, uncertainty, each, posterior, marginal)
+
+
+def _marginal(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """J' W^-1 J and J' W^-1 z, W = V + J diag(variance) J', and the covariance of beta_i - mean given data and mean."""
+    root, information = np.sqrt(variance), engagements.information
+    inner = np.eye(len(root)) + root[:, None] * information * root
+    gain = root[:, None] * np.linalg.inv(inner) * root
+    through = information @ gain
+    return (information - through @ information, engagements.pull - (through @ engagements.pull[..., None])[..., 0],
+            gain)
+
+
+def _restricted(engagements: Engagements, variance: np.ndarray) -> float:
+    """Restricted log-likelihood, without what does not depend on the variances."""
+    root = np.sqrt(variance)
+    inner = np.eye(len(root)) + root[:, None] * engagements.information * root
+    marginal, pull, gain = _marginal(engagements, variance)
+    information, score = marginal.sum(axis=0), pull.sum(axis=0)
+    mean = _bounded(information, score, engagements.lower, engagements.upper)
+    square = -np.einsum("np,npq,nq->", engagements.pull, gain, engagements.pull) - 2 * score @ mean
+    square += mean @ information @ mean
+    logdet = np.linalg.slogdet(inner)[1].sum() + np.linalg.slogdet(information)[1]
+    return float(-0.5 * (square + logdet))
+
+
+def _slope(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slope (d,) and expected information (d, d) of the restricted log-likelihood in the variances."""
+    marginal, pull, _ = _marginal(engagements, variance)
+    information = marginal.sum(axis=0)
+    mean = _bounded(information, pull.sum(axis=0), engagements.lower, engagements.upper)
+    left = pull - marginal @ mean
+    covariance = np.linalg.inv(information)
+    through = marginal @ covariance
+    own = through @ marginal
+    slope = 0.5 * ((left**2).sum(axis=0) - np.einsum("ndd->d", marginal - own))
+    # 0.5 trace(P Z_k Z_k' P Z_l Z_l'), where P has the blocks marginal_i - marginal_i covariance marginal_m.
+    squares = np.einsum("nkp,nkq->kpq", marginal, marginal) @ covariance
+    expected = (marginal**2).sum(axis=0) - 2 * (marginal * own).sum(axis=0) + np.einsum("kpq,lqp->kl", squares, squares)
+    return slope, 0.5 * expected
+
+
+def _bounded(information: np.ndarray, score: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """The mean of most likelihood within the bounds."""
+    mean = np.linalg.solve(information, score)
+    if np.all((mean >= lower) & (mean <= upper)):
+        return np.asarray(mean)
+    scale = np.sqrt(np.diag(information))
+    root = np.linalg.cholesky(information / np.outer(scale, scale)).T
+    target = np.linalg.solve(root.T, score / scale)
+    return np.asarray(np.clip(lsq_linear(root, target, (lower * scale, upper * scale)).x / scale, lower, upper))

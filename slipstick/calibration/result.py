@@ -1,0 +1,65 @@
+"""The result of a calibration."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slipstick.bench import parameters
+from slipstick.clutch.model import Model
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """The fitted `model`, with standard errors and correlation of its d `free` parameters.
+
+    `standard_error` (d,) and `interval` (d, 2), of probability `level`, are in the units of the parameters, as is
+    `scatter` (d,), the standard deviation of each parameter from run to run, with `scatter_error` (d,). A scatter of 0
+    means that the recordings do not ask for one; its error is then the scatter that they do not exclude. All of them,
+    and `correlation` (d, d), assume that the model is right: they do not describe a bias due to missing physics.
+
+    `noise` and `noise_correlation` are the standard deviation of the sensor noise of each channel and its correlation
+    from sample to sample. `chi_square` is the reduced chi-square of each channel, 1 if only sensor noise remains, with
+    the parameters of each engagement at their own values: scatter from run to run does not raise it. `rms_before` and
+    `rms_after` are RMS residuals of the shifting time in s, at the start and at the fitted common values. `at_bound`
+    names the parameters at a bound: their values are those of the bound, not estimates. `bench` is the name of the
+    bench, `bench_digest` and `sensing_digest` are its digests. `evaluations` counts
+    the iterations of the mixed-effects fit.
+    """
+
+    model: Model
+    free: tuple[str, ...]
+    standard_error: np.ndarray
+    interval: np.ndarray
+    level: float
+    correlation: np.ndarray
+    scatter: np.ndarray
+    scatter_error: np.ndarray
+    chi_square: dict[str, float]
+    noise: dict[str, float]
+    noise_correlation: dict[str, float]
+    rms_before: float
+    rms_after: float
+    at_bound: tuple[str, ...]
+    evaluations: int
+    converged: bool
+    bench: str
+    bench_digest: str
+    sensing_digest: str
+
+    def spec(self) -> dict[str, Any]:
+        """Return the calibration as JSON; `Model.from_spec` reads the entry "model"."""
+        values = dict(zip(parameters.NAMES, self.model.parameters, strict=True))
+        units = {parameter.name: parameter.unit for parameter in parameters.PARAMETERS}
+        fitted = {
+            name: {"value": values[name], "unit": units[name], "standard_error": float(self.standard_error[place]),
+                   "interval": self.interval[place].tolist(), "scatter": float(self.scatter[place]),
+                   "scatter_error": float(self.scatter_error[place])}
+            for place, name in enumerate(self.free)
+        }
+        return {"model": self.model.spec(), "bench": self.bench, "bench_digest": self.bench_digest,
+                "sensing_digest": self.sensing_digest, "parameters": fitted, "level": self.level,
+                "correlation": self.correlation.tolist(), "reduced_chi_square": self.chi_square, "noise": self.noise,
+                "noise_correlation": self.noise_correlation, "at_bound": list(self.at_bound),
+                "converged": self.converged, "rms_before_s": self.rms_before, "rms_after_s": self.rms_after,
+                "evaluations": self.evaluations}

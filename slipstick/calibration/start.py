@@ -1,0 +1,125 @@
+"""Start values of a calibration, block by block: a joint fit from far away ends in a local optimum.
+
+The pressure determines delay, bias and gain of the current, by least squares for each engagement. Pressure bias and
+initial position of the piston come from a search over their bounds, because the torque of the closing plates has local
+optima in them. In full contact the torque determines the friction coefficient of each engagement.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from slipstick.bench import parameters
+from slipstick.blocks import Clutch, Friction, Valve
+from slipstick.calibration.observations import Observations
+
+_STEP = 1e-4  # of differences of the closed-form prediction, in multiples of nominal values
+_ITERATIONS = 12
+_LEVELS, _ROUNDS = 11, 4
+"""Levels of each parameter in a round of the search; every round searches two spacings about the best point."""
+_FEWEST_SEARCHED = 24
+"""Engagements that the search uses at least: their common optimum is a start value, not an estimate."""
+
+
+def start(observations: Observations) -> np.ndarray:
+    """Points (n, d) of the engagements, from the base values of the observations."""
+    nominal, n = np.array(observations.bench.physics.nominal), len(observations.recordings)
+    free = [parameters.index(name) for name in observations.free]
+    points = np.tile(observations.base[free] / nominal[free], (n, 1))
+    valve = Valve.of(observations.recordings)
+    points = least_squares(observations, points, valve.parameters, valve.predict, observations.signals.pressure)
+    points = _searched(observations, points)
+    return _in_contact(observations, points)
+
+
+def least_squares(observations: Observations, points: np.ndarray, names: tuple[str, ...],
+                  predict: Callable[[np.ndarray], np.ndarray], measured: np.ndarray) -> np.ndarray:
+    """Fit the free parameters among `names` to the signal `measured` (n, k) of each engagement: new points (n, d).
+
+    Levenberg-Marquardt, with a damping of its own for each engagement.
+    """
+    columns = [place for place, name in enumerate(observations.free) if name in names]
+    if not columns:
+        return points
+    lower, upper = observations.bounds
+
+    def residuals(at: np.ndarray) -> np.ndarray:
+        return np.asarray(measured - predict(observations.vectors(at)))
+
+    left, damping = residuals(points), np.full(len(points), 1e-3)
+    for _ in range(_ITERATIONS):
+        slopes = np.stack([(left - residuals(points + _STEP * np.eye(points.shape[1])[column])) / _STEP
+                           for column in columns], axis=1)
+        gram, pull = slopes @ slopes.transpose(0, 2, 1), (slopes @ left[..., None])[..., 0]
+        gram += damping[:, None, None] * np.einsum("npp->np", gram)[:, None] * np.eye(len(columns))
+        change = np.linalg.solve(gram, pull[..., None])[..., 0]
+        tried = points.copy()
+        tried[:, columns] += change
+        tried = np.clip(tried, lower, upper)
+        its = residuals(tried)
+        better = (its**2).sum(axis=1) < (left**2).sum(axis=1)
+        points, left = np.where(better[:, None], tried, points), np.where(better[:, None], its, left)
+        damping = np.where(better, damping / 10, damping * 10)
+        if np.max(np.abs(change)) < _STEP:
+            break
+    return points
+
+
+def _searched(observations: Observations, points: np.ndarray) -> np.ndarray:
+    """Points with the pressure bias and initial position that suit the torque of all engagements best."""
+    columns = [place for place, name in enumerate(observations.free) if name in ("pressure_bias", "initial_position")]
+    if not columns:
+        return points
+    step = max(1, len(points) // _FEWEST_SEARCHED)
+    clutch, slipping = Clutch.of(observations.recordings), _slipping(observations)
+    some = slice(None, None, step)
+    few = Clutch(clutch.time, clutch.pressure[some], clutch.input_speed[some], clutch.output_speed[some])
+    torque, counted, vectors = observations.signals.output_torque[some], slipping[some], points[some]
+    lower, upper = (bound[columns] for bound in observations.bounds)
+
+    def misfit(values: np.ndarray) -> float:
+        at = vectors.copy()
+        at[:, columns] = values
+        predicted = few.predict(observations.vectors(at)) * counted
+        scale = _scale(predicted, torque) if "friction_coefficient" in observations.free else 1.0
+        return float(((torque * counted - scale * predicted) ** 2).sum())
+
+    for _ in range(_ROUNDS):
+        axes = [np.linspace(low, high, _LEVELS) for low, high in zip(lower, upper, strict=True)]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(columns))
+        best = grid[np.argmin([misfit(values) for values in grid])]
+        spacing = 2 * (upper - lower) / (_LEVELS - 1)
+        lower, upper = np.maximum(lower, best - spacing), np.minimum(upper, best + spacing)
+    found = points.copy()
+    found[:, columns] = best
+    return found
+
+
+def _in_contact(observations: Observations, points: np.ndarray) -> np.ndarray:
+    """Points with the friction coefficient that each engagement shows in full contact; 1 where it has none."""
+    if "friction_coefficient" not in observations.free:
+        return points
+    vectors = observations.vectors(points)
+    position = Clutch.of(observations.recordings).piston_position(vectors)
+    contact = position >= vectors[:, parameters.index("contact_position"), None]
+    counted = contact & _slipping(observations)
+    # The later half: how early the plates are in contact depends on the piston, whose parameters are only a start.
+    counted &= 2 * counted.cumsum(axis=1) > counted.sum(axis=1, keepdims=True)
+    predicted = Friction.of(observations.recordings).predict(vectors) * counted
+    column, (lower, upper) = observations.free.index("friction_coefficient"), observations.bounds
+    found = points.copy()
+    found[:, column] *= _scale(predicted, observations.signals.output_torque)[:, 0]
+    return np.asarray(np.clip(found, lower, upper))
+
+
+def _slipping(observations: Observations) -> np.ndarray:
+    """Samples (n, k) before lock-up, as measured."""
+    noise = observations.bench.sensors["shifting_time"].noise or 0.0
+    return np.asarray(~observations.locked(noise))
+
+
+def _scale(predicted: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """The factor (n, 1) of a prediction, 0 where it does not count, that suits a torque best."""
+    square = (predicted**2).sum(axis=1, keepdims=True)
+    product = (predicted * torque).sum(axis=1, keepdims=True)
+    return np.asarray(np.where(square > 0, product / np.where(square > 0, square, 1), 1.0))

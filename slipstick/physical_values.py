@@ -1,0 +1,26 @@
+"""Inputs in the units of the model beside their multiples."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from slipstick.bench import parameters
+from slipstick.clutch.model import Model
+
+
+@dataclass(frozen=True)
+class PhysicalInput:
+    """An uncertain input in its `unit`: `nominal`, the value that the multiple 1 stands for, and `mean` and `std`."""
+
+    name: str
+    unit: str
+    nominal: float
+    mean: float
+    std: float
+
+
+def physical_inputs(model: Model, names: Sequence[str], mean: Sequence[float],
+                    std: Sequence[float]) -> list[PhysicalInput]:
+    """The inputs `names` with `mean` and `std` in multiples of their values in the model; raises `UnknownName`."""
+    described = [(parameters.PARAMETERS[row].unit, model.parameters[row]) for row in map(parameters.index, names)]
+    return [PhysicalInput(name, unit, nominal, nominal * center, nominal * spread)
+            for name, (unit, nominal), center, spread in zip(names, described, mean, std, strict=True)]

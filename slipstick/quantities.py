@@ -1,0 +1,67 @@
+"""Physical quantities as text, such as "50 ms" or "1000 rpm", converted by pint to the units of the model."""
+
+import re
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+_POWER = re.compile(r"(\^|\*\*)\s*[-+]?\d(\.\d+)?(?![\d.])")
+_ARITHMETIC = re.compile(r"~[\s)]*~|\^|\*\*|(?<![\w.])(?!1(?!\w|\.))[\d.]")
+"""Powers (~) of powers, and numbers other than the 1 of 1/s: pint would evaluate them, and 9^9^9 does not end."""
+
+
+class NotAQuantity(ValueError):
+    """The text is no number with a unit of the wanted dimension; the message says why."""
+
+
+def in_unit(value: Any, unit: str) -> float:
+    """A number in `unit`, from "<number> <unit>" or, where the model's unit is 1, from a plain number.
+
+    Raises `NotAQuantity` where the unit is missing, unknown, or of another dimension, or the number is not finite.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise NotAQuantity(f"{value!r} is not a quantity")
+    number, _, written = str(value).strip().partition(" ")
+    try:
+        plain = float(number)
+    except ValueError:
+        raise NotAQuantity(f"'{str(value)[:60]}' does not begin with a number") from None
+    return float(convert(np.array(plain), written.strip(), unit))
+
+
+def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
+    """`values` (any shape) from the unit `written` to `unit`, same shape; raises `NotAQuantity`."""
+    if not np.all(np.isfinite(values)):
+        raise NotAQuantity("a number is not finite")
+    if not written:
+        if unit != "1":
+            raise NotAQuantity(f"the unit is missing; the model uses {unit}")
+        return values
+    if written == unit:  # also spares the import of pint
+        return values
+    if _ARITHMETIC.search(_POWER.sub("~", written)):
+        raise NotAQuantity(f"the unit '{written[:40]}' is not a product of units and their powers, such as N m^2 s")
+    registry = _registry()
+    try:
+        factor = registry.Quantity(1.0, registry.parse_units(written)).to(registry.parse_units(unit)).magnitude
+    except Exception as error:  # pint raises tokenizer, attribute and arithmetic errors on malformed text
+        reason = str(error).splitlines()[0] if str(error) else "it is not a unit"
+        raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({reason})") from None
+    if "radian" in _base(unit) and "radian" not in _base(written):
+        # To pint 1/min is the same as rad/min, and a motor speed in revolutions per minute would be wrong by 2 pi.
+        raise NotAQuantity(f"the unit '{written[:40]}' does not say which angle, such as rpm or rad/s")
+    converted: np.ndarray = values * factor
+    return converted
+
+
+def _base(unit: str) -> list[str]:
+    """The base units of a unit; pint counts the radian among them, though it has no dimension."""
+    return list(_registry().get_root_units(unit)[1]._units)
+
+
+@cache
+def _registry() -> Any:
+    import pint  # takes a second to import, and most runs read units that need no conversion
+
+    return pint.UnitRegistry()

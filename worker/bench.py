@@ -1,0 +1,81 @@
+"""`bench`: write a template of a bench file, or check a bench file and show what the bench does."""
+
+import argparse
+from importlib.resources import files
+from pathlib import Path
+from typing import Literal
+
+from slipstick.bench import Bench
+from slipstick.clutch.ensemble import STATUS
+from slipstick.errors import InvalidValue
+from slipstick.pictures.rendering import render
+from slipstick.plausibility import Inspection, inspect
+from slipstick.plausibility.picture import picture
+from slipstick.storage.files import replacing
+
+_FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the actions and their options."""
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    new = actions.add_parser("new", help="write a commented template")
+    new.add_argument("file", type=Path, metavar="FILE",
+                     help="the bench file to write; an existing file is never replaced")
+    check = actions.add_parser("check", help="say what is wrong or implausible, and show what the bench does")
+    check.add_argument("file", type=Path, metavar="FILE", help="the bench file to check")
+    check.add_argument("--picture", type=Path, nargs="?", const=Path(), metavar="FILE.svg",
+                       help="draw the engagement with the median shifting time, as .svg or .png (default: beside the "
+                            "bench file, as .svg)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the action; status 1 also if nothing locks."""
+    return _write_template(arguments.file) if arguments.action == "new" else _check(arguments.file, arguments.picture)
+
+
+def _write_template(path: Path) -> int:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("xb") as file:
+            file.write((files("slipstick.bench") / "template.toml").read_bytes())
+    except FileExistsError:
+        raise InvalidValue(f"'{path}' already exists", "Choose another name, or remove the file") from None
+    print(f"Wrote {path}\nReplace its values by those of your bench, then: python -m worker bench check {path}")
+    return 0
+
+
+def _check(path: Path, out: Path | None) -> int:
+    if out is not None:
+        out = path.with_suffix(".svg") if out == Path() else out
+        if out.suffix not in _FORMS:
+            raise InvalidValue(f"'{out}' is neither .svg nor .png", "Give a file name that ends with .svg or .png")
+    inspection = inspect(Bench.open(path))
+    print(report(inspection))
+    if out is not None:
+        condition = inspection.behaviour.nearest_to(0.5)
+        with replacing(out) as temporary:
+            temporary.write_bytes(render(picture(inspection.bench, condition), _FORMS[out.suffix]))
+        print(f"Wrote {out}: condition {condition}")
+    return 0 if inspection.behaviour.locked.any() else 1
+
+
+def report(inspection: Inspection) -> str:
+    """The inspection as plain text."""
+    bench, behaviour = inspection.bench, inspection.behaviour
+    counts = ", ".join(f"{int((behaviour.status == code).sum())} {name}" for code, name in STATUS.items())
+    lines = [f"{bench.name}: {bench.title}", f"{len(bench.conditions)} conditions: {counts}"]
+    if behaviour.locked.any():
+        marks = {name: behaviour.nearest_to(quantile) for name, quantile in (("earliest", 0.0), ("median", 0.5),
+                                                                              ("latest", 1.0))}
+        lines.append("Shifting time: " + ", ".join(
+            f"{name} {1e3 * behaviour.shifting_time[row]:.1f} ms (condition {row})" for name, row in marks.items()))
+    else:
+        lines.append("No engagement locks: the bench cannot be used")
+    if not inspection.findings:
+        return "\n".join([*lines, "Nothing implausible was found."])
+    lines.append(f"Implausible: {len(inspection.findings)}")
+    for number, finding in enumerate(inspection.findings, 1):
+        lines += [f"{number}. {finding.key}: {finding.what}.", f"   Why it matters: {finding.why}.",
+                  f"   What to do: {finding.remedy}."]
+    return "\n".join(lines)
