@@ -30,12 +30,8 @@ demo: setup ## build tables, calibrate, fit, and study the shipped recordings; l
 demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop
 
-# The simulator is compiled once, beside ruff and mypy, and not by both test processes.
-test: setup ## ruff, mypy and all tests (at most six minutes on two cores)
-	@$(BIN)/python -c "from tests.benches import HEAVY, NOMINAL; from slipstick.clutch import ensemble; \
-	  ensemble.signals(NOMINAL, HEAVY.conditions.take([0]), HEAVY.profiles[0][0])" & \
-	$(MAKE) --no-print-directory lint && wait && \
-	  OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
+test: lint ## ruff, mypy and all tests (at most six minutes on two cores)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
 lint: setup ## ruff and mypy only
 	@$(BIN)/ruff check .
