@@ -8,6 +8,12 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 
+CONDITION_UNITS = {"current_profile": "1", "motor_speed": "rad/s", "load_inertia": "kg m^2", "brake_torque": "N m"}
+"""The columns of conditions in every file, and their units."""
+INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
+"""Further columns on a bench without a torque converter."""
+PROFILE_UNITS = {"time": "s", "current": "A"}
+"""The columns of current profiles."""
 _COLUMNS = ("current_profile", "motor_speed", "load_inertia", "brake_torque", "run_order", "input_torque",
             "initial_input_speed")
 

@@ -5,14 +5,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
+from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS, PROFILE_UNITS, Conditions
 from slipstick.bench.document import Section
 from slipstick.errors import BadBench, InvalidValue, SlipstickError
 from slipstick.storage.sheet import LARGEST, Sheet
 
-CONDITION_UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m^2", "brake_torque": "N m"}
-INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
-PROFILE_UNITS = {"time": "s", "current": "A"}
+_FACTOR_UNITS = {name: unit for name, unit in CONDITION_UNITS.items() if name != "current_profile"}
 _LARGEST = 64 << 20  # bytes of a CSV file
 _MOST_CONDITIONS = 100_000  # a short upload could otherwise combine to more than the memory holds
 
@@ -27,7 +25,7 @@ def read_experiments(root: Section, without_converter: bool) -> Conditions:
     """The conditions of a bench file with their current profiles; raises `BadBench`."""
     profiles = _profiles(root, without_converter)
     section, varying = root.section("conditions"), len(profiles) > 2
-    units = {**CONDITION_UNITS, **(INPUT_UNITS if without_converter else {})}
+    units = {**_FACTOR_UNITS, **(INPUT_UNITS if without_converter else {})}
     if varying and "file" not in section.values and "input_torque" not in section.values:
         del units["input_torque"]  # that of the profiles is all there is
     if "file" in section.values:

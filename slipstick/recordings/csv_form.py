@@ -10,11 +10,10 @@ description of the recordings. Row numbers in error messages are line numbers of
 
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
+from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS, Conditions
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.recordings.hdf5_form import Fields
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
-from slipstick.storage.condition_layout import CONDITION_UNITS, INPUT_UNITS
 from slipstick.storage.sheet import Sheet
 
 Profiles = tuple[np.ndarray, ...]

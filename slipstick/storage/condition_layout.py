@@ -3,25 +3,12 @@
 import h5py
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
+from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS, PROFILE_UNITS, Conditions
 from slipstick.errors import InvalidValue
 from slipstick.storage.hdf5 import Source, text
 
-CONDITION_UNITS = {
-    "current_profile": "1",
-    "motor_speed": "rad/s",
-    "load_inertia": "kg m^2",
-    "brake_torque": "N m",
-}
-"""The datasets of the group `conditions` and their units."""
-
-INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
-"""Further datasets of conditions on a bench without a torque converter."""
-
 RUN_ORDER = "conditions/run_order"
 """Path of the optional dataset of the run order, unit 1."""
-
-_PROFILE_UNITS = {"time": "s", "current": "A"}
 
 
 def read_conditions(source: Source) -> Conditions:
@@ -40,7 +27,7 @@ def read_conditions(source: Source) -> Conditions:
     given = {name: source.array(f"conditions/{name}", "fiu", (length,), unit).astype(np.float64)
              for name, unit in INPUT_UNITS.items() if source.has(f"conditions/{name}")}
     time, current = [source.array(f"current_profiles/{name}", "fiu", (None, None), unit).astype(np.float64)
-                     for name, unit in _PROFILE_UNITS.items()]
+                     for name, unit in PROFILE_UNITS.items()]
     path = "current_profiles/input_torque"
     varying = source.array(path, "fiu", time.shape, "N m").astype(np.float64) if source.has(path) else None
     try:
@@ -60,7 +47,7 @@ def write_conditions(file: h5py.File, conditions: Conditions) -> None:
             _write(file, f"conditions/{name}", column, unit)
     if conditions.run_order is not None:
         _write(file, RUN_ORDER, conditions.run_order.astype(np.int64), "1")
-    for name, unit in _PROFILE_UNITS.items():
+    for name, unit in PROFILE_UNITS.items():
         _write(file, f"current_profiles/{name}", getattr(conditions, f"profile_{name}"), unit)
     if conditions.profile_input_torque is not None:
         _write(file, "current_profiles/input_torque", conditions.profile_input_torque, "N m")
