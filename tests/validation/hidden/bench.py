@@ -6,13 +6,13 @@ effect uses them. A phase consists of the piece of the current, the mode (rest, 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
 
 from .effect import Effect
-from .nominal import CAPACITY, SPEED_RATIO, TORQUE_RATIO
+from .nominal import HEAVY, Setup
 
 REST, SLIP, STICK = range(3)
 PRESSURE, RATE, PISTON, INPUT, OUTPUT, ENERGY, CONTACT, FRICTION, CONVERTER, TWIST = range(10)
@@ -27,7 +27,8 @@ class Bench:
     """n engagements: `values` of the parameters, conditions, and position in the test sequence (0 to 1), each (n,).
 
     The current is linear between the values `knot_current` at the times `knot_time`, (n, m); the last knot may be
-    repeated.
+    repeated. The motor speed is lower than `motor_speed` by the fraction `sag` at the largest torque on the pump.
+    `clocks` gives the delays of sensors in sampling periods, at most 1.
     """
 
     values: Mapping[str, np.ndarray]
@@ -38,12 +39,15 @@ class Bench:
     knot_time: np.ndarray
     knot_current: np.ndarray
     effects: tuple[tuple[Effect, float], ...] = ()
+    setup: Setup = HEAVY
+    sag: float = 0.0
+    clocks: Mapping[str, float] = field(default_factory=dict)
 
     tolerance = TOLERANCE
 
     def take(self, lanes: np.ndarray) -> "Bench":
         """Return the engagements at the indices `lanes`, which may repeat."""
-        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        columns = {column.name: getattr(self, column.name) for column in fields(self)}
         arrays = {name: column[lanes] for name, column in columns.items() if isinstance(column, np.ndarray)}
         return replace(self, values={name: value[lanes] for name, value in self.values.items()}, **arrays)
 
@@ -54,9 +58,15 @@ class Bench:
             effects_on.setdefault(effect.quantity, []).append((effect, strength))
         return effects_on
 
+    def change(self, effect: Effect, strength: float, abscissa: np.ndarray) -> np.ndarray:
+        """Return the change of the effect's quantity at values of its abscissa, in the units of both."""
+        scale = self.setup.scale
+        change = effect.law(strength, abscissa / scale.get(effect.abscissa, 1.0))
+        return change * scale.get(effect.quantity, 1.0) if effect.kind == "difference" else change
+
     def _with_effects(self, quantity: str, value: np.ndarray, q: Quantities) -> np.ndarray:
         for effect, strength in self._effects_on.get(quantity, ()):
-            change = effect.law(strength, q[effect.abscissa])
+            change = self.change(effect, strength, q[effect.abscissa])
             value = value * change if effect.kind == "ratio" else value + change
         q[quantity] = value
         return value
@@ -161,9 +171,8 @@ class Bench:
         rates[CONTACT] = regime
 
     def _shafts(self, q: Quantities, rates: np.ndarray, state: np.ndarray, phase: np.ndarray) -> None:
-        v, mode, speed, ratio = self.values, phase[1], state[INPUT], state[INPUT] / self.motor_speed
-        factor = np.interp(ratio, SPEED_RATIO, TORQUE_RATIO) / np.interp(ratio, SPEED_RATIO, CAPACITY) ** 2
-        converter = self._with_effects("converter_torque", self.motor_speed**2 * factor, q)
+        v, mode, speed = self.values, phase[1], state[INPUT]
+        converter = self._with_effects("converter_torque", self._converter_torque(speed), q)
         lagged = self._lagged("converter_lag", CONVERTER, converter, q, rates, state)
         drive = lagged - self._with_effects("input_drag", v["biv"] * speed + v["Tic"], q)
         brake = self._with_effects("brake_torque", self.brake_torque, q)
@@ -186,6 +195,16 @@ class Bench:
         q["output_torque"] = v["gr"] * torque
         q["margin"] = np.choose(
             mode, [load - v["gr"] * torque, np.minimum(phase[2] * slip, state[OUTPUT]), stick_margin])
+
+    def _converter_torque(self, speed: np.ndarray) -> np.ndarray:
+        setup, motor_speed = self.setup, self.motor_speed
+        largest = (np.max(setup.motor_speed) / setup.capacity[0]) ** 2
+        for _ in range(2 if self.sag else 0):
+            pump = (motor_speed / np.interp(speed / motor_speed, setup.speed_ratio, setup.capacity)) ** 2
+            motor_speed = self.motor_speed * (1 - self.sag * pump / largest)
+        ratio = speed / motor_speed
+        capacity = np.interp(ratio, setup.speed_ratio, setup.capacity)
+        return motor_speed**2 * (np.interp(ratio, setup.speed_ratio, setup.torque_ratio) / capacity**2)
 
     def _lagged(self, lag: str, memory: int, value: np.ndarray, q: Quantities,
                 rates: np.ndarray, state: np.ndarray) -> np.ndarray:

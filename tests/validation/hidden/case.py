@@ -1,18 +1,22 @@
 """A case: hidden effects, random seed, and deviations from the nominal bench; it determines the recordings."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from . import nominal, sensors
+from . import bad_runs, sensors
 from .bench import Bench
 from .catalogue import PHYSICAL, UNLISTED
+from .nominal import SETUPS, Setup
 from .run import Run, observe
 from .valve import play
+from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
+LAWS = EFFECTS
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")
 TIME_NOISE = 0.3  # s, std of the shifting-time noise per unit of `Case.noise`
@@ -23,12 +27,13 @@ TIME_STEP = 1e-4  # s, resolution of the shifting times
 class Case:
     """The specification of a set of recordings; equal cases give identical files.
 
-    `effects` maps names in `EFFECTS` to strengths. `noise` is the noise std of every sensor as a fraction of the range
-    of its signal; the noise std of the shifting time is 0.3 s times `noise` (3 ms at 0.01). `count` of the 216
-    conditions are run, with every level of every factor about equally often. `shift` is the deviation of the seven
+    `effects` maps names in `LAWS` to strengths. `noise` is the noise std of every sensor as a fraction of the range
+    of its signal; the noise std of the shifting time is 0.3 s times `noise` (3 ms at 0.01). `count` of the conditions
+    of the bench are run, with every level of every factor about equally often. `shift` is the deviation of the seven
     uncertain parameters from nominal: normal with a std of 3 %, clipped to 8 %; 10 % up or down; or none. The
     run-to-run scatter `SCATTER` is multiplied by `scatter`. If `drifting`, the scatter of the parameters `DRIFTING` is
-    autocorrelated along the test sequence.
+    autocorrelated along the test sequence. `world` adds further deviations of the bench, "any" all of them,
+    drawn from the seed; its scatter and its noise take the place of the ones above.
     """
 
     effects: Mapping[str, float] = field(default_factory=dict)
@@ -39,45 +44,98 @@ class Case:
     shift: Literal["few percent", "ten percent", "none"] = "few percent"
     scatter: float = 1.0
     drifting: bool = False
+    bench: Literal["heavy", "compact"] = "heavy"
+    world: World | Literal["any"] | None = None
+
+    @property
+    def setup(self) -> Setup:
+        """The nominal bench."""
+        return SETUPS[self.bench]
+
+    @cached_property
+    def drawn_world(self) -> World:
+        """The world, drawn if it is "any"."""
+        if self.world == "any":
+            return draw(self.seed, self.setup)
+        return self.world or World()
 
 
 def simulate(case: Case, relative: float = 1e-8) -> Run:
     """Run the case without noise."""
     random = np.random.default_rng([case.seed, 1])
-    conditions = _balanced_conditions(case.count, random)
+    conditions = _balanced_conditions(case.count, case.setup, random)
     order = random.permutation(len(conditions))
     return observe(_bench(case, conditions, order, random), conditions, order, relative)
 
 
-def generate(case: Case) -> tuple[Run, np.ndarray, sensors.Signals]:
+def generate(case: Case, relative: float = 1e-8) -> tuple[Run, np.ndarray, sensors.Signals]:
     """Return the noiseless run, the measured shifting times (n,) in s, and the measured signals (n, k)."""
-    run = simulate(case)
+    run = simulate(case, relative)
     random = np.random.default_rng([case.seed, 2])
-    noisy = run.lock_time + TIME_NOISE * case.noise * random.standard_normal(len(run.lock_time))
+    world = case.drawn_world
+    std = TIME_NOISE * case.noise if world.time_noise is None else world.time_noise
+    noisy = run.lock_time + std * random.standard_normal(len(run.lock_time))
     times = np.maximum(np.round(noisy / TIME_STEP), 1) * TIME_STEP
-    return run, times, sensors.measured(run.readings, case.noise, random)
+    noise = dict.fromkeys(run.readings, case.noise) if world.noise is None else world.noise
+    memory = dict.fromkeys(run.readings, sensors.NOISE_MEMORY) if world.memory is None else world.memory
+    signals = sensors.measured(run.readings, noise, memory, random)
+    bad_runs.corrupt(signals, case.setup.time, bad_runs_of(case, run.conditions))
+    return run, times, signals
+
+
+def bad_runs_of(case: Case, recorded: np.ndarray) -> tuple[bad_runs.BadRun, ...]:
+    """Return the bad runs of a case among the `recorded` conditions (n,)."""
+    random = np.random.default_rng([case.seed, 1])
+    drawn = _bad_runs(case, _balanced_conditions(case.count, case.setup, random))
+    rows = {int(condition): row for row, condition in enumerate(recorded)}
+    return tuple(replace(bad, run=rows[bad.condition]) for bad in drawn if bad.condition in rows)
+
+
+def _bad_runs(case: Case, conditions: np.ndarray) -> tuple[bad_runs.BadRun, ...]:
+    share = case.drawn_world.bad_runs
+    return bad_runs.draw(conditions, share, case.setup, np.random.default_rng([case.seed, 4])) if share else ()
 
 
 def _bench(case: Case, conditions: np.ndarray, order: np.ndarray, random: np.random.Generator) -> Bench:
-    n = len(conditions)
-    normals = random.standard_normal(len(nominal.UNCERTAIN))
+    n, setup, world = len(conditions), case.setup, case.drawn_world
+    errors = np.random.default_rng([case.seed, 5])
+    actual = with_other_curves(setup, world.converter, errors)
+    levels = (with_errors(column, world.conditions, errors)[conditions]
+              for column in (setup.motor_speed, setup.load_inertia, setup.brake_torque))
+    effects = tuple((LAWS[name], strength) for name, strength in case.effects.items() if strength)
+    profile = setup.profile_time, setup.profile_current
+    for effect, strength in effects:
+        if effect.quantity == "valve_play":
+            width = setup.scale.get("valve_current", 1.0)
+            profile = play(*profile, width * effect.law(strength, 1), width * effect.law(strength, -1))
+    time, current = (knots[setup.profile[conditions]] for knots in profile)
+    for bad in _bad_runs(case, conditions):
+        if bad.kind == "valve sticks":
+            time, current = _with_stuck_valve(time, current, np.flatnonzero(conditions == bad.condition)[0], bad)
+    return Bench(_values(case, order, random), *levels, order / max(n - 1, 1), time, current, effects, actual,
+                 world.sag, world.clocks)
+
+
+def _values(case: Case, order: np.ndarray, random: np.random.Generator) -> dict[str, np.ndarray]:
+    n, setup, scatter = len(order), case.setup, case.drawn_world.scatter
+    normals = random.standard_normal(len(setup.uncertain))
     shift = {"few percent": np.clip(0.03 * normals, -0.08, 0.08), "ten percent": 0.1 * np.sign(normals),
              "none": 0 * normals}
-    factor = dict(zip(nominal.UNCERTAIN, 1 + shift[case.shift], strict=True))
-    values = {name: np.full(n, value * factor.get(name, 1.0)) for name, value in nominal.PARAMETERS.items()}
-    for name, std in SCATTER.items():
+    factor = dict(zip(setup.uncertain, 1 + shift[case.shift], strict=True))
+    values = {name: np.full(n, value * factor.get(name, 1.0)) for name, value in setup.parameters.items()}
+    for name, std in (SCATTER if scatter is None else scatter).items():
         normals = random.standard_normal(n)
         if case.drifting and name in DRIFTING:
             normals = _autocorrelated(normals)[order]
         values[name] = values[name] * (1 + case.scatter * std * normals)
-    effects = tuple((EFFECTS[name], strength) for name, strength in case.effects.items() if strength)
-    profile = nominal.PROFILE_TIME, nominal.PROFILE_CURRENT
-    for effect, strength in effects:
-        if effect.quantity == "valve_play":
-            profile = play(*profile, effect.law(strength, 1), effect.law(strength, -1))
-    time, current = (knots[nominal.PROFILE[conditions]] for knots in profile)
-    return Bench(values, nominal.MOTOR_SPEED[conditions], nominal.LOAD_INERTIA[conditions],
-                 nominal.BRAKE_TORQUE[conditions], order / max(n - 1, 1), time, current, effects)
+    return values
+
+
+def _with_stuck_valve(time: np.ndarray, current: np.ndarray, lane: int,
+                      bad: bad_runs.BadRun) -> tuple[np.ndarray, np.ndarray]:
+    time, current = (np.pad(knots, ((0, 0), (0, 3)), mode="edge") for knots in (time, current))
+    time[lane], current[lane] = bad_runs.stick(time[lane, :-3], current[lane, :-3], bad.start, bad.duration)
+    return time, current
 
 
 def _autocorrelated(normals: np.ndarray, correlation: float = 0.95) -> np.ndarray:
@@ -87,11 +145,11 @@ def _autocorrelated(normals: np.ndarray, correlation: float = 0.95) -> np.ndarra
     return process
 
 
-def _balanced_conditions(count: int, random: np.random.Generator) -> np.ndarray:
-    factors = (nominal.PROFILE, nominal.MOTOR_SPEED, nominal.LOAD_INERTIA, nominal.BRAKE_TORQUE)
+def _balanced_conditions(count: int, setup: Setup, random: np.random.Generator) -> np.ndarray:
+    factors = (setup.profile, setup.motor_speed, setup.load_inertia, setup.brake_torque)
     levels = np.array([np.unique(factor, return_inverse=True)[1] for factor in factors])
     chosen: list[int] = []
-    for _ in range(count):
+    for _ in range(min(count, len(setup.profile))):
         used = sum(np.bincount(row[chosen], minlength=6)[row] * (row.max() + 1) for row in levels)
         used[chosen] = 10**6
         chosen.append(int(np.lexsort((random.random(len(used)), used))[0]))

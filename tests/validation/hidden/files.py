@@ -1,27 +1,31 @@
 """The HDF5 file of a case, in the layout of the shipped recordings, and separately its truth."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from . import nominal
 from .bench import SLIP, STICK
-from .case import Case, generate, simulate
+from .case import Case, bad_runs_of, generate, simulate
 from .effect import Effect
-from .run import TIME, Run
+from .pairs import listed, pair
+from .run import Run
 
 _UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
 _PARAMETERS = {"friction_coefficient": "alpha", "pressure_gain": "k", "film_coefficient": "gamma",
                "clearance": "z_contact", "oil_temperature_gain": "kT", "spring_rate": "d2", "piston_feed": "a2"}
 
 
-def write(path: Path, case: Case) -> None:
+def write(path: Path, case: Case, relative: float = 1e-8) -> None:
     """Write the recordings of `case`; the file does not contain the names of the effects."""
-    run, shifting_time, signals = generate(case)
-    conditions = run.conditions
+    run, shifting_time, signals = generate(case, relative)
+    setup, conditions, time = case.setup, run.conditions, case.setup.time
+    profile = setup.profile[conditions]
+    for bad in bad_runs_of(case, conditions):
+        profile[bad.run] = profile[bad.run] if bad.recorded is None else bad.recorded
     with h5py.File(path, "w") as file:
         file.attrs["description"] = f"Simulated test-bench recordings of {len(conditions)} clutch engagements; " \
                                     "t = 0 is the shift command"
@@ -29,32 +33,37 @@ def write(path: Path, case: Case) -> None:
         def put(name: str, values: np.ndarray, unit: str, **storage: Any) -> None:
             file.create_dataset(name, data=values, **storage).attrs["units"] = unit
 
-        put("conditions/current_profile", nominal.PROFILE[conditions], "1")
-        put("conditions/motor_speed", nominal.MOTOR_SPEED[conditions], "rad/s")
-        put("conditions/load_inertia", nominal.LOAD_INERTIA[conditions], "kg m^2")
-        put("conditions/brake_torque", nominal.BRAKE_TORQUE[conditions], "N m")
+        put("conditions/current_profile", profile, "1")
+        put("conditions/motor_speed", setup.motor_speed[conditions], "rad/s")
+        put("conditions/load_inertia", setup.load_inertia[conditions], "kg m^2")
+        put("conditions/brake_torque", setup.brake_torque[conditions], "N m")
         put("conditions/run_order", run.order, "1")
-        put("current_profiles/time", nominal.PROFILE_TIME, "s")
-        put("current_profiles/current", nominal.PROFILE_CURRENT, "A")
+        put("current_profiles/time", setup.profile_time, "s")
+        put("current_profiles/current", setup.profile_current, "A")
         put("shifting_time", shifting_time, "s")
         if case.signals:
-            put("signals/time", TIME, "s")
+            put("signals/time", time, "s")
             for name, unit in _UNITS.items():
-                chunks = (min(27, len(conditions)), len(TIME))
+                chunks = (min(27, len(conditions)), len(time))
                 put(f"signals/{name}", signals[name], unit, compression="gzip", chunks=chunks)
 
 
-def truth(case: Case) -> dict[str, Any]:
-    """Return the truth that `write` does not store, ready for JSON: effects, parameters and `changed` quantities.
+def truth(case: Case, relative: float = 1e-8) -> dict[str, Any]:
+    """Return the truth that `write` does not store, ready for JSON: effects, world, bad runs, parameters and more.
 
+    `hidden` gives the name, pair (pairs.py) and strength of each effect.
     An entry of `changed` tabulates an effect between the 1 % and the 99 % quantile of its abscissa over the runs: the
     `grid`, the `change` at its points (of `kind` ratio or difference), the fraction of `visits` to each point and, if
     the quantity is a parameter, its `base` (mean over the runs), to which a ratio applies.
     """
-    run = simulate(case)
+    run = simulate(case, relative)
     means = {name: float(np.mean(values)) for name, values in run.bench.values.items()}
     changed = [_changed(effect, strength, run, means) for effect, strength in run.bench.effects]
-    return {"effects": dict(case.effects), "seed": case.seed, "noise": case.noise, "shift": case.shift,
+    hidden = [{"name": effect.name, "pair": pair(effect), "listed": listed(effect), "block": effect.block,
+               "strength": strength, "typical": effect.typical} for effect, strength in run.bench.effects]
+    return {"hidden": hidden, "bench": case.bench, "count": case.count, "world": asdict(case.drawn_world),
+            "bad_runs": [asdict(bad) for bad in bad_runs_of(case, run.conditions)], "runs": len(run.conditions),
+            "effects": dict(case.effects), "seed": case.seed, "noise": case.noise, "shift": case.shift,
             "scatter": case.scatter, "drifting": case.drifting, "parameters": means,
             "scattered": {name: run.bench.values[name].tolist() for name in ("aa", "x30")},
             "lock_time": run.lock_time.tolist(), "changed": changed}
@@ -70,7 +79,7 @@ def _changed(effect: Effect, strength: float, run: Run, means: dict[str, float])
     grid = np.linspace(*np.quantile(visited, (0.01, 0.99)), 41)
     edges = np.concatenate([[-np.inf], (grid[1:] + grid[:-1]) / 2, [np.inf]])
     visits = np.histogram(visited, edges)[0] / visited.size
-    table = {"grid": grid, "change": effect.law(strength, grid), "visits": visits}
+    table = {"grid": grid, "change": run.bench.change(effect, strength, grid), "visits": visits}
     return {"effect": effect.name, "block": effect.block, "strength": strength, "unit": effect.unit,
             "quantity": effect.quantity, "abscissa": effect.abscissa, "kind": effect.kind,
             "base": means.get(_PARAMETERS.get(effect.quantity, "")),

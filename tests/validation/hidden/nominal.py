@@ -1,19 +1,48 @@
-"""The nominal bench: parameters, converter curves, current profiles and the 216 conditions, read from data files."""
+"""The nominal benches, `HEAVY` and `COMPACT`, read from data files."""
 
 import csv
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 _DATA = Path(__file__).parent / "data"
-_BENCH = json.loads((_DATA / "parameters.json").read_text())
 
-PARAMETERS = {name: entry["value"] for name, entry in _BENCH["parameters"].items()}
-UNCERTAIN = tuple(name for name, entry in _BENCH["parameters"].items() if entry["uncertain"])
-SPEED_RATIO, TORQUE_RATIO, CAPACITY = (
-    np.array(_BENCH["torque_converter"][name]) for name in ("speed_ratio", "torque_ratio", "capacity_factor")
-)
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """A bench as it is specified.
+
+    `parameters` have the symbols of the paper; the converter curves `torque_ratio` (1) and `capacity` (rad/s/(N m)^0.5)
+    are linear in `speed_ratio`. Profiles are (p, m), in s and A; conditions are (n,): number of the profile, rad/s,
+    kg m^2 and N m. Signals are sampled every `period` s until `horizon` s. `noise` is the stated noise std of each
+    sensor, in the unit of the signal. `scale` gives the size of quantities relative to the heavy bench; laws of
+    effects are evaluated in units of it, so that a strength means about the same on every bench.
+    """
+
+    name: str
+    parameters: Mapping[str, float]
+    uncertain: tuple[str, ...]
+    speed_ratio: np.ndarray
+    torque_ratio: np.ndarray
+    capacity: np.ndarray
+    profile_time: np.ndarray
+    profile_current: np.ndarray
+    profile: np.ndarray
+    motor_speed: np.ndarray
+    load_inertia: np.ndarray
+    brake_torque: np.ndarray
+    period: float
+    horizon: float
+    noise: Mapping[str, float] = field(default_factory=dict)
+    scale: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def time(self) -> np.ndarray:
+        """The sampling times (k,) in s."""
+        return np.arange(round(self.horizon / self.period) + 1) * self.period
 
 
 def _columns(path: Path) -> dict[str, np.ndarray]:
@@ -22,13 +51,32 @@ def _columns(path: Path) -> dict[str, np.ndarray]:
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
-_CURRENTS = _columns(_DATA / "current_profiles.csv")
-_SHAPE = len(np.unique(_CURRENTS["profile"])), -1
-PROFILE_TIME = _CURRENTS["time_s"].reshape(_SHAPE)
-PROFILE_CURRENT = _CURRENTS["current_A"].reshape(_SHAPE)
+def _setup(name: str, prefix: str, conditions: Path, period: float, horizon: float, scale: dict[str, float]) -> Setup:
+    bench = json.loads((_DATA / f"{prefix}parameters.json").read_text())
+    currents, columns = _columns(_DATA / f"{prefix}current_profiles.csv"), _columns(conditions)
+    shape = len(np.unique(currents["profile"])), -1
+    parameters = {name: entry["value"] for name, entry in bench["parameters"].items()}
+    uncertain = tuple(name for name, entry in bench["parameters"].items() if entry["uncertain"])
+    converter = bench["torque_converter"]
+    curves = (np.array(converter[curve]) for curve in ("speed_ratio", "torque_ratio", "capacity_factor"))
+    return Setup(name, parameters, uncertain, *curves,
+                 currents["time_s"].reshape(shape), currents["current_A"].reshape(shape),
+                 columns["profile"].astype(int), columns["motor_speed_rad_s"], columns["load_inertia_kg_m2"],
+                 columns["brake_torque_N_m"], period, horizon, bench.get("noise", {}), scale)
 
-_CONDITIONS = _columns(_DATA.parents[1] / "data" / "conditions.csv")
-PROFILE = _CONDITIONS["profile"].astype(int)
-MOTOR_SPEED = _CONDITIONS["motor_speed_rad_s"]
-LOAD_INERTIA = _CONDITIONS["load_inertia_kg_m2"]
-BRAKE_TORQUE = _CONDITIONS["brake_torque_N_m"]
+
+_COMPACT_SCALE = {
+    "current": 1.2, "valve_current": 1.2,
+    **dict.fromkeys(("pressure", "pressure_demand", "chamber_pressure", "contact_pressure", "pressure_sensor"), 0.65),
+    **dict.fromkeys(("driving_pressure", "net_pressure"), 0.55),
+    **dict.fromkeys(("piston", "piston_position", "clearance"), 0.75), "piston_feed": 1.1,
+    **dict.fromkeys(("piston_rate", "free_piston_rate"), 0.8),
+    **dict.fromkeys(("motor_speed", "input_speed", "input_speed_sensor"), 1.6),
+    **dict.fromkeys(("slip", "output_speed", "output_speed_sensor"), 2.8),
+    **dict.fromkeys(("output_torque", "output_torque_sensor"), 0.22), "load_torque": 0.4, "input_drag": 0.6,
+    **dict.fromkeys(("time", "contact_time", "friction_lag", "converter_lag"), 0.9),
+    "energy": 0.5, "load_point": 1.15, "shaft_compliance": 9.0,
+}
+HEAVY = _setup("heavy", "", _DATA.parents[1] / "data" / "conditions.csv", 0.002, 2.0, {})
+COMPACT = _setup("compact", "compact_", _DATA / "compact_conditions.csv", 0.001, 1.8, _COMPACT_SCALE)
+SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT)}

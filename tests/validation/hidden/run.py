@@ -6,17 +6,18 @@ import numpy as np
 
 from . import sensors
 from .bench import STICK, Bench, Quantities
+from .nominal import HEAVY
 from .stepping import integrate
 
 SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque")
-TIME = np.arange(1001) * sensors.PERIOD
+TIME = HEAVY.time
 
 
 @dataclass(frozen=True)
 class Run:
-    """n engagements: index in the 216 `conditions`, position in the test sequence, `lock_time` in s, each (n,).
+    """n engagements: index in the `conditions` of the setup, position in the test sequence, `lock_time` in s: (n,) each.
 
-    `quantities` of the bench and noiseless sensor `readings` are (n, k) by name, at the times `TIME`; `phase` is
+    `quantities` of the bench and noiseless sensor `readings` are (n, k) by name, at the times of its setup; `phase` is
     (3, n, k).
     """
 
@@ -30,17 +31,18 @@ class Run:
 
 
 def observe(bench: Bench, conditions: np.ndarray, order: np.ndarray, relative: float = 1e-8) -> Run:
-    """Run the engagements; those that do not lock within `TIME` are left out."""
-    solution = integrate(bench, *bench.start(), TIME[-1], relative)
+    """Run the engagements; those that do not lock within the horizon are left out."""
+    time = bench.setup.time
+    solution = integrate(bench, *bench.start(), time[-1], relative)
     sticking = (solution.phase[:, 1] == STICK) & (solution.length > 0)
     lock_time = np.min(np.where(sticking, solution.start, np.inf), axis=0)
     locked = np.flatnonzero(np.isfinite(lock_time))
-    states, phase = (sampled[:, locked] for sampled in solution.at(TIME))
+    states, phase = (sampled[:, locked] for sampled in solution.at(time))
     n, k = states.shape[1:]
     samples = bench.take(np.repeat(locked, k))
-    flat = samples.quantities(np.tile(TIME, n), states.reshape(-1, n * k), phase.reshape(-1, n * k))
+    flat = samples.quantities(np.tile(time, n), states.reshape(-1, n * k), phase.reshape(-1, n * k))
     del flat["rates"]
     quantities = {name: values.reshape(n, k) for name, values in flat.items()}
-    readings = sensors.read({name: quantities[name] for name in SIGNALS}, quantities, bench.effects)
+    readings = sensors.read({name: quantities[name] for name in SIGNALS}, quantities, bench.take(locked))
     ranks = np.argsort(np.argsort(order[locked]))
     return Run(bench.take(locked), conditions[locked], ranks, lock_time[locked], phase, quantities, readings)

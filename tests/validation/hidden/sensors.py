@@ -1,14 +1,14 @@
 """The four sensors: effects on their readings, noise and quantisation."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from scipy.signal import lfilter
 
+from .bench import Bench
 from .effect import Effect
 
 Signals = dict[str, np.ndarray]
-PERIOD = 0.002  # s, sampling interval
 BITS = 12
 NOISE_MEMORY = 0.3  # correlation of the noise of successive samples
 
@@ -33,37 +33,44 @@ def _effects() -> Iterable[Effect]:
 SENSORS = tuple(_effects())
 
 
-def read(true: Signals, quantities: Signals, effects: tuple[tuple[Effect, float], ...]) -> Signals:
-    """Return the noiseless readings (n, k) of the `true` signals; `effects` may depend on any of the `quantities`."""
+def read(true: Signals, quantities: Signals, bench: Bench) -> Signals:
+    """Return the noiseless readings (n, k) of the `true` signals; effects may depend on any of the `quantities`."""
     readings = {}
     for name, signal in true.items():
         reading = signal
-        for effect, strength in effects:
+        for effect, strength in bench.effects:
             if effect.quantity == f"{name}_sensor":
-                reading = reading + effect.law(strength, quantities[effect.abscissa])
-        for effect, strength in effects:
+                reading = reading + bench.change(effect, strength, quantities[effect.abscissa])
+        for effect, strength in bench.effects:
             if effect.quantity == f"{name}_sensor_lag":  # two poles, whose delays add up to the lag
-                reading = _lagged(_lagged(reading, 0.75 * strength), 0.25 * strength)
-        readings[name] = reading
+                lag = strength * bench.setup.scale.get("time", 1.0)
+                reading = _lagged(_lagged(reading, 0.75 * lag, bench), 0.25 * lag, bench)
+        late = bench.clocks.get(name, 0.0)
+        readings[name] = (1 - late) * reading + late * np.concatenate([reading[:, :1], reading[:, :-1]], axis=1)
     return readings
 
 
-def _lagged(signal: np.ndarray, lag: float) -> np.ndarray:
+def _lagged(signal: np.ndarray, lag: float, bench: Bench) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
-    decay = np.exp(-PERIOD / lag)
-    weight = 1 - (1 - decay) * lag / PERIOD
+    period = bench.setup.period
+    decay = np.exp(-period / lag)
+    weight = 1 - (1 - decay) * lag / period
     initial = (1 - weight) * signal[:, :1]
     return lfilter([weight, 1 - decay - weight], [1, -decay], signal, zi=initial)[0]
 
 
-def measured(readings: Signals, relative_std: float, random: np.random.Generator) -> Signals:
-    """Add autocorrelated noise, whose std is relative to the range of each signal, and round to `BITS` bits."""
+def measured(readings: Signals, std: Mapping[str, float], memory: Mapping[str, float],
+             random: np.random.Generator) -> Signals:
+    """Add noise and round to `BITS` bits of the range of each signal.
+
+    `std` is relative to the range; `memory` is the correlation of the noise of successive samples.
+    """
     noisy = {}
     for name, reading in readings.items():
         signal_range = np.ptp(reading)
         white = random.standard_normal(reading.shape)
-        white[:, 1:] *= np.sqrt(1 - NOISE_MEMORY**2)
-        noise = lfilter([1], [1, -NOISE_MEMORY], white)
+        white[:, 1:] *= np.sqrt(1 - memory[name] ** 2)
+        noise = lfilter([1], [1, -memory[name]], white)
         step = signal_range / 2**BITS
-        noisy[name] = (np.round((reading + relative_std * signal_range * noise) / step) * step).astype(np.float32)
+        noisy[name] = (np.round((reading + std[name] * signal_range * noise) / step) * step).astype(np.float32)
     return noisy

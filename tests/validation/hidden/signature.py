@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import nominal
 from .case import SCATTER, TIME_NOISE, Case, simulate
+from .nominal import HEAVY
 from .run import SIGNALS, Run, observe
 
 STEP = 0.03  # of the differences, relative to nominal values: large enough to move lock-up by several samples
 RELATIVE = 1e-6
-SCATTERED = [nominal.UNCERTAIN.index(name) for name in ("aa", "x30")]  # fitted for each run, with a normal prior
-STD = np.array([SCATTER[nominal.UNCERTAIN[column]] for column in SCATTERED])
+SCATTERED = [HEAVY.uncertain.index(name) for name in ("aa", "x30")]  # fitted for each run, with a normal prior
+STD = np.array([SCATTER[HEAVY.uncertain[column]] for column in SCATTERED])
 
 
 def remaining(effects: Mapping[str, float], noise: float = 0.01, count: int = 54, rounds: int = 6) -> dict[str, float]:
@@ -32,15 +32,15 @@ def remaining(effects: Mapping[str, float], noise: float = 0.01, count: int = 54
         factor = np.repeat(1 + common[:, None], len(per_run), axis=1)
         factor[..., SCATTERED] += STD * per_run
         lanes = np.tile(np.arange(len(per_run)), len(common))
-        columns = zip(nominal.UNCERTAIN, factor.reshape(-1, len(nominal.UNCERTAIN)).T, strict=True)
-        values = {name: nominal.PARAMETERS[name] * column for name, column in columns}
+        columns = zip(HEAVY.uncertain, factor.reshape(-1, len(HEAVY.uncertain)).T, strict=True)
+        values = {name: HEAVY.parameters[name] * column for name, column in columns}
         perturbed = bench.take(lanes)
         perturbed = replace(perturbed, values={**perturbed.values, **values})
         run = observe(perturbed, target.conditions[lanes], target.order[lanes], RELATIVE)
         return _whitened(run, stds, noise).reshape(len(common), len(per_run), -1)
 
     measured = _whitened(target, stds, noise)
-    common, per_run, damping = np.zeros((1, len(nominal.UNCERTAIN))), np.zeros((len(measured), 2)), 1e-4
+    common, per_run, damping = np.zeros((1, len(HEAVY.uncertain))), np.zeros((len(measured), 2)), 1e-4
     base = simulated(common, per_run)[0]
     for _ in range(rounds):
         cost = np.sum((measured - base) ** 2) + np.sum(per_run**2)

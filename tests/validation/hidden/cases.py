@@ -1,0 +1,37 @@
+"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, with unseen effects, for judging it."""
+
+import csv
+from pathlib import Path
+
+from .case import Case
+from .nominal import SETUPS
+from .world import INGREDIENTS, World, draw
+
+_DATA = Path(__file__).parent / "data"
+COLUMNS = ("id", "bench", "world", "count", "seed", "effects")
+
+
+def read(path: Path) -> dict[str, Case]:
+    """Read a list of cases, one per row: `effects` are `name:strength`, `world` are ingredients, joined by `+`.
+
+    `world` may also be "none" or "any".
+    """
+    with path.open() as file:
+        return {row["id"]: _case(row) for row in csv.DictReader(file)}
+
+
+def _case(row: dict[str, str]) -> Case:
+    effects = dict(entry.split(":") for entry in row["effects"].split("+") if entry)
+    return Case({name: float(strength) for name, strength in effects.items()}, int(row["seed"]),
+                count=int(row["count"]), bench=row["bench"],
+                world=_world(row["world"], int(row["seed"]), row["bench"]))
+
+
+def _world(text: str, seed: int, bench: str) -> World | None:
+    if text == "none":
+        return None
+    return draw(seed, SETUPS[bench], INGREDIENTS if text == "any" else text.split("+"))
+
+
+DEVELOPMENT = read(_DATA / "development.csv")
+LISTS = {"development": DEVELOPMENT}

@@ -1,0 +1,93 @@
+"""The deviations of a bench from its model other than effects: scatter, noise, curves, conditions, clocks, bad runs."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .nominal import Setup
+
+INGREDIENTS = ("scatter", "noise", "converter", "conditions", "sag", "clocks", "bad_runs")
+EXACT = ("gr",)  # parameters that cannot vary from run to run: the gears have numbers of teeth
+LARGEST_SCATTER = {"x30": 0.10, "aa": 0.05}  # relative std; of all other parameters `OTHER_SCATTER`
+OTHER_SCATTER = 0.03
+SENSORS = ("pressure", "input_speed", "output_speed", "output_torque")
+RANGE = {"pressure": 18.0, "input_speed": 165.0, "output_speed": 60.0, "output_torque": 1400.0}  # of the heavy bench
+
+
+@dataclass(frozen=True)
+class World:
+    """The size of each deviation; the defaults are absent deviations.
+
+    `scatter`: relative std of parameters from run to run. `noise` and `memory`: std of the noise of each sensor
+    relative to the range of its signal, and correlation of the noise of successive samples. `time_noise`: std of the
+    noise of the shifting time in s. `converter` and `conditions`: relative std of the error of the converter's curves,
+    a smooth function of the speed ratio, and of the error of each level of the conditions. `sag`: relative loss of
+    motor speed at the largest torque on the pump. `clocks`: delay of each sensor in sampling periods, at most 1.
+    `bad_runs`: probability that a run is bad.
+    """
+
+    scatter: Mapping[str, float] | None = None
+    noise: Mapping[str, float] | None = None
+    memory: Mapping[str, float] | None = None
+    time_noise: float | None = None
+    converter: float = 0.0
+    conditions: float = 0.0
+    sag: float = 0.0
+    clocks: Mapping[str, float] = field(default_factory=dict)
+    bad_runs: float = 0.0
+
+
+def draw(seed: int, setup: Setup, ingredients: Iterable[str] = INGREDIENTS) -> World:
+    """Draw a world with some of the `INGREDIENTS`; the draw of each does not depend on the presence of others."""
+    world = World()
+    for name in ingredients:
+        random = np.random.default_rng([seed, 3, INGREDIENTS.index(name)])
+        world = replace(world, **_DRAWS[name](random, setup))
+    return world
+
+
+def _scatter(random: np.random.Generator, setup: Setup) -> dict:
+    names = [name for name in setup.parameters if name not in EXACT]
+    largest = [LARGEST_SCATTER.get(name, OTHER_SCATTER) for name in names]
+    return {"scatter": dict(zip(names, (random.random(len(names)) * largest).tolist(), strict=True))}
+
+
+def _noise(random: np.random.Generator, setup: Setup) -> dict:
+    largest = np.where(random.random(len(SENSORS)) < 0.2, 0.03, 0.015)
+    std = np.exp(random.uniform(np.log(0.003), np.log(largest)))
+    if setup.noise and random.random() < 0.5:  # as stated, times a factor
+        ranges = np.array([RANGE[name] * setup.scale[name] for name in SENSORS])
+        std = [setup.noise[name] for name in SENSORS] / ranges * np.exp(random.uniform(np.log(0.5), np.log(2), 4))
+    memory = random.uniform(0, 0.9, len(SENSORS))
+    return {"noise": dict(zip(SENSORS, std.tolist(), strict=True)),
+            "memory": dict(zip(SENSORS, memory.tolist(), strict=True)),
+            "time_noise": float(np.exp(random.uniform(np.log(1e-3), np.log(5e-3))))}
+
+
+def _clocks(random: np.random.Generator, setup: Setup) -> dict:
+    return {"clocks": dict(zip(SENSORS, random.random(len(SENSORS)).tolist(), strict=True))}
+
+
+_DRAWS = {
+    "scatter": _scatter, "noise": _noise, "clocks": _clocks,
+    "converter": lambda random, setup: {"converter": 0.02}, "conditions": lambda random, setup: {"conditions": 0.02},
+    "sag": lambda random, setup: {"sag": random.uniform(0.005, 0.02)},
+    "bad_runs": lambda random, setup: {"bad_runs": 0.02},
+}
+
+
+def with_other_curves(setup: Setup, std: float, random: np.random.Generator) -> Setup:
+    """Return the bench with a smooth relative error of both converter curves, of RMS `std` over the speed ratio."""
+    waves = np.cos(np.pi * np.outer(np.arange(4), setup.speed_ratio))
+    curves = {}
+    for name in ("torque_ratio", "capacity"):
+        error = (random.standard_normal(4) / [1, 1, 2, 4]) @ waves
+        curves[name] = getattr(setup, name) * (1 + std * error / np.sqrt(np.mean(error**2)))
+    return replace(setup, **curves)
+
+
+def with_errors(levels: np.ndarray, std: float, random: np.random.Generator) -> np.ndarray:
+    """Return conditions (n,) with one relative error for each of their levels, normal and clipped to 2 `std`."""
+    distinct, index = np.unique(levels, return_inverse=True)
+    return levels * (1 + std * np.clip(random.standard_normal(len(distinct)), -2, 2))[index]
