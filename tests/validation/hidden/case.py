@@ -12,11 +12,13 @@ from .bench import Bench
 from .catalogue import PHYSICAL, UNLISTED
 from .nominal import SETUPS, Setup
 from .run import Run, observe
-from .valve import play
+from .unseen import UNSEEN
+from .valve import play, plays
 from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
-LAWS = EFFECTS
+LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN}}
+PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")
 TIME_NOISE = 0.3  # s, std of the shifting-time noise per unit of `Case.noise`
@@ -108,6 +110,8 @@ def _bench(case: Case, conditions: np.ndarray, order: np.ndarray, random: np.ran
         if effect.quantity == "valve_play":
             width = setup.scale.get("valve_current", 1.0)
             profile = play(*profile, width * effect.law(strength, 1), width * effect.law(strength, -1))
+        elif effect.quantity == "valve_plays":
+            profile = plays(*profile, setup.scale.get("valve_current", 1.0) * effect.law(strength, PLAYS))
     time, current = (knots[setup.profile[conditions]] for knots in profile)
     for bad in _bad_runs(case, conditions):
         if bad.kind == "valve sticks":

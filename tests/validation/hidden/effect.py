@@ -15,7 +15,7 @@ class Effect:
 
     `law(0, x)` is neutral. `strength` has the unit `unit`; at `typical` it is plausible and its effect visible. `block`
     is the part of the model in which the effect acts. If `quantity` is a lag, width or compliance, which is zero in the
-    bench without effects, the law gives its value.
+    bench without effects, the law gives its value. `pair` states what pairs.py cannot tell from quantity and abscissa.
     """
 
     name: str
@@ -26,3 +26,4 @@ class Effect:
     unit: str
     typical: float
     law: Law
+    pair: tuple[str, str] | None = None

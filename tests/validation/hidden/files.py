@@ -90,6 +90,8 @@ def _visited(effect: Effect, run: Run) -> np.ndarray:
     """Return the abscissa where the effect acts: friction while slipping under pressure, the piston until lock-up."""
     if effect.quantity == "valve_play":
         return np.repeat([-1.0, 1.0], 50)  # falling, rising
+    if effect.quantity == "valve_plays":
+        return np.linspace(0, 1, 100)  # fraction of the plays
     abscissa, mode = run.quantities[effect.abscissa], run.phase[1]
     if effect.quantity in ("friction_coefficient", "friction_lag"):
         return abscissa[(mode == SLIP) & (run.quantities["contact_pressure"] > 0.1)]

@@ -76,6 +76,7 @@ _COMPACT_SCALE = {
     **dict.fromkeys(("output_torque", "output_torque_sensor"), 0.22), "load_torque": 0.4, "input_drag": 0.6,
     **dict.fromkeys(("time", "contact_time", "friction_lag", "converter_lag"), 0.9),
     "energy": 0.5, "load_point": 1.15, "shaft_compliance": 9.0,
+    "heat": 0.5, "twist": 2.7, "output_position": 2.5, "current_excess": 1.2,
 }
 HEAVY = _setup("heavy", "", _DATA.parents[1] / "data" / "conditions.csv", 0.002, 2.0, {})
 COMPACT = _setup("compact", "compact_", _DATA / "compact_conditions.csv", 0.001, 1.8, _COMPACT_SCALE)

@@ -3,7 +3,7 @@
 from .effect import Effect
 
 QUANTITY = {
-    "valve_play": "valve current", "valve_current": "valve current", "valve_delay": "valve delay",
+    **dict.fromkeys(("valve_play", "valve_plays", "valve_current"), "valve current"), "valve_delay": "valve delay",
     "pressure_gain": "line pressure", "pressure_demand": "line pressure", "pressure_sensor": "pressure sensor",
     "chamber_pressure": "chamber pressure", "oil_temperature_gain": "piston gain", "clearance": "clearance",
     "spring_rate": "piston rate", "piston_feed": "piston rate", "net_pressure": "piston rate",
@@ -19,7 +19,8 @@ DEPENDS_ON = {
     "contact_pressure": "pressure", "driving_pressure": "direction", "input_speed": "input speed",
     "output_speed": "output speed", "slip": "slip", "energy": "heat", "contact_time": "time in contact", "time": "time",
     "pump_angle": "time", "free_piston_rate": "piston rate", "piston": "piston position",
-    "piston_position": "piston position", "load_point": "motor speed",
+    "piston_position": "piston position", "load_point": "motor speed", "output_position": "output position",
+    "heat": "heat", "current_excess": "past current", "twist": "twist",
 }
 LISTED = frozenset({
     ("line pressure", "motor speed"), ("valve current", "past current"), ("valve current", "current"),
@@ -37,6 +38,8 @@ LISTED = frozenset({
 
 def pair(effect: Effect) -> tuple[str, str]:
     """Return the quantity in which the effect acts and what it depends on."""
+    if effect.pair:
+        return effect.pair
     quantity, abscissa = effect.quantity, effect.abscissa
     own = quantity.removesuffix("_lag").removesuffix("_sensor")
     if quantity.endswith("_sensor_lag"):
@@ -45,7 +48,7 @@ def pair(effect: Effect) -> tuple[str, str]:
         return QUANTITY[quantity], "lag"
     if quantity.endswith("_sensor") and effect.name.endswith(("offset", "gain")):
         return QUANTITY[quantity], "gain" if abscissa == own else "offset"
-    special = {"valve_play": "past current", "shaft_compliance": "twist"}
+    special = {"valve_play": "past current", "valve_plays": "past current", "shaft_compliance": "twist"}
     return QUANTITY[quantity], special.get(quantity) or DEPENDS_ON[abscissa]
 
 

@@ -15,7 +15,7 @@ TIME = HEAVY.time
 
 @dataclass(frozen=True)
 class Run:
-    """n engagements: index in the `conditions` of the setup, position in the test sequence, `lock_time` in s: (n,) each.
+    """n engagements: index in the `conditions` of the setup, place in the test sequence, `lock_time` in s, (n,) each.
 
     `quantities` of the bench and noiseless sensor `readings` are (n, k) by name, at the times of its setup; `phase` is
     (3, n, k).

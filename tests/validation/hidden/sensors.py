@@ -7,6 +7,7 @@ from scipy.signal import lfilter
 
 from .bench import Bench
 from .effect import Effect
+from .responses import RESPONSES
 
 Signals = dict[str, np.ndarray]
 BITS = 12
@@ -45,6 +46,9 @@ def read(true: Signals, quantities: Signals, bench: Bench) -> Signals:
             if effect.quantity == f"{name}_sensor_lag":  # two poles, whose delays add up to the lag
                 lag = strength * bench.setup.scale.get("time", 1.0)
                 reading = _lagged(_lagged(reading, 0.75 * lag, bench), 0.25 * lag, bench)
+            for kind, response in RESPONSES.items():
+                if effect.quantity == f"{name}_sensor_{kind}":
+                    reading = response(reading, strength, name, bench.setup)
         late = bench.clocks.get(name, 0.0)
         readings[name] = (1 - late) * reading + late * np.concatenate([reading[:, :1], reading[:, :-1]], axis=1)
     return readings

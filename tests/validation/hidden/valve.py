@@ -11,6 +11,17 @@ def play(time: np.ndarray, current: np.ndarray, up: float, down: float) -> tuple
     return padded[..., 0], padded[..., 1]
 
 
+def plays(time: np.ndarray, current: np.ndarray, widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the knots (p, m) of the mean of several plays in parallel, with the lags `widths` in A both ways."""
+    times, currents = zip(*(play(time, current, width, width) for width in widths), strict=True)
+    merged = [np.unique(np.concatenate(knots)) for knots in zip(*times, strict=True)]
+    means = [np.mean([np.interp(knots, t[row], c[row]) for t, c in zip(times, currents, strict=True)], axis=0)
+             for row, knots in enumerate(merged)]
+    longest = max(len(knots) for knots in merged)
+    return tuple(np.array([np.pad(knots, (0, longest - len(knots)), mode="edge") for knots in column])
+                 for column in (merged, means))
+
+
 def _profile(time: np.ndarray, current: np.ndarray, up: float, down: float) -> list[tuple[float, float]]:
     knots = [(time[0], current[0])]
     for start, end, before, after in zip(time[:-1], time[1:], current[:-1], current[1:], strict=True):

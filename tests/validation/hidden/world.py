@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .nominal import Setup
+from .responses import size
 
 INGREDIENTS = ("scatter", "noise", "converter", "conditions", "sag", "clocks", "bad_runs")
 EXACT = ("gr",)  # parameters that cannot vary from run to run: the gears have numbers of teeth
 LARGEST_SCATTER = {"x30": 0.10, "aa": 0.05}  # relative std; of all other parameters `OTHER_SCATTER`
 OTHER_SCATTER = 0.03
 SENSORS = ("pressure", "input_speed", "output_speed", "output_torque")
-RANGE = {"pressure": 18.0, "input_speed": 165.0, "output_speed": 60.0, "output_torque": 1400.0}  # of the heavy bench
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def _noise(random: np.random.Generator, setup: Setup) -> dict:
     largest = np.where(random.random(len(SENSORS)) < 0.2, 0.03, 0.015)
     std = np.exp(random.uniform(np.log(0.003), np.log(largest)))
     if setup.noise and random.random() < 0.5:  # as stated, times a factor
-        ranges = np.array([RANGE[name] * setup.scale[name] for name in SENSORS])
+        ranges = np.array([size(name, setup) for name in SENSORS])
         std = [setup.noise[name] for name in SENSORS] / ranges * np.exp(random.uniform(np.log(0.5), np.log(2), 4))
     memory = random.uniform(0, 0.9, len(SENSORS))
     return {"noise": dict(zip(SENSORS, std.tolist(), strict=True)),

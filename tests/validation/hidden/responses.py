@@ -1,0 +1,60 @@
+"""Dynamic responses of sensors other than poles in series.
+
+Each takes the signals (n, k), a strength in s that is zero for an ideal sensor, the name of the signal and the bench.
+"""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .nominal import Setup
+
+RANGE = {"pressure": 18.0, "input_speed": 165.0, "output_speed": 60.0, "output_torque": 1400.0}  # of the heavy bench
+RESONANCE_DAMPING = 0.55
+
+
+def delay(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Delay by `strength`, linear between samples, as of a bus with a fixed dead time."""
+    time = setup.time
+    late = time - strength * _slowness(setup)
+    return np.array([np.interp(late, time, row) for row in signal])
+
+
+def ring(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Filter by an underdamped second-order system, whose delay of slow signals is `strength`."""
+    w = 2 * RESONANCE_DAMPING / (strength * _slowness(setup))
+    r, angle = np.exp(-RESONANCE_DAMPING * w * setup.period), w * np.sqrt(1 - RESONANCE_DAMPING**2) * setup.period
+    a = np.array([1, -2 * r * np.cos(angle), r * r])
+    start = signal[:, :1]
+    return start + lfilter([0, a.sum()], a, signal - start)
+
+
+def slew(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Limit the rate to the range of the signal in 10 times `strength`."""
+    largest = size(name, setup) * setup.period / (10 * strength * _slowness(setup))
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        filtered[:, k] = filtered[:, k - 1] + np.clip(signal[:, k] - filtered[:, k - 1], -largest, largest)
+    return filtered
+
+
+def count(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by more at low values, as a speed from the time between pulses; by `strength` at a third of the range."""
+    third = size(name, setup) / 3
+    lag = strength * _slowness(setup) * third / (np.abs(signal) + 0.15 * third)
+    decay = np.exp(-setup.period / lag)
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        filtered[:, k] = signal[:, k] + decay[:, k] * (filtered[:, k - 1] - signal[:, k])
+    return filtered
+
+
+def size(name: str, setup: Setup) -> float:
+    """Return the range of a signal on a bench."""
+    return RANGE[name] * setup.scale.get(name, 1.0)
+
+
+def _slowness(setup: Setup) -> float:
+    return setup.scale.get("time", 1.0)
+
+
+RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count}
