@@ -8,7 +8,8 @@ import json
 from pathlib import Path
 
 from .cases import LISTS
-from .files import truth, write
+from .files import write
+from .truths import truth
 
 
 def main(arguments: list[str] | None = None) -> None:

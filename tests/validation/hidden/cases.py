@@ -8,7 +8,6 @@ from .nominal import SETUPS
 from .world import INGREDIENTS, World, draw
 
 _DATA = Path(__file__).parent / "data"
-COLUMNS = ("id", "bench", "world", "count", "seed", "effects")
 
 
 def read(path: Path) -> dict[str, Case]:
@@ -34,4 +33,5 @@ def _world(text: str, seed: int, bench: str) -> World | None:
 
 
 DEVELOPMENT = read(_DATA / "development.csv")
-LISTS = {"development": DEVELOPMENT}
+FINAL = read(_DATA / "final.csv")
+LISTS = {"development": DEVELOPMENT, "final": FINAL}

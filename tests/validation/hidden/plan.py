@@ -1,6 +1,6 @@
 """Draws the lists of cases.py; run once for each list, because a list is fixed before anything is run on it.
 
-    python -m tests.validation.hidden.plan development
+    python -m tests.validation.hidden.plan development|final
 """
 
 import csv
@@ -10,21 +10,25 @@ from pathlib import Path
 
 import numpy as np
 
-from .case import LAWS, Case, simulate
+from .case import Case, simulate
 from .catalogue import PHYSICAL, UNLISTED
 from .effect import Effect
+from .limits import read as read_limits
+from .pairs import listed
 from .sensors import SENSORS
+from .unseen import UNSEEN
 from .world import INGREDIENTS
 
-Row = dict[str, str]
+Row = tuple[str, str, int, dict[str, float]]  # bench, world, count, and strengths of effects
 BENCHES = ("heavy", "compact")
 MANY = {"heavy": 108, "compact": 90}
 LOCKED = 0.9  # least fraction of runs that lock
 LARGEST_RATIO = 5.0  # of a quantity with its effect to that without it
+LARGEST_STRENGTH = 8.0  # of cases of the final list, relative to the typical strength
 
 
-def development(random: np.random.Generator) -> Iterator[tuple[str, str, int, dict[str, float]]]:
-    """Yield bench, world, count and effects: 15 nulls, each known effect alone, and 23 pairs of effects."""
+def development(random: np.random.Generator) -> Iterator[Row]:
+    """Yield 15 nulls, each known effect alone, and 23 pairs of effects."""
     for i, ingredients in enumerate(("none", "none", *INGREDIENTS, "any", "any", "any", "any")):
         yield BENCHES[i % 2], ingredients, 54, {}
     for bench in BENCHES:
@@ -33,12 +37,45 @@ def development(random: np.random.Generator) -> Iterator[tuple[str, str, int, di
     for i, effect in enumerate(effects):
         multiple = float(np.exp(random.uniform(np.log(0.5), np.log(10))))
         bench = BENCHES[i % 2]
-        yield bench, ("none", "any")[i // 2 % 2], MANY[bench] if i % 10 == 4 else 54, {effect.name: multiple}
+        strengths = {effect.name: multiple * effect.typical}
+        yield bench, ("none", "any")[i // 2 % 2], MANY[bench] if i % 10 == 4 else 54, strengths
     for i in range(23):
-        names = [effect.name for effect in _pair(effects, same_block=i % 2 == 0, random=random)]
+        pair = _pair(effects, same_block=i % 2 == 0, random=random)
         multiples = np.exp(random.uniform(np.log(0.7), np.log(7), 2))
         bench = BENCHES[i // 2 % 2]
-        yield bench, ("any", "none")[i // 4 % 2], 54, dict(zip(names, multiples.tolist(), strict=True))
+        strengths = [float(multiple) * effect.typical for effect, multiple in zip(pair, multiples, strict=True)]
+        names = [effect.name for effect in pair]
+        yield bench, ("any", "none")[i // 4 % 2], 54, dict(zip(names, strengths, strict=True))
+
+
+def final(random: np.random.Generator) -> Iterator[Row]:
+    """Yield 32 nulls, each unseen effect alone, some of them on both benches, and 22 pairs of effects.
+
+    The strengths are 0.5 to 30 times the limits of limits.py, evenly in the logarithm.
+    """
+    limits = read_limits()
+    for bench in BENCHES:
+        for ingredients in ("none", *INGREDIENTS, *["any"] * 7):
+            yield bench, ingredients, 54, {}
+        yield bench, "any", MANY[bench], {}
+    listed_first = sorted(UNSEEN, key=lambda effect: not listed(effect))
+    chosen = [(effect, BENCHES[i % 2]) for i, effect in enumerate(listed_first)]
+    again = [(effect, BENCHES[1 - i % 2]) for i, effect in enumerate(listed_first)]
+    chosen += [pair for i, pair in enumerate(again) if (i % 4 < 2 if listed(pair[0]) else i % 6 == 0)]
+    for i, multiple in enumerate(random.permutation(np.geomspace(0.5, 30, len(chosen)))):
+        effect, bench = chosen[i]
+        strength = multiple * limits[effect.name, bench]
+        yield bench, "any", MANY[bench] if i % 9 == 4 else 54, {effect.name: _capped(effect, strength)}
+    for i in range(22):
+        bench = BENCHES[i // 2 % 2]
+        pair = _pair(list(UNSEEN), same_block=i % 2 == 0, random=random)
+        multiples = np.exp(random.uniform(np.log(1), np.log(30), 2))
+        yield bench, "any", 54, {effect.name: _capped(effect, multiple * limits[effect.name, bench])
+                                 for effect, multiple in zip(pair, multiples, strict=True)}
+
+
+def _capped(effect: Effect, strength: float) -> float:
+    return float(min(strength, LARGEST_STRENGTH * effect.typical))
 
 
 def _pair(effects: list[Effect], same_block: bool, random: np.random.Generator) -> tuple[Effect, Effect]:
@@ -69,19 +106,18 @@ def _is_plausible(case: Case) -> bool:
     return len(run.conditions) >= LOCKED * 27
 
 
-def main(name: str) -> None:
-    """Draw the list `name` and write it."""
+def main(name: str, folder: Path = Path(__file__).parent / "data") -> None:
+    """Draw the list `name` and write it to a folder."""
     random = np.random.default_rng([20, len(name)])
-    drawn = list({"development": development}[name](random))
+    drawn = list({"development": development, "final": final}[name](random))
     rows = []
     for i, place in enumerate(random.permutation(len(drawn)), start=1):
-        bench, world, count, multiples = drawn[place]
+        bench, world, count, strengths = drawn[place]
         seed = 1000 * len(name) + i
-        strengths = {effect: multiple * LAWS[effect].typical for effect, multiple in multiples.items()}
         strengths = plausible(bench, seed, strengths)
         effects = "+".join(f"{effect}:{strength:.3g}" for effect, strength in strengths.items())
         rows.append((f"{name[0]}{i:03}", bench, world, count, seed, effects))
-    with (Path(__file__).parent / "data" / f"{name}.csv").open("w", newline="") as file:
+    with (folder / f"{name}.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("id", "bench", "world", "count", "seed", "effects"))
         writer.writerows(rows)

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from .case import SCATTER, TIME_NOISE, Case, simulate
-from .nominal import HEAVY
+from .nominal import HEAVY, SETUPS
 from .run import SIGNALS, Run, observe
 
 STEP = 0.03  # of the differences, relative to nominal values: large enough to move lock-up by several samples
@@ -15,17 +16,19 @@ SCATTERED = [HEAVY.uncertain.index(name) for name in ("aa", "x30")]  # fitted fo
 STD = np.array([SCATTER[HEAVY.uncertain[column]] for column in SCATTERED])
 
 
-def remaining(effects: Mapping[str, float], noise: float = 0.01, count: int = 54, rounds: int = 6) -> dict[str, float]:
+def remaining(effects: Mapping[str, float], noise: float = 0.01, count: int = 54, rounds: int = 6,
+              bench: Literal["heavy", "compact"] = "heavy") -> dict[str, float]:
     """Return the RMS residual of each signal, of the `shifting_time`, and of `all` samples, in units of the noise std.
 
     The refit is a least-squares fit of the seven uncertain parameters and of the two scattered parameters of each run,
     starting at their true values: Levenberg-Marquardt, at most `rounds` steps. `scatter` is the RMS deviation of the
     scattered parameters in units of their std.
     """
-    target = simulate(Case(effects, count=count, shift="none", scatter=0), RELATIVE)
-    nominal_run = simulate(Case(count=count, shift="none", scatter=0), RELATIVE)
+    target = simulate(Case(effects, count=count, shift="none", scatter=0, bench=bench), RELATIVE)
+    nominal_run = simulate(Case(count=count, shift="none", scatter=0, bench=bench), RELATIVE)
+    parameters = SETUPS[bench].parameters
     stds = {name: noise * np.ptp(target.readings[name]) for name in SIGNALS}
-    bench = nominal_run.bench.take(np.flatnonzero(np.isin(nominal_run.conditions, target.conditions)))
+    nominal_bench = nominal_run.bench.take(np.flatnonzero(np.isin(nominal_run.conditions, target.conditions)))
 
     def simulated(common: np.ndarray, per_run: np.ndarray) -> np.ndarray:
         """Return the whitened recordings (p, n, k) at the common parameters (p, 7)."""
@@ -33,8 +36,8 @@ def remaining(effects: Mapping[str, float], noise: float = 0.01, count: int = 54
         factor[..., SCATTERED] += STD * per_run
         lanes = np.tile(np.arange(len(per_run)), len(common))
         columns = zip(HEAVY.uncertain, factor.reshape(-1, len(HEAVY.uncertain)).T, strict=True)
-        values = {name: HEAVY.parameters[name] * column for name, column in columns}
-        perturbed = bench.take(lanes)
+        values = {name: parameters[name] * column for name, column in columns}
+        perturbed = nominal_bench.take(lanes)
         perturbed = replace(perturbed, values={**perturbed.values, **values})
         run = observe(perturbed, target.conditions[lanes], target.order[lanes], RELATIVE)
         return _whitened(run, stds, noise).reshape(len(common), len(per_run), -1)

@@ -1,0 +1,51 @@
+"""Rough limits of the strengths of effects, from which they are visible; computed once and stored.
+
+    python -m tests.validation.hidden.limits
+"""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from .case import LAWS
+from .nominal import SETUPS
+from .run import SIGNALS
+from .signature import remaining
+
+PATH = Path(__file__).parent / "data" / "limits.csv"
+RUNS = 54
+INDEPENDENT = 30  # samples of a signal per run, because deviations of a bench are smooth in time
+STANDARD_DEVIATIONS = 6.0
+
+
+def read() -> dict[tuple[str, str], float]:
+    """Return the limits by effect and bench, in the unit of the strength."""
+    with PATH.open() as file:
+        return {(row["effect"], row["bench"]): float(row["limit"]) for row in csv.DictReader(file)}
+
+
+def compute(name: str, bench: str) -> float:
+    """Return the strength at which the residual after a refit is `STANDARD_DEVIATIONS`, if it is proportional to it.
+
+    The residual is that of `RUNS` runs with a noise of 1 %, in which seven parameters and the scatter of two parameters
+    are fitted (signature.py).
+    """
+    typical = LAWS[name].typical
+    residual = remaining({name: typical}, count=18, rounds=4, bench=bench)
+    squares = {part: value**2 for part, value in residual.items()}
+    per_run = INDEPENDENT * sum(squares[signal] for signal in SIGNALS) + squares["shifting_time"] + squares["scatter"]
+    return typical * STANDARD_DEVIATIONS / float(np.sqrt(RUNS * per_run))
+
+
+def main() -> None:
+    """Compute and write the limits of all effects on all benches."""
+    rows = [(name, bench, f"{compute(name, bench):.3g}") for name in LAWS for bench in SETUPS]
+    with PATH.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("effect", "bench", "limit"))
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,174 @@
+"""The unseen effects of the simulated test bench, and its lists of cases, are as its README states."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
+from hidden.__main__ import main
+from hidden.cases import DEVELOPMENT, FINAL
+from hidden.effect import Effect
+from hidden.limits import compute
+from hidden.limits import read as read_limits
+from hidden.nominal import HEAVY, SETUPS
+from hidden.pairs import DEPENDS_ON, LISTED, QUANTITY, listed, pair
+from hidden.plan import LARGEST_STRENGTH
+from hidden.responses import RESPONSES
+from hidden.valve import play, plays
+
+from slipstick.recordings import Recordings
+
+DEPENDENCES = {*DEPENDS_ON.values(), "past current", "lag", "offset", "gain"}
+
+
+def test_number_of_unseen_effects() -> None:
+    assert len(UNSEEN) == 75
+    assert not {effect.name for effect in UNSEEN} & set(EFFECTS)
+    assert sum(not listed(effect) for effect in UNSEEN) == 24
+
+
+def test_every_listed_pair_has_an_unseen_form() -> None:
+    assert {pair(effect) for effect in UNSEEN} >= LISTED - {("piston rate", "pressure")}
+
+
+@pytest.mark.parametrize("effect", LAWS.values(), ids=LAWS)
+def test_an_effect_has_a_pair_of_the_vocabulary_and_a_finite_law(effect: Effect) -> None:
+    quantity, depends_on = pair(effect)
+    assert quantity in QUANTITY.values()
+    assert depends_on in DEPENDENCES
+    if effect.pair and effect.quantity.split("_sensor")[0] not in ("pressure", "input_speed", "output_speed",
+                                                                    "output_torque"):
+        assert pair(replace(effect, pair=None)) == effect.pair
+    abscissa = np.geomspace(0.1, 200, 40)
+    if effect.abscissa in ("pressure", "free_piston_rate", "driving_pressure", "current_excess", "energy"):
+        abscissa = np.concatenate([[-5.0, -0.01, 0.0], abscissa])
+    assert np.all(np.isfinite(effect.law(effect.typical, abscissa)))
+    np.testing.assert_array_equal(effect.law(0.0, abscissa), 1 if effect.kind == "ratio" else 0)
+
+
+@pytest.fixture(scope="module")
+def alone() -> dict[str, dict[str, np.ndarray]]:
+    return {bench: few(bench) for bench in SETUPS}
+
+
+def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
+    return simulate(Case(effects, bench=bench, count=3, shift="none", scatter=0), relative=1e-4).readings
+
+
+OF_EACH_QUANTITY = {effect.quantity: effect for effect in UNSEEN}
+
+
+@pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
+def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
+    bench = list(SETUPS)[place % 2]
+    changed = few(bench, **{effect.name: effect.typical})
+    rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
+           for name, signal in alone[bench].items()}
+    assert 3e-3 < max(rms.values()) < 0.15
+    sensor = effect.quantity.split("_sensor")[0]
+    assert sensor == effect.quantity or [name for name in rms if rms[name] > 1e-9] == [sensor]
+
+
+@pytest.mark.parametrize("kind", RESPONSES)
+def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
+    ramp = np.minimum(20 + 30 * HEAVY.time, 65)[None]
+    late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
+    lag = (ramp - late)[0, 500] / 30
+    expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55)}
+    assert lag == pytest.approx(expected[kind], abs=0.0011)
+    assert late[0, -1] == pytest.approx(65)
+
+
+def test_a_slew_limit_holds_the_rate() -> None:
+    step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
+    late = RESPONSES["slew"](step, 0.02, "input_speed", HEAVY)
+    assert np.max(np.diff(late)) == pytest.approx(165 / 0.2 * HEAVY.period)
+
+
+def test_plays_in_parallel_are_averaged() -> None:
+    time, current = np.array([[0.0, 1, 2, 3]]), np.array([[0.0, 1, 0, 1]])
+    samples = np.linspace(0, 3, 31)
+    single = [np.interp(samples, *(knots[0] for knots in play(time, current, width, width))) for width in (0.1, 0.3)]
+    both = plays(time, current, np.array([0.1, 0.3]))
+    np.testing.assert_allclose(np.interp(samples, both[0][0], both[1][0]), np.mean(single, axis=0), atol=1e-12)
+
+
+def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
+    limits = read_limits()
+    assert set(limits) == {(name, bench) for name in LAWS for bench in SETUPS}
+    assert all(1.2 < LAWS[name].typical / limit < 50 for (name, _), limit in limits.items())
+    assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
+
+
+def is_null(case: Case) -> bool:
+    return not case.effects
+
+
+def test_the_development_list_is_as_stated() -> None:
+    cases = list(DEVELOPMENT.values())
+    assert len(cases) == 80
+    assert sum(map(is_null, cases)) == 15
+    assert {name for case in cases for name in case.effects} == set(EFFECTS)
+    assert sum(len(case.effects) == 2 for case in cases) == 23
+    assert 0.4 < np.mean([case.drawn_world.scatter is not None for case in cases]) < 0.6
+    for case in cases:
+        for name, strength in case.effects.items():
+            assert 0.2 < strength / LAWS[name].typical < 10.1
+
+
+def test_the_final_list_has_only_unseen_effects() -> None:
+    cases = list(FINAL.values())
+    unseen = {effect.name for effect in UNSEEN}
+    assert {name for case in cases for name in case.effects} == unseen
+    assert sum(map(is_null, cases)) == 32
+    assert sum(len(case.effects) == 2 for case in cases) == 22
+    assert sum(len(case.effects) == 1 and not listed(LAWS[next(iter(case.effects))]) for case in cases) >= 25
+    assert 150 <= len(cases) <= 170
+    assert all(case.drawn_world.scatter and case.drawn_world.sag for case in cases if case.effects)
+    assert Counter(case.bench for case in cases)["compact"] >= 70
+
+
+def test_strengths_of_the_final_list_span_the_stated_range() -> None:
+    limits = read_limits()
+    multiples = [strength / limits[name, case.bench]
+                 for case in FINAL.values() for name, strength in case.effects.items() if len(case.effects) == 1]
+    assert max(multiples) <= 30.1
+    assert np.mean(np.less(multiples, 0.4)) < 0.05
+    assert np.mean(np.less(multiples, 4)) == pytest.approx(0.5, abs=0.15)
+    for case in FINAL.values():
+        for name, strength in case.effects.items():
+            assert strength <= LARGEST_STRENGTH * LAWS[name].typical * 1.01
+
+
+@pytest.mark.parametrize("cases", [DEVELOPMENT, FINAL], ids=["development", "final"])
+def test_nulls_have_each_ingredient_alone_and_none_and_all(cases: dict[str, Case]) -> None:
+    present = [frozenset(ingredients(case.drawn_world)) for case in cases.values() if is_null(case)]
+    assert {frozenset(), frozenset(INGREDIENTS), *(frozenset([name]) for name in INGREDIENTS)} == set(present)
+
+
+def ingredients(world: World) -> list[str]:
+    return [name for name in INGREDIENTS if getattr(world, name)]
+
+
+def test_seeds_and_files_of_the_lists_differ() -> None:
+    seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values())]
+    assert len(set(seeds)) == len(seeds)
+    assert not set(DEVELOPMENT) & set(FINAL)
+
+
+def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:
+    name = next(name for name, case in DEVELOPMENT.items() if case.bench == "compact" and len(case.effects) == 1)
+    main([str(tmp_path / "files"), "development", name, "--truth", str(tmp_path / "truth.json")])
+    file = tmp_path / "files" / f"{name}.h5"
+    assert list((tmp_path / "files").iterdir()) == [file]
+    assert len(Recordings.open(file).measured_time) == DEVELOPMENT[name].count
+    (hidden,) = json.loads((tmp_path / "truth.json").read_text())[name]["hidden"]
+    ((effect, strength),) = DEVELOPMENT[name].effects.items()
+    assert (hidden["name"], hidden["strength"]) == (effect, strength)
+    assert tuple(hidden["pair"]) == pair(LAWS[effect])
+    written = file.stat().st_mtime_ns
+    main([str(tmp_path / "files"), "development", name, "--truth", str(tmp_path / "truth.json")])
+    assert file.stat().st_mtime_ns == written
