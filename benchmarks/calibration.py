@@ -73,7 +73,7 @@ def bound(bench: Bench, recordings: Recordings, truth: Truth) -> np.ndarray:
     """Cramer-Rao bound (d,) of the standard errors: the information of the means at the truth, scatter known."""
     model = Model(bench.physics)
     observations = Observations(recordings, recordings.signals, bench, bench.uncertain, np.array(model.parameters),
-                                model.coefficients())
+                                model.coefficients(), model.laws)
     noise = Noise(np.array([bench.sensors[name].noise for name in CHANNELS]),
                   np.array([*[truth.correlation] * 4, 0.0]))
     n, d = truth.points.shape

@@ -346,3 +346,6 @@ class ModelSpec(BaseModel):
     units: dict[str, str] = Field(description="Units of the parameters, by name.")
     effects: dict[str, dict[str, float]] = Field(description="Coefficients of the effects, by effect and coefficient.")
     bench: dict[str, Any] = Field(description="Physics of the bench: nominal parameters, converter curves, digest.")
+    laws: list[dict[str, Any]] | None = Field(
+        default=None, description="Measured laws, absent if the model has none: the change of a quantity at points of "
+                                  "what it depends on, with units; linear between them, constant outside.")

@@ -58,8 +58,9 @@ def describe(table: Table) -> str:
     if isinstance(table, Surrogate):
         kind += f" {describe_error(table)}"
     effects = ", ".join(table.model.effects) or "none"
+    laws = "".join(f"\nmeasured law: {law.quantity} over {law.depends_on}" for law in table.model.laws)
     return "\n".join([*lines, f"conditions: {len(table.conditions)}, digest {table.conditions.digest}",
-                      f"model: digest {table.model.digest}, effects: {effects}", f"origin: {table.origin}",
+                      f"model: digest {table.model.digest}, effects: {effects}{laws}", f"origin: {table.origin}",
                       f"kind: {kind}", f"content: digest {table.digest}"])
 
 

@@ -87,7 +87,8 @@ def study_result(id: StudyId, store: StudyStore) -> StudyResult:
                        **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
 
 
-@router.get("/{id}/model", summary="Get the extended model of a study", responses=error_responses(404, 409, 503))
+@router.get("/{id}/model", summary="Get the extended model of a study", response_model_exclude_unset=True,
+            responses=error_responses(404, 409, 503))
 def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before", "after"], Query(
         description="`after`: the refitted model with the added effects. `before`: the refitted model without them.",
         )] = "after") -> ModelSpec:

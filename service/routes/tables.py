@@ -116,7 +116,8 @@ class TableDescription(BaseModel):
     statuses: StatusCounts | None = Field(description="Outcomes of the simulated engagements of a grid; null for a "
                                                       "surrogate, for which all engagements lock.")
     training: Training | None = Field(description="Training and error of a surrogate; null for a grid.")
-    model: dict[str, Any] = Field(description="The simulated model: parameters, units, effects and torque converter.")
+    model: dict[str, Any] = Field(description="The simulated model: parameters, units, effects, physics of the bench, "
+                                              "and measured laws if it has any.")
     conditions: list[Condition] = Field(description="The conditions, in order.")
     current_profiles: list[CurrentProfile] = Field(description="The current profiles of the conditions.")
 

@@ -28,15 +28,15 @@ def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
               report: Report = lambda *_: None) -> Calibration:
     """Fit the uncertain parameters of the `bench` to `recordings`, which must have signals.
 
-    The search starts from the model `start`, by default from the nominal parameters, whose effects are not changed. The
-    noise of the shifting time is that of the bench; the noise of the signals is estimated from the recordings. `report`
-    is called after every iteration. Raises `InvalidValue`.
+    The search starts from the model `start`, by default from the nominal parameters, whose effects and laws are not
+    changed. The noise of the shifting time is that of the bench; the noise of the signals is estimated from the
+    recordings. `report` is called after every iteration. Raises `InvalidValue`.
     """
     model = start or Model(bench.physics)
     bench.require(model.physics)
     signals, lock_up_noise = _checked(recordings, bench)
     observations = Observations(recordings, signals, bench, bench.uncertain, np.array(model.parameters),
-                                model.coefficients())
+                                model.coefficients(), model.laws)
     shown = [sensor_noise(name, getattr(signals, name)) for name in SIGNAL_UNITS]
     sensors = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
     scatter = [bench.prior(name).scatter for name in bench.uncertain]

@@ -11,6 +11,7 @@ import numpy as np
 
 from slipstick.bench import Bench, parameters
 from slipstick.clutch import ensemble
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
@@ -28,7 +29,7 @@ _MARGIN = 2
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """n `recordings` of a `bench` with k samples, and the effect coefficients (c,) of the model compared with them.
+    """n `recordings` of a `bench` with k samples, with the effect coefficients (c,) and laws of the model compared.
 
     `free` names the d parameters whose multipliers of the nominal values form a point. `base` (20,) has the others.
     """
@@ -39,6 +40,7 @@ class Observations:
     free: tuple[str, ...]
     base: np.ndarray
     coefficients: np.ndarray
+    laws: tuple[MeasuredLaw, ...] = ()
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -59,7 +61,7 @@ class Observations:
         conditions = self.recordings.conditions.take(np.tile(places, s))
         response = ensemble.simulate(self.bench.physics.curves, self.vectors(points).reshape(s * m, -1),
                                      np.tile(self.coefficients, (s * m, 1)), conditions, self.signals.time, ACCURACY,
-                                     paired=True)
+                                     paired=True, laws=self.laws)
         if np.any(response.status == ensemble.FAILED):
             raise InvalidValue("A simulation failed within the bounds of the calibration",
                                "Narrow the bounds of the parameters in the bench file, or start from another model")

@@ -1,16 +1,27 @@
-"""Active effects of a call: flags for the compiled integrator, and sensor effects on the integrated signals."""
+"""Active effects and laws of a call for the compiled integrator, and sensor effects on the integrated signals."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import SENSORS, Effect
-from slipstick.clutch.lanes import FULL_STATE_SIZE, MEMORY_FLAG, QUANTITY_FLAG, STATE_SIZE
+from slipstick.clutch.lanes import (
+    EFFECT_STATE_SIZE,
+    FULL_STATE_SIZE,
+    LAW_FLAG,
+    LAW_MEMORIES,
+    LAW_MEMORY_FLAG,
+    MEMORY_FLAG,
+    QUANTITY_FLAG,
+    STATE_SIZE,
+)
+from slipstick.clutch.laws import MeasuredLaw
 
 
 class ActiveEffects(NamedTuple):
-    """Effects that a call has to evaluate."""
+    """Effects and laws that a call has to evaluate."""
 
     flags: np.ndarray
     """bool: flags of effects, quantities and memories, indexed as in `lanes`"""
@@ -19,11 +30,11 @@ class ActiveEffects(NamedTuple):
     shortest_time_constant: np.ndarray
     """(m,) s: their shortest time constant at each point"""
     state_size: int
-    """length of the state vector: five, or with all memories if one is active"""
+    """length of the state vector: five, or with the memories of effects, or with those of laws too, if one is in use"""
 
 
-def active_effects(coefficients: np.ndarray) -> ActiveEffects:
-    """Effects that are not neutral in at least one of the coefficient vectors (m, c)."""
+def active_effects(coefficients: np.ndarray, laws: Sequence[MeasuredLaw] = ()) -> ActiveEffects:
+    """Effects that are not neutral in at least one of the coefficient vectors (m, c), and the laws of all of them."""
     flags = np.zeros(MEMORY_FLAG + 1, np.bool_)
     indices, shortest = [np.empty(0, np.int64)], np.full(len(coefficients), np.inf)
     for position, effect in enumerate(effects.CATALOGUE):
@@ -34,7 +45,11 @@ def active_effects(coefficients: np.ndarray) -> ActiveEffects:
         indices.append(np.arange(effects.span(effect).start, effects.span(effect).stop))
         if effect.time_constant is not None:
             shortest = np.minimum(shortest, effect.time_constant(*_columns(effect, coefficients)))
-    state_size = FULL_STATE_SIZE if flags[MEMORY_FLAG] else STATE_SIZE
+    for law in laws:
+        flags[[LAW_FLAG, QUANTITY_FLAG[law.quantity]]] = True
+        flags[[LAW_MEMORY_FLAG, MEMORY_FLAG]] |= law.depends_on in LAW_MEMORIES
+    state_size = (FULL_STATE_SIZE if flags[LAW_MEMORY_FLAG] else EFFECT_STATE_SIZE if flags[MEMORY_FLAG]
+                  else STATE_SIZE)
     return ActiveEffects(flags, np.concatenate(indices), shortest, state_size)
 
 

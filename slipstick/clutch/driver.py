@@ -27,6 +27,7 @@ from slipstick.clutch.lanes import (
     EVENT,
     GEAR,
     LANES,
+    LAWS,
     SEGMENT_END,
     SLIPPING,
     STAGE,
@@ -40,28 +41,29 @@ LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
 
 
 @allocating
-def workspace(curves):
+def workspace(curves, laws):
     """Working memory aligned to a cache line; unaligned, every vector of lanes would span two lines."""
     memory = np.zeros(BUFFER_SIZE + 8)
     first = -(memory.ctypes.data // 8) % 8
     memory[first + CURVES:first + CURVES + len(curves)] = curves
+    memory[first + LAWS:first + LAWS + len(laws)] = laws
     return memory[first:first + BUFFER_SIZE]
 
 
 @allocating
-def drive(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, conditions, profiles,
+def drive(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, laws, conditions, profiles,
           initial_speed, profile_segments, fine, coarse, sample_times, samples, times, status):
     """Simulate engagements first..stop-1; fill `times` in s, `status`, and `samples` of this range at `sample_times`.
 
     Engagement e combines point e // conditions_per_point and condition e modulo n: conditions_per_point = n combines
     every point with all n conditions, 1 pairs them. `conditions` is (n, 5): motor speed, load inertia, brake torque,
-    position in the run order, given input torque. `curves` are the `Converter.terms`. `profiles` is (n, 2): current
-    profile, column of `initial_speed`. A sample is the state vector, the slip flag and the sign of the slip. An
-    engagement that has not locked by the end of its current profile counts as never locked.
+    position in the run order, given input torque. `curves` are the `Converter.terms`, `laws` the `law_kernels.terms`.
+    `profiles` is (n, 2): current profile, column of `initial_speed`. A sample is the state vector, the slip flag and
+    the sign of the slip. An engagement that has not locked by the end of its current profile counts as never locked.
     """
     active, state_size = active_effects.flags, active_effects.state_size
     n, count, last_segment = len(conditions), len(sample_times), profile_segments.shape[1] - 1
-    b = workspace(curves)
+    b = workspace(curves, laws)
     engagements, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
     segment, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     next_engagement, busy_lanes = first, 0
@@ -143,15 +145,15 @@ def clear_samples(samples, row, position):
 
 
 @allocating
-def observe(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, conditions, profiles,
-            profile_segments, sample_times, samples, signals):
+def observe(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, laws, conditions,
+            profiles, profile_segments, sample_times, samples, signals):
     """Compute signals[:, engagement, time] from samples: pressure, both speeds, output torque, piston position.
 
     The arguments are those of `drive`.
     """
     active, state_size = active_effects.flags, active_effects.state_size
     n, count = len(conditions), len(sample_times)
-    b = workspace(curves)
+    b = workspace(curves, laws)
     for engagement in range(first, stop):
         point, condition = engagement // conditions_per_point, engagement % n
         profile = profiles[condition, 0]

@@ -15,11 +15,12 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.converter import Converter
-from slipstick.clutch import effects
+from slipstick.clutch import effects, law_kernels
 from slipstick.clutch.active_effects import active_effects, sensor_reading
 from slipstick.clutch.compilation import drive, initial_speeds, observe
 from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED
 from slipstick.clutch.lanes import LANES
+from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
 from slipstick.clutch.loading import segments
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
@@ -73,21 +74,23 @@ class Response:
 
 def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray, conditions: Conditions,
              sample_times: np.ndarray | None = None, accuracy: Accuracy = DEFAULT,
-             threads: int | None = None, paired: bool = False) -> Response:
+             threads: int | None = None, paired: bool = False, laws: Sequence[MeasuredLaw] = ()) -> Response:
     """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions, with a `converter`.
 
-    All points are combined with all conditions; with `paired`, m = n and point i is combined with condition i only.
+    All points are combined with all conditions; with `paired`, m = n and point i is combined with condition i only. The
+    measured `laws` act at all points.
     With `sample_times` (k,) in s, not decreasing, the response contains the sensor signals at these times. The result
     of an engagement depends neither on `threads` nor on the other engagements of the call. Raises `InvalidValue` for
     invalid arguments; an engagement that never locks or diverges is reported by its status.
     """
     vectors, coefficients = np.ascontiguousarray(vectors, float), np.ascontiguousarray(coefficients, float)
     times = np.empty(0) if sample_times is None else np.ascontiguousarray(sample_times, float)
-    _check(vectors, coefficients, times, accuracy)
+    _check(vectors, coefficients, times, accuracy, laws)
     if paired and len(vectors) != len(conditions):
         raise InvalidValue(f"{len(vectors)} points do not pair up with {len(conditions)} conditions",
                            "Give one point per condition")
-    active = active_effects(coefficients)
+    active = active_effects(coefficients, laws)
+    terms = law_kernels.terms(laws)
     initial, column = initial_input_speed(converter, vectors, conditions)
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
     given = np.zeros(len(conditions)) if conditions.input_torque is None else conditions.input_torque
@@ -106,10 +109,11 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     def simulate_block(first: int) -> None:
         stop = min(first + size, total)
         samples = np.empty((stop - first, k, active.state_size + 2))
-        drive(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, columns, profiles,
-              initial, profile_segments, accuracy.fine, accuracy.coarse, times, samples, shifting_time, status)
+        drive(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, terms, columns,
+              profiles, initial, profile_segments, accuracy.fine, accuracy.coarse, times, samples, shifting_time,
+              status)
         if k:
-            observe(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, columns,
+            observe(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, terms, columns,
                     profiles, profile_segments, times, samples, true_signals)
 
     with ThreadPoolExecutor(workers) as pool:
@@ -126,14 +130,16 @@ def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (
 
     A multiplier scales the parameter value of the model; without points the model is simulated as it is (m = 1).
     """
-    response = simulate(model.converter, *_scaled(model, axes, points), conditions, None, accuracy, threads)
+    response = simulate(model.converter, *_scaled(model, axes, points), conditions, None, accuracy, threads,
+                        laws=model.laws)
     return response.shifting_time, response.status
 
 
 def signals(model: Model, conditions: Conditions, sample_times: np.ndarray, axes: Sequence[str] = (),
             points: np.ndarray | None = None, accuracy: Accuracy = DEFAULT, threads: int | None = None) -> Response:
     """As `shifting_times`, with all signals at `sample_times` (k,) in s."""
-    return simulate(model.converter, *_scaled(model, axes, points), conditions, sample_times, accuracy, threads)
+    return simulate(model.converter, *_scaled(model, axes, points), conditions, sample_times, accuracy, threads,
+                    laws=model.laws)
 
 
 @dataclass(frozen=True)
@@ -172,7 +178,8 @@ def _scaled(model: Model, axes: Sequence[str], points: np.ndarray | None) -> tup
     return vectors, np.tile(model.coefficients(), (len(multipliers), 1))
 
 
-def _check(vectors: np.ndarray, coefficients: np.ndarray, sample_times: np.ndarray, accuracy: Accuracy) -> None:
+def _check(vectors: np.ndarray, coefficients: np.ndarray, sample_times: np.ndarray, accuracy: Accuracy,
+           laws: Sequence[MeasuredLaw]) -> None:
     if vectors.ndim != 2 or vectors.shape[1] != len(parameters.NAMES):
         raise InvalidValue(f"Parameter vectors have shape {vectors.shape}", f"Give (m, {len(parameters.NAMES)})")
     if coefficients.shape != (len(vectors), len(effects.neutral())):
@@ -186,3 +193,5 @@ def _check(vectors: np.ndarray, coefficients: np.ndarray, sample_times: np.ndarr
     if not (0 < accuracy.fine <= accuracy.coarse < np.inf):
         raise InvalidValue(f"The maximum steps {accuracy.fine} and {accuracy.coarse} s are invalid",
                            "Give 0 < fine <= coarse")
+    if len(laws) > MOST_LAWS:
+        raise InvalidValue(f"{len(laws)} measured laws are too many", f"Give at most {MOST_LAWS}")

@@ -1,10 +1,13 @@
-"""Compiled effect hooks of the equations: one function per quantity, with all effects on that quantity.
+"""Compiled effect hooks of the equations: one function per quantity, with all effects and laws on that quantity.
 
-A quantity without an active effect costs one branch outside the loop over lanes, and so does an inactive effect.
+A quantity without an active effect or a law costs one branch outside the loop over lanes, and so does an inactive
+effect.
 """
 
 from collections.abc import Callable
 from typing import Any
+
+import numpy as np
 
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import Effect, Memory, Signals
@@ -17,6 +20,8 @@ from slipstick.clutch.lanes import (
     GEAR,
     INPUT_SPEED,
     LANES,
+    LAW_FLAG,
+    LAW_MEMORY_FLAG,
     MEMORIES,
     MEMORY_FLAG,
     MEMORY_INPUT,
@@ -41,18 +46,29 @@ from slipstick.clutch.lanes import (
     STAGE_TIME,
     STATE_SIZE,
 )
+from slipstick.clutch.law_kernels import apply_laws, law_memory_rates
 
 Hook = Callable[[Any, Any], None]
 
 
 def hook(quantity: str) -> Hook:
-    """Compile f(b, active), which applies all active effects on `quantity` to its row, in catalogue order."""
+    """Compile f(b, active), which applies all active effects on `quantity`, in catalogue order, and laws to its row."""
     chain: Hook = _no_effect
     for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
         if effect.quantity == quantity:
             link = _link if effect.memory is None else _memory_link
             chain = link(effect, position, chain)
-    return _guarded(QUANTITY_FLAG[quantity], chain)
+    flag, row = QUANTITY_FLAG[quantity], np.uint64(QUANTITY_ROW[quantity])
+
+    # The guard is small enough for inlining into the equations; the chain and the laws are not.
+    @kernel
+    def guarded(b, active):
+        if active[flag]:
+            chain(b, active)
+            if active[LAW_FLAG]:
+                apply_laws(b, row)
+
+    return guarded
 
 
 def memory_rates() -> Hook:
@@ -61,22 +77,20 @@ def memory_rates() -> Hook:
     for position, effect in reversed(list(enumerate(effects.CATALOGUE))):
         if effect.memory is not None:
             chain = _rate_link(effect, effect.memory, position, chain)
-    return _guarded(MEMORY_FLAG, chain)
+
+    @kernel
+    def guarded(b, active):
+        if active[MEMORY_FLAG]:
+            chain(b, active)
+            if active[LAW_MEMORY_FLAG]:
+                law_memory_rates(b)
+
+    return guarded
 
 
 @kernel
 def _no_effect(b, active):
     pass
-
-
-def _guarded(flag: int, chain: Hook) -> Hook:
-    # The guard is small enough for inlining into the equations; the chain is not.
-    @kernel
-    def guarded(b, active):
-        if active[flag]:
-            chain(b, active)
-
-    return guarded if chain is not _no_effect else _no_effect
 
 
 @kernel

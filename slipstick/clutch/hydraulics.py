@@ -11,6 +11,7 @@ from slipstick.clutch.lanes import (
     CONTACT_POSITION,
     CURRENT_BIAS,
     LANES,
+    LAW_FLAG,
     PISTON_GAIN,
     PISTON_PRESSURE,
     PISTON_PRESSURE_RATE,
@@ -33,6 +34,7 @@ from slipstick.clutch.lanes import (
     STAGE_TIME,
     TEMPERATURE_GAIN,
 )
+from slipstick.clutch.law_kernels import evaluate_laws
 from slipstick.clutch.valve import valve
 
 _VALVE_CURRENT, _LINE_PRESSURE = QUANTITY_FLAG["valve current"], QUANTITY_FLAG["line pressure"]
@@ -46,6 +48,8 @@ def hydraulics(b, active):
     """Compute CHAMBER (bar), CLEARANCE (m), CONTACT (Pa) and the rates of x1, x2, x3, for all lanes."""
     if active[_VALVE_CURRENT] | active[_LINE_PRESSURE]:
         valve(b, active)
+    if active[LAW_FLAG]:
+        evaluate_laws(b)
     for i in range(LANES):
         current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
         # (1,2) Pade approximation of a pure delay; its step response starts in the wrong direction.

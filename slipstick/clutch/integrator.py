@@ -23,6 +23,7 @@ from slipstick.clutch.lanes import (
     INVERSE_GEAR,
     INVERSE_RAMP_WIDTH,
     LANES,
+    LAW_MEMORY_FLAG,
     MEMORY_FLAG,
     MIDDLE,
     MOVING,
@@ -62,6 +63,8 @@ def first_stage(b, active, fine, coarse):
         b[STAGE + i] = b[START + i]
     if active[MEMORY_FLAG]:
         memories.begin_step(b)
+        if active[LAW_MEMORY_FLAG]:
+            memories.begin_law_step(b)
     for i in range(LANES):
         b[STAGE_TIME + i] = b[TIME + i]
     hydraulics(b, active)
@@ -70,6 +73,8 @@ def first_stage(b, active, fine, coarse):
         b[FIRST + i] = b[RATE + i]
     if active[MEMORY_FLAG]:
         memories.store_first_rate(b)
+        if active[LAW_MEMORY_FLAG]:
+            memories.store_first_law_rate(b)
     for i in range(LANES):
         b[BREAKAWAY_FIRST + i] = b[BREAKAWAY + i]
         b[RELEASE_FIRST + i] = b[RELEASE + i]
@@ -102,6 +107,8 @@ def other_stages(b, active):
                 b[STAGE + s * LANES + i] = b[START + s * LANES + i] + fraction * b[STEP + i] * b[RATE + s * LANES + i]
         if active[MEMORY_FLAG]:
             memories.advance_stage(b, fraction)
+            if active[LAW_MEMORY_FLAG]:
+                memories.advance_law_stage(b, fraction)
         for i in range(LANES):
             b[STAGE_TIME + i] = b[TIME + i] + fraction * b[STEP + i]
         hydraulics(b, active)
@@ -114,12 +121,16 @@ def other_stages(b, active):
                 b[MIDDLE + i] += b[RATE + i]
         if active[MEMORY_FLAG]:
             memories.sum_middle_rates(b, stage)
+            if active[LAW_MEMORY_FLAG]:
+                memories.sum_middle_law_rates(b, stage)
     for s in range(STATE_SIZE):
         for i in range(LANES):
             k = s * LANES + i
             b[END + k] = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
     if active[MEMORY_FLAG]:
         memories.finish_step(b)
+        if active[LAW_MEMORY_FLAG]:
+            memories.finish_law_step(b)
 
 
 @kernel
@@ -156,6 +167,8 @@ def accept_step(b, active):
             b[START + k] = start if b[EVENT + i] > 1.0 else end
     if active[MEMORY_FLAG]:
         memories.accept_step(b)
+        if active[LAW_MEMORY_FLAG]:
+            memories.accept_law_step(b)
     for i in range(LANES):
         start, end = b[TIME + i], b[END_TIME + i]
         b[TIME + i] = start if b[EVENT + i] > 1.0 else end

@@ -10,6 +10,7 @@ from itertools import count
 from slipstick.bench.converter import MOST_TERMS
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import QUANTITIES
+from slipstick.clutch.laws import MOST_LAWS, MOST_POINTS
 
 LANES = 48
 """Engagements per loop: pairs of AVX-512 vectors, too many for LLVM to unroll, few enough for the L1 cache."""
@@ -30,12 +31,18 @@ STATE_SIZE = 5
 MEMORIES = tuple(effect.name for effect in effects.CATALOGUE if effect.memory)
 """Effects with a memory, in the order in which their memories follow the five model states in the state vector."""
 
-FULL_STATE_SIZE = STATE_SIZE + len(MEMORIES)
+LAW_MEMORIES = ("heat", "time in contact")
+"""Dependences of measured laws that are integrated; they follow the memories of the effects in the state vector."""
 
-# Indices into the flags of active effects: one flag per effect (active), per quantity (has an active effect), and one
-# for any active effect with a memory.
+EFFECT_STATE_SIZE = STATE_SIZE + len(MEMORIES)
+FULL_STATE_SIZE = EFFECT_STATE_SIZE + len(LAW_MEMORIES)
+
+# Indices into the flags of active effects: one flag per effect (active), per quantity (has an active effect or a law),
+# one for any law, one for laws that depend on heat or time in contact, and one for any memory in use.
 QUANTITY_FLAG = {quantity: len(effects.CATALOGUE) + i for i, quantity in enumerate(QUANTITIES)}
-MEMORY_FLAG = len(effects.CATALOGUE) + len(QUANTITIES)
+LAW_FLAG = len(effects.CATALOGUE) + len(QUANTITIES)
+LAW_MEMORY_FLAG = LAW_FLAG + 1
+MEMORY_FLAG = LAW_MEMORY_FLAG + 1
 
 # State vectors at the start of the step, at the current stage, and at the end of the step.
 START, STAGE, END = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
@@ -43,6 +50,8 @@ START, STAGE, END = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STAT
 RATE, FIRST, MIDDLE = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
 
 PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STAGE + i * LANES for i in range(STATE_SIZE))
+HEAT, CONTACT_TIME = (STAGE + (EFFECT_STATE_SIZE + i) * LANES for i in range(len(LAW_MEMORIES)))
+HEAT_RATE, CONTACT_TIME_RATE = (RATE + (EFFECT_STATE_SIZE + i) * LANES for i in range(len(LAW_MEMORIES)))
 
 TIME, STAGE_TIME, STEP, END_TIME, EVENT = (_row() for _ in range(5))
 
@@ -84,7 +93,21 @@ COEFFICIENTS = _row(len(effects.neutral()) + 4)
 RATIO, TORQUE_RATIO, CAPACITY = (_row() for _ in range(3))
 """Speed ratio of the torque converter, and its two curves at that ratio."""
 
+LAW_INPUT, LAW_VALUE = _row(), _row()
+"""What a measured law depends on, and the value of the law there."""
+LAW_FACTOR, LAW_OFFSET = _row(MOST_LAWS), _row(MOST_LAWS)
+"""Each law changes its quantity to factor times quantity + offset."""
+
 CURVES = next(_rows) * LANES
 """The converter curves of the call, as `Converter.terms` gives them."""
 
-BUFFER_SIZE = CURVES + MOST_TERMS
+LAWS = CURVES + MOST_TERMS
+"""The measured laws of the call, as `law_terms.terms` gives them: their number, and `LAW_SIZE` numbers for each."""
+
+LAW_GROUP = 4
+"""Segments of a law that are evaluated together, so that the rows are read and written less often."""
+LAW_HEAD = 5
+"""Numbers of a law before its segments: quantity, dependence, relative, value before the first point, groups."""
+LAW_SIZE = LAW_HEAD + 3 * (MOST_POINTS - 1 + -(MOST_POINTS - 1) % LAW_GROUP)
+
+BUFFER_SIZE = LAWS + 1 + MOST_LAWS * LAW_SIZE

@@ -15,6 +15,7 @@ from slipstick.clutch.lanes import (
     DIRECTION,
     FILM_COEFFICIENT,
     FRICTION_COEFFICIENT,
+    FULL_STATE_SIZE,
     GEAR,
     INPUT_COULOMB,
     INPUT_INERTIA,
@@ -27,7 +28,6 @@ from slipstick.clutch.lanes import (
     INVERSE_RAMP_WIDTH,
     INVERSE_TOTAL_INERTIA,
     LANES,
-    MEMORIES,
     MOTOR_SPEED,
     MOVING,
     OUTPUT_VISCOUS,
@@ -137,7 +137,7 @@ def load(b, i, vectors, coefficients, active_effects, point, conditions, conditi
     b[START + 2 * LANES + i] = vectors[point, _X30]
     b[START + 3 * LANES + i] = initial_speed
     b[START + 4 * LANES + i] = 0.0
-    for s in range(STATE_SIZE, STATE_SIZE + len(MEMORIES)):
+    for s in range(STATE_SIZE, FULL_STATE_SIZE):
         b[START + s * LANES + i] = 0.0
     b[SLIPPING + i] = 1.0
     b[MOVING + i] = 0.0

@@ -1,6 +1,6 @@
 """Reference implementation of eqs. 1-4: one engagement, integrated by SciPy's `solve_ivp` with event location.
 
-It shares only the parameters, conditions, converter curves and effects with the compiled integrator of `ensemble`.
+It shares only the parameters, conditions, converter curves, effects and laws with the compiled integrator (`ensemble`).
 """
 
 from collections.abc import Callable
@@ -24,7 +24,8 @@ DIFFERENCE_STEP = 1e-8
 
 
 class Engagement:
-    """One engagement. The state vector y is x1, x2, x3, Omega, omega, and the memories of effects in catalogue order.
+    """One engagement. The state vector y is x1, x2, x3, Omega, omega, the memories of effects in catalogue order, and
+    heat and time in contact for the laws.
 
     The discrete state (`REST`, `SLIP` or `STICK`), the sign of the slip and the segment of the profile are constant
     within a call of `solve_ivp`.
@@ -36,6 +37,7 @@ class Engagement:
         self.effects = [(effect, model.coefficients_of(effect)) for effect in effects.CATALOGUE
                         if effect.name in model.effects and effect.quantity not in SENSORS]
         self.memories = [effect.name for effect, _ in self.effects if effect.memory]
+        self.laws = model.laws
         self.formula_input: dict[str, float] = {}
         self.motor_speed = float(conditions.motor_speed[condition])
         self.converter = model.converter
@@ -53,17 +55,17 @@ class Engagement:
         self.discrete_state, self.direction = REST, 1.0
 
     def initial_state_vector(self) -> np.ndarray:
-        """State vector (5 + memories,) at t = 0; at the initial input speed converter torque and losses balance."""
+        """State vector (7 + memories,) at t = 0; at the initial input speed converter torque and losses balance."""
         def net_torque(speed: float) -> float:
             losses = self.p.input_viscous * speed + self.p.input_coulomb
             return float(self.converter.torque(speed, self.motor_speed) - losses)
         speed = self.initial_input_speed
         if speed is None:
             speed = brentq(net_torque, 0.0, 2 * self.motor_speed, xtol=1e-13)
-        y = np.array([0.0, 0.0, self.p.initial_position, speed, 0.0, *np.zeros(len(self.memories))])
+        y = np.array([0.0, 0.0, self.p.initial_position, speed, 0.0, *np.zeros(len(self.memories)), 0.0, 0.0])
         self.evaluate(0.0, y)
         relaxed = [effect.name for effect, _ in self.effects if effect.memory and effect.memory.relaxed]
-        y[5:] = [self.formula_input[name] if name in relaxed else 0.0 for name in self.memories]
+        y[5:-2] = [self.formula_input[name] if name in relaxed else 0.0 for name in self.memories]
         return y
 
     def signals(self, t: float, y: np.ndarray, name: str, torque: float = 0.0, power: float = 0.0) -> Signals:
@@ -77,7 +79,7 @@ class Engagement:
                        clutch_torque=torque, friction_power=power, memory=memory)
 
     def with_effects(self, quantity: str, value: float, t: float, y: np.ndarray) -> float:
-        """`value` of `quantity` after all effects on it."""
+        """`value` of `quantity` after all effects and laws on it."""
         for effect, coefficients in self.effects:
             if effect.quantity == quantity:
                 self.formula_input[effect.name] = value
@@ -85,7 +87,27 @@ class Engagement:
                 if t == 0 and effect.memory and effect.memory.relaxed:
                     signals = signals._replace(memory=value)
                 value = effect.formula(value, signals, coefficients)
+        for law in self.laws:
+            if law.quantity == quantity:
+                value = law.changed(value, self.dependence(law.depends_on, t, y))
         return value
+
+    def dependence(self, name: str, t: float, y: np.ndarray) -> float:
+        """What a law depends on (`laws.DEPENDENCES`)."""
+        p, (x1, x2, x3, input_speed, output_speed) = self.p, y[:5]
+        return float({
+            "motor speed": self.motor_speed, "input speed": input_speed, "output speed": output_speed,
+            "slip": abs(input_speed - p.gear_ratio * output_speed), "pressure": x1, "current": self.current(t),
+            "time": t, "run order": 100 * self.run, "heat": y[-2], "time in contact": y[-1],
+            "piston position": min(p.contact_position, max(0.0, p.temperature_gain * x3)),
+            "piston rate": self.piston_rate(x1, x2, x3),
+        }[name])
+
+    def piston_rate(self, pressure: float, pressure_rate: float, piston_state: float) -> float:
+        """x3' of eq. 1 in m/s."""
+        p = self.p
+        force = p.piston_pressure * (pressure - p.pressure_bias) + p.piston_pressure_rate * pressure_rate
+        return float((force - p.piston_return * piston_state) / p.piston_inertia)
 
     def current(self, t: float) -> float:
         """Valve current of the profile in A, on the active segment."""
@@ -105,16 +127,15 @@ class Engagement:
         p, (x1, x2, x3), tau = self.p, y[:3], self.p.current_delay
         curvature = 6 / tau**2 * (self.line_pressure(t, y) - x1) - 4 / tau * x2
         chamber = self.with_effects("chamber pressure", x1, t, y)
-        piston_rate = (p.piston_pressure * (chamber - p.pressure_bias) + p.piston_pressure_rate * x2
-                       - p.piston_return * x3) / p.piston_inertia
         gain = self.with_effects("piston gain", p.temperature_gain, t, y)
         clearance = max(0.0, self.with_effects("clearance", p.contact_position - max(0.0, gain * x3), t, y))
         position_ratio = max(0.0, (p.contact_position - clearance) / (p.contact_position - p.contact_length))
         contact = self.with_effects("contact pressure", position_ratio * 1e5 * max(0.0, chamber), t, y)
-        return [x2, curvature, self.with_effects("piston rate", piston_rate, t, y)], clearance, contact
+        piston_rate = self.with_effects("piston rate", self.piston_rate(chamber, x2, x3), t, y)
+        return [x2, curvature, piston_rate], clearance, contact
 
     def evaluate(self, t: float, y: np.ndarray) -> SimpleNamespace:
-        """Eqs. 1-4: `rates` (5 + memories,), clutch `torque` (N m), `net` torque on the load (N m), stick torque of a
+        """Eqs. 1-4: `rates` (7 + memories,), clutch `torque` (N m), `net` torque on the load (N m), stick torque of a
         `rigid` coupling (N m), its `excess` over the friction capacity (N m), and `piston` position (m)."""
         p = self.p
         hydraulic, clearance, contact = self.hydraulics(t, y)
@@ -123,7 +144,8 @@ class Engagement:
         per_gap = (1 - s) * (1 + 2 * s) / width if s > 0 else 1 / clearance
         film = self.with_effects("film torque", p.film_coefficient * per_gap * (y[3] / p.gear_ratio - y[4]), t, y)
         friction = self.with_effects("friction coefficient", p.friction_coefficient, t, y)
-        capacity = s * s * (3 - 2 * s) * friction * contact
+        ramp = s * s * (3 - 2 * s)
+        capacity = ramp * friction * contact
         given = self.converter.torque(y[3], self.motor_speed) + self.input_torque + float(
             np.interp(t, self.profile_time, self.profile_torque))
         drive = (self.with_effects("converter torque", given, t, y)
@@ -144,7 +166,7 @@ class Engagement:
         memory_rates = [effect.memory.rate(self.formula_input[effect.name],
                                            self.signals(t, y, effect.name, torque, power), coefficients)
                         for effect, coefficients in self.effects if effect.memory]
-        rates = np.array([*hydraulic, *shafts, *memory_rates])
+        rates = np.array([*hydraulic, *shafts, *memory_rates, 1e-3 * power, ramp])
         next_pressure = self.line_pressure(t + DIFFERENCE_STEP, y + DIFFERENCE_STEP * rates)
         rates[1] -= 2 / p.current_delay * (next_pressure - self.line_pressure(t, y)) / DIFFERENCE_STEP
         return SimpleNamespace(rates=rates, torque=torque, net=net, rigid=rigid, excess=abs(rigid) - capacity,

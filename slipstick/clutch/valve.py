@@ -1,4 +1,4 @@
-"""Eq. 1 with effects on the valve current or the line pressure; unused without such effects.
+"""Eq. 1 with effects or laws on the valve current or the line pressure; unused without them.
 
 Eq. 1 contains the time derivative of the line pressure k (u - a). With effects the line pressure is k (u - a) + c,
 where c may jump. The second state is therefore w = x2 + 2/tau c: w' equals x2' of eq. 1 plus 6/tau^2 c, and contains
@@ -11,6 +11,7 @@ from slipstick.clutch.lanes import (
     CURRENT,
     CURRENT_BIAS,
     LANES,
+    LAW_FLAG,
     LINE_PRESSURE,
     PRESSURE_CHANGE,
     PRESSURE_DAMPING,
@@ -23,6 +24,7 @@ from slipstick.clutch.lanes import (
     STAGE_TIME,
     START,
 )
+from slipstick.clutch.law_kernels import evaluate_laws
 
 _current_effects, _line_pressure_effects = hook("valve current"), hook("line pressure")
 
@@ -34,6 +36,8 @@ def valve(b, active):
         b[CURRENT + i] = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
         gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]
         b[PRESSURE_CHANGE + i] = gain * (b[CURRENT + i] - b[CURRENT_BIAS + i])
+    if active[LAW_FLAG]:
+        evaluate_laws(b)
     _current_effects(b, active)
     for i in range(LANES):
         gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]

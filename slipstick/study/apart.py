@@ -41,7 +41,8 @@ class Apart:
 
 def locks(model: MixedFit, conditions: Conditions, modes: np.ndarray) -> np.ndarray:
     """Whether each engagement of the fitted model comes to a lock-up, (n,), with the scatter `modes` (n, q)."""
-    response = ensemble.simulate(model.design.bench.physics.curves, *_points(model, modes), conditions, paired=True)
+    response = ensemble.simulate(model.design.bench.physics.curves, *_points(model, modes), conditions, paired=True,
+                                 laws=model.design.laws)
     return np.asarray(response.status == ensemble.LOCKED)
 
 
@@ -50,7 +51,7 @@ def ideal(comparison: Comparison, model: MixedFit, conditions: Conditions, modes
     recorded = comparison.recordings.signals
     time = None if recorded is None else recorded.time
     response = ensemble.simulate(model.design.bench.physics.curves, *_points(model, modes), conditions, time,
-                                 paired=True)
+                                 paired=True, laws=model.design.laws)
     signals = None if time is None else Signals(time, *(getattr(response, name) for name in SIGNAL_UNITS))
     blank = replace(comparison, recordings=Recordings(conditions, response.shifting_time, signals))
     values = blank.predicted(response)

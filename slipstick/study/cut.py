@@ -57,7 +57,7 @@ def _simulated(comparison: Comparison, found: MixedFit) -> tuple[Signals, np.nda
     assert signals is not None
     curves = comparison.bench.physics.curves
     response = ensemble.simulate(curves, *found.design.vectors(found.points), conditions, signals.time,
-                                 paired=True)
+                                 paired=True, laws=found.design.laws)
     end = conditions.profile_time[conditions.current_profile, -1]
     # A failed engagement counts as standing still, and so as far from what was measured.
     return (Signals(signals.time, *(np.nan_to_num(getattr(response, name)) for name in SIGNAL_UNITS)),

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipstick.bench import Bench, parameters
 from slipstick.clutch import effects
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 
 VALLEY = "temperature_gain"
@@ -46,7 +47,7 @@ class Design:
     """What moves on a `bench`: the `parameters` first, then the coefficients of the `added` effects in their order.
 
     Those at the places `scattering` also differ from experiment to experiment, with a standard deviation of at most
-    `widest`.
+    `widest`. Every model has the measured `laws`.
     """
 
     bench: Bench
@@ -54,11 +55,12 @@ class Design:
     scattering: tuple[int, ...] = ()
     added: tuple[str, ...] = ()
     widest: float = WIDEST
+    laws: tuple[MeasuredLaw, ...] = ()
 
     @property
     def base(self) -> Model:
-        """The nominal model of the bench."""
-        return Model(self.bench.physics)
+        """The nominal model of the bench, with the laws."""
+        return Model(self.bench.physics, laws=self.laws)
 
     @property
     def valley(self) -> int | None:
@@ -109,7 +111,7 @@ class Design:
             if effect.name in self.added:
                 named[effect.name] = {one.name: float(value)
                                       for one, value in zip(effect.coefficients, values, strict=True)}
-        return Model(self.bench.physics, tuple(vectors[0].tolist()), named)
+        return Model(self.bench.physics, tuple(vectors[0].tolist()), named, self.laws)
 
 
 def _unknown(effect: str, one: effects.Coefficient) -> Unknown:

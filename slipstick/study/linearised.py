@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.clutch import effects, ensemble
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.study.comparison import Comparison
 from slipstick.study.design import Design
 
@@ -55,7 +56,8 @@ class Probe:
         return moved
 
 
-def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarray,
+            laws: Sequence[MeasuredLaw] = ()) -> np.ndarray:
     """Simulate s x n engagements, experiment after experiment in each of the s rows: (s, n, N) in the channels' units.
 
     `vectors` (s, n, 20), `coefficients` (s, n, c).
@@ -68,7 +70,7 @@ def predict(comparison: Comparison, vectors: np.ndarray, coefficients: np.ndarra
         conditions = comparison.recordings.conditions.take(np.tile(np.arange(n), m))
         flat, acting = (one[some].reshape(m * n, -1) for one in (vectors, coefficients))
         response = ensemble.simulate(comparison.bench.physics.curves, flat, acting, conditions, comparison.times,
-                                     paired=True)
+                                     paired=True, laws=laws)
         found.append(comparison.predicted(response).reshape(m, n, -1))
     return np.concatenate(found)
 
@@ -77,7 +79,7 @@ def predict_at(comparison: Comparison, design: Design, points: np.ndarray) -> np
     """As `predict`, at points (s, n, p) of the design."""
     s, n, p = points.shape
     vectors, coefficients = design.vectors(points.reshape(s * n, p))
-    return predict(comparison, vectors.reshape(s, n, -1), coefficients.reshape(s, n, -1))
+    return predict(comparison, vectors.reshape(s, n, -1), coefficients.reshape(s, n, -1), design.laws)
 
 
 def linearise(comparison: Comparison, design: Design, point: np.ndarray, probes: Sequence[Probe] = (),
@@ -105,7 +107,7 @@ def linearise(comparison: Comparison, design: Design, point: np.ndarray, probes:
         probed = np.array([one.moved(coefficients[-1]) for one in probes])
         coefficients = np.concatenate([probed, coefficients])
         vectors = np.concatenate([np.tile(vectors[-1], (len(probes), 1, 1)), vectors])
-    predicted = predict(comparison, vectors, coefficients)
+    predicted = predict(comparison, vectors, coefficients, design.laws)
     probed, backward, (*forward, base) = np.split(predicted, [len(probes), len(probes) + len(both)])
     behind = dict(zip(both, backward, strict=True))
     slopes = [(ahead - behind.get(column, base)) / (shifts[column] * (2 if column in behind else 1))[:, None]

@@ -51,7 +51,7 @@ def blocks(comparison: Comparison, found: MixedFit) -> Blocks | None:
     vectors, coefficients = found.design.vectors(found.points)
     curves = comparison.bench.physics.curves
     response = ensemble.simulate(curves, vectors, coefficients, recordings.conditions, comparison.times,
-                                 paired=True)
+                                 paired=True, laws=found.design.laws)
     p = dict(zip(parameters.NAMES, vectors.T[:, :, None], strict=True))
     time, step = signals.time, float(np.median(np.diff(signals.time)))
     position = _position(signals, p, step)

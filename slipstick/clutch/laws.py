@@ -1,0 +1,137 @@
+"""Measured laws: changes of a quantity that are data, a table over what the quantity depends on.
+
+A law is piecewise linear between its points and constant outside. It acts on the quantity after all effects on it:
+
+    quantity (1 + law(x))   relative
+    quantity + law(x)       absolute, with the law in the unit of the quantity
+"""
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from slipstick.clutch.effects.effect import QUANTITIES as _ALL_QUANTITIES
+from slipstick.errors import InvalidValue, UnknownName
+
+MOST_LAWS, MOST_POINTS = 4, 16
+"""Largest number of laws of a model, and of points of a law: the compiled loops have room for no more."""
+_NARROWEST = 1e-9
+"""Smallest distance of two points, as a share of the span of all."""
+
+QUANTITIES = {name: unit for name, unit in _ALL_QUANTITIES.items() if name != "stick torque"}
+"""Quantities that a law can change, with units. A change of the stick torque would decouple the shafts."""
+
+DEPENDENCES = {
+    "motor speed": "rad/s",
+    "input speed": "rad/s",
+    "output speed": "rad/s",
+    "slip": "rad/s",
+    "pressure": "bar",
+    "current": "A",
+    "time": "s",
+    "run order": "1",
+    "heat": "kJ",
+    "time in contact": "s",
+    "piston position": "m",
+    "piston rate": "m/s",
+}
+"""What a law can depend on, with units: functions of the state of the model, which no effect or law on them changes.
+
+`slip` is that of the plates, |Omega - g_r omega|; `current` is that of the profile. `time` counts from the shift
+command. `run order` is the position in the order of the test, from 0, and 0 where it is unknown. `heat` is the friction
+energy of the plates since t = 0, and `time in contact` the integral of f_reg: the time since full contact. `piston
+position` is min(z_contact, max(0, k_T x3)), and `piston rate` is x3' of eq. 1.
+"""
+
+
+@dataclass(frozen=True)
+class MeasuredLaw:
+    """A `change` of a `quantity` at the points `at` of what it `depends_on`, with 2 to 16 points.
+
+    `at` rises and is in the unit of the dependence. `change` has no unit if `relative`, and else that of the quantity.
+    Raises `UnknownName`, and `InvalidValue` for points that define no law.
+    """
+
+    quantity: str
+    depends_on: str
+    at: tuple[float, ...]
+    change: tuple[float, ...]
+    relative: bool
+
+    def __post_init__(self) -> None:
+        """Reject here what would give wrong results in the compiled loops; equal laws have equal specs."""
+        for name in ("at", "change"):
+            object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
+        object.__setattr__(self, "relative", bool(self.relative))
+        for kind, name, known in (("quantity (of a measured law)", self.quantity, QUANTITIES),
+                                  ("dependence (of a measured law)", self.depends_on, DEPENDENCES)):
+            if name not in known:
+                raise UnknownName.of(kind, name, known)
+        about = f"The law of the {self.quantity} over the {self.depends_on}"
+        if len(self.at) != len(self.change) or not 2 <= len(self.at) <= MOST_POINTS:
+            raise InvalidValue(f"{about} has {len(self.at)} points and {len(self.change)} values",
+                               f"Give 2 to {MOST_POINTS} points with one value each")
+        if not np.all(np.isfinite([*self.at, *self.change])):
+            raise InvalidValue(f"{about} has a point or value that is not finite", "Give finite numbers")
+        if min(high - low for low, high in pairwise(self.at)) <= _NARROWEST * (self.at[-1] - self.at[0]):
+            raise InvalidValue(f"{about} has points that do not rise",
+                               f"Sort them, and keep them more than {_NARROWEST:g} of their span apart")
+        if self.depends_on == "piston rate" and self.quantity in ("valve current", "line pressure"):
+            raise InvalidValue(f"{about} has no solution: the piston rate contains the derivative of that pressure",
+                               "Let the law depend on the pressure or on the piston position")
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Units of `at` and of `change`."""
+        return DEPENDENCES[self.depends_on], "1" if self.relative else QUANTITIES[self.quantity]
+
+    def changed(self, value: float, x: float) -> float:
+        """The quantity after the law, where it is `value` before and what it depends on is `x`."""
+        law = float(np.interp(x, self.at, self.change))
+        return value * (1.0 + law) if self.relative else value + law
+
+    def spec(self) -> dict[str, Any]:
+        """The law as JSON, with units."""
+        return {"quantity": self.quantity, "depends_on": self.depends_on, "at": list(self.at),
+                "change": list(self.change), "relative": self.relative,
+                "units": dict(zip(("at", "change"), self.units, strict=True))}
+
+    @classmethod
+    def from_spec(cls, spec: Mapping[str, Any]) -> "MeasuredLaw":
+        """The law of a `spec()`; raises `UnknownName`, and `InvalidValue` also if it states other units."""
+        law = cls(*(spec[name] for name in ("quantity", "depends_on", "at", "change", "relative")))
+        expected = law.spec()["units"]
+        if spec.get("units", expected) != expected:
+            raise InvalidValue(f"The law of the {law.quantity} over the {law.depends_on} states other units than "
+                               f"{law.units[0]} and {law.units[1]}", "Convert its points and values to these units")
+        return law
+
+    def to_csv(self) -> str:
+        """The law as CSV: a row for each point, columns with units such as `output_speed [rad/s]`."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(f"{name} [{unit}]" for name, unit in zip(self._columns(), self.units, strict=True))
+        writer.writerows(zip(map(repr, self.at), map(repr, self.change), strict=True))
+        return text.getvalue()
+
+    def to_mat(self) -> bytes:
+        """The law as a MATLAB file: a row vector for each column of `to_csv`, and the names and units as text."""
+        from scipy.io import savemat  # here, because loading it takes longer than the rest of a model
+
+        columns, units = self._columns(), dict(zip(("at", "change"), self.units, strict=True))
+        content = {**dict(zip(columns, (np.array(self.at), np.array(self.change)), strict=True)),
+                   "quantity": self.quantity, "depends_on": self.depends_on, "relative": self.relative,
+                   **{f"{column}_unit": unit for column, unit in zip(columns, units.values(), strict=True)}}
+        file = io.BytesIO()
+        savemat(file, content, oned_as="row")  # type: ignore[arg-type]
+        return file.getvalue()
+
+    def _columns(self) -> tuple[str, str]:
+        """Names of the columns of a file."""
+        quantity = self.quantity.replace(" ", "_")
+        return self.depends_on.replace(" ", "_"), f"{quantity}_{'relative_' if self.relative else ''}change"
