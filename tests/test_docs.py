@@ -18,6 +18,7 @@ from slipstick import __version__
 from slipstick.bench import parameters
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
+from slipstick.clutch.laws import DEPENDENCES
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.uncertainty.chaos import ORDER, ExpansionSettings
 from slipstick.uncertainty.fit.intervals import drop_at_level
@@ -126,6 +127,10 @@ def test_the_example_of_the_walkthrough_works(tmp_path: Path) -> None:
 def test_the_walkthrough_lists_every_quantity() -> None:
     listed = rows("add_an_effect.md", "1. Choose the quantity it changes")
     assert {name: unit for name, unit, _ in listed} == QUANTITIES
+
+
+def test_every_dependence_of_a_measured_law_is_documented() -> None:
+    assert {name: unit for name, unit, _ in rows("equations.md", "Measured laws")} == DEPENDENCES
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(ROOT)))

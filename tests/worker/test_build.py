@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.ensemble import DEFAULT, NEVER_LOCKED, TIGHT, shifting_times
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.table import Table
@@ -203,3 +204,21 @@ def test_builds_that_cannot_succeed_are_refused_before_the_simulation(tmp_path: 
         assert main(["build", *arguments, *out]) == 1
     assert recordings.read_bytes() == content
     assert [path.name for path in tmp_path.iterdir()] == ["measured.h5"]
+
+
+def test_a_table_of_a_model_with_a_measured_law_has_another_digest(tmp_path, capsys):
+    law = MeasuredLaw("load torque", "output speed", (0.0, 20.0, 60.0), (0.0, 2.0, 30.0), relative=False)
+    tables = []
+    for name, model in (("with", NOMINAL.with_law(law)), ("without", NOMINAL)):
+        (tmp_path / f"{name}.json").write_text(json.dumps(model.spec()))
+        arguments = ["--model", str(tmp_path / f"{name}.json"), "--out", str(tmp_path / f"{name}.h5")]
+        assert main(["build", *arguments, "--axis", "pressure_bias=0.9:1.1:2", "--threads", "1"]) == 0
+        tables.append(Table.open(tmp_path / f"{name}.h5"))
+        expected = shifting_times(model, HEAVY.conditions, ["pressure_bias"], np.array([[0.9], [1.1]]))[0]
+        np.testing.assert_array_equal(tables[-1].times, expected)
+    assert tables[0].model == NOMINAL.with_law(law)
+    assert tables[0].digest != tables[1].digest
+    assert not np.array_equal(tables[0].times, tables[1].times)
+    capsys.readouterr()
+    assert main(["verify", str(tmp_path / "with.h5"), "--points", "0"]) == 0
+    assert "measured law: load torque over output speed" in capsys.readouterr().out
