@@ -46,10 +46,11 @@ _contact_effects = hook("contact pressure")
 @kernel
 def hydraulics(b, active):
     """Compute CHAMBER (bar), CLEARANCE (m), CONTACT (Pa) and the rates of x1, x2, x3, for all lanes."""
-    if active[_VALVE_CURRENT] | active[_LINE_PRESSURE]:
+    valve_changes = active[_VALVE_CURRENT] | active[_LINE_PRESSURE]
+    if valve_changes:
         valve(b, active)
     if active[LAW_FLAG]:
-        evaluate_laws(b)
+        evaluate_laws(b, valve_changes)
     for i in range(LANES):
         current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
         # (1,2) Pade approximation of a pure delay; its step response starts in the wrong direction.

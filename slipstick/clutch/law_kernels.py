@@ -73,13 +73,16 @@ def terms(laws: Sequence[MeasuredLaw]) -> np.ndarray:
 
 
 @kernel
-def evaluate_laws(b):
+def evaluate_laws(b, again):
     """Fill the rows LAW_FACTOR and LAW_OFFSET of each law, with which it changes its quantity.
 
-    What laws depend on is known before any quantity, except that the piston rate needs x2 (`valve`).
+    What laws depend on is known before any quantity, except that the piston rate needs the x2 that `valve` computes:
+    `again` evaluates the laws over it only.
     """
     for law in range(int(b[LAWS])):
         k = LAWS + 1 + law * LAW_SIZE
+        if again and b[k + 1] != _RATE:
+            continue
         factor, offset = LAW_FACTOR + law * LANES, LAW_OFFSET + law * LANES
         _read_dependence(b, int(b[k + 1]))
         first, relative = b[k + 3], b[k + 2] > 0.0

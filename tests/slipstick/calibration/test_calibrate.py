@@ -10,7 +10,9 @@ import pytest
 from benchmarks.calibration_sets import recorded
 from slipstick.bench import Bench, parameters
 from slipstick.calibration import Calibration, calibrate
+from slipstick.calibration.observations import ACCURACY, Observations
 from slipstick.clutch import ensemble
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
@@ -133,3 +135,15 @@ def test_the_shipped_recordings_are_calibrated_from_the_nominal_start_although_a
     assert found.at_bound == ()
     assert found.rms_after < 0.7 * found.rms_before
     assert found.chi_square["output_torque"] > 2
+
+
+def test_a_calibration_simulates_with_the_measured_laws_of_its_start() -> None:
+    law, taken = MeasuredLaw("load torque", "output speed", (0.0, 60.0), (0.0, 30.0), relative=False), recordings(HEAVY)
+    assert taken.signals is not None
+    observations = Observations(taken, taken.signals, HEAVY, HEAVY.uncertain, np.array(NOMINAL.parameters),
+                                NOMINAL.coefficients(), (law,))
+    found = observations.simulate(np.ones((1, 3, len(HEAVY.uncertain))), np.arange(3)).shifting_time
+    expected, without = (ensemble.shifting_times(model, taken.conditions.take(range(3)), accuracy=ACCURACY)[0][0]
+                         for model in (NOMINAL.with_law(law), NOMINAL))
+    np.testing.assert_array_equal(found, expected)
+    assert not np.any(found == without)

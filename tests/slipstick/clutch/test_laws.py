@@ -85,7 +85,7 @@ def test_every_quantity_and_dependence_is_compared_with_the_reference() -> None:
 def test_laws_act_in_their_order_after_the_effects(bench: Bench) -> None:
     conditions = ordered(bench)
     pairs = (("friction coefficient", "heat", True), ("friction coefficient", "slip", False),
-             ("line pressure", "motor speed", True), ("friction coefficient", "time in contact", True))
+             ("line pressure", "motor speed", True), ("friction coefficient", "piston rate", True))
     laws = tuple(law_on(bench, *pair) for pair in pairs)
     model = Model(bench.physics, laws=laws)
     for name in ("thermal_fade", "stribeck_friction", "supply_droop", "converter_lag"):

@@ -7,6 +7,7 @@ import pytest
 
 from slipstick.bench import Bench
 from slipstick.clutch import effects
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.study import rounds, score
 from slipstick.study.design import Design
 from tests.benches import BENCHES, COMPACT, HEAVY
@@ -22,6 +23,12 @@ def test_a_coefficient_moves_in_typical_values_on_the_bench(bench: Bench) -> Non
     coefficients = design.vectors(np.array([[2.0]]))[1]
     assert coefficients[0, effects.index(DRAG, "drag")] == pytest.approx(2 * drag.typical)
     assert design.model(np.array([2.0])).effects == {DRAG: {"drag": pytest.approx(2 * drag.typical)}}
+
+
+def test_every_model_of_a_study_has_the_measured_laws_of_its_design() -> None:
+    law = MeasuredLaw("load torque", "output speed", (0.0, 60.0), (0.0, 30.0), relative=False)
+    design = Design(HEAVY, ("pressure_bias",), (), (DRAG,), laws=(law,))
+    assert design.base.laws == design.model(np.ones(2)).laws == (law,)
 
 
 @pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)

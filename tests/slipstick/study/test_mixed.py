@@ -1,14 +1,18 @@
 """Recordings made with the simulator itself: what went in comes out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from slipstick.clutch import ensemble
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.study import mixed
 from slipstick.study.comparison import Comparison, compare
 from slipstick.study.design import Design
+from slipstick.study.linearised import predict_at
 from tests.benches import HEAVY
 
 PARAMETERS = ("pressure_bias", "temperature_gain", "initial_position", "friction_coefficient")
@@ -46,3 +50,14 @@ def test_beside_a_wrong_temperature_gain_the_likelihood_is_lower(recorded: Compa
     held, found = (mixed.fit(recorded, DESIGN, start, profiled=profiled) for profiled in (False, True))
     assert held.state.theta[1] == pytest.approx(1.0)
     assert held.log_likelihood.sum() < found.log_likelihood.sum() - 10
+
+
+def test_predictions_have_the_measured_laws_of_the_design(recorded: Comparison) -> None:
+    law = MeasuredLaw("load torque", "output speed", (0.0, 60.0), (0.0, 30.0), relative=False)
+    points = np.tile(TRUE, (24, 1))
+    without, found = (predict_at(recorded, design, points[None])[0]
+                      for design in (DESIGN, replace(DESIGN, laws=(law,))))
+    response = ensemble.simulate(HEAVY.physics.converter, *DESIGN.vectors(points), recorded.recordings.conditions,
+                                 recorded.times, paired=True, laws=(law,))
+    np.testing.assert_array_equal(found, recorded.predicted(response))
+    assert not np.array_equal(found, without)
