@@ -41,3 +41,10 @@ def sensor_basis(on, signal, time, scale):
     if on == "gain":
         return np.stack([signal, signal * np.abs(signal) / np.abs(signal).max()], axis=1)
     return np.stack([lagged_signal(signal, time, np.full((1,), lag)) - signal for lag in scale * np.array([0.1, 0.3, 1.0, 3.0])], axis=1)
+
+
+def late(signal: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Change (n, k) of the reading of a signal (n, k) for each second by which its clock is late."""
+    change = np.zeros_like(signal)
+    change[:, 1:] = -np.diff(signal, axis=1) / np.diff(time)
+    return change

@@ -37,6 +37,7 @@ class LoadBlock:
 
     def __init__(self, scene):
         self.scene = scene
+        self.fine = bases.FINE
         c = scene.recordings.conditions
         self.measured = scene.measured("output_speed")
         self.torque = scene.measured("output_torque")
@@ -123,7 +124,7 @@ class LoadBlock:
         net = self.scene.smooth["output_torque"] - self.brake[:, None] - self.viscous * speed
         own = self.respond(points, np.stack([viscous, brake, net], axis=1))
         own = np.concatenate([own, self._kicks(points)], axis=1)
-        clock = -np.gradient(speed, self.scene.time, axis=1)
+        clock = bases.late(speed, self.scene.time)
         fixed = np.concatenate([clock[:, None], own[:, 2:3] * self.inertia_levels[:, :, None],
                                 own[:, 1:2] * self.brake_levels[:, :, None]], axis=1)
         return own, fixed
@@ -150,7 +151,7 @@ class LoadBlock:
         x = {"output speed": np.maximum(speed, 0), "time": np.broadcast_to(s.time, speed.shape),
              "input speed": s.smooth["input_speed"], "pressure": np.maximum(0, s.smooth["pressure"]),
              "output position": np.cumsum(np.maximum(speed, 0), axis=1) * s.step}[on]
-        knots = bases.from_zero(x, seen) if on in ("output speed", "pressure") else bases.evenly(x, seen)
+        knots = bases.from_zero(x, seen, self.fine) if on in ("output speed", "pressure") else bases.evenly(x, seen, self.fine)
         return "torque", -bases.hats(x, knots) * s.typical_torque
 
     def basis(self, pair, points, laws, predicted):
@@ -167,6 +168,7 @@ class LockBlock:
     def __init__(self, scene, speed):
         """`speed` (n, k) is the output speed of the load block: a measured one would share its noise with the residual."""
         self.scene = scene
+        self.fine = bases.FINE
         self.output = speed
         self.measured = scene.measured("input_speed") - scene.gear * scene.measured("output_speed")
         self.counted = scene.locked
@@ -190,7 +192,7 @@ class LockBlock:
         return self.columns(points, laws, predicted)[1]
 
     def columns(self, points, laws, predicted):
-        return self.scene.gear * self.output[:, None], -np.gradient(self.scene.gear * self.output, self.scene.time, axis=1)[:, None]
+        return self.scene.gear * self.output[:, None], bases.late(self.scene.gear * self.output, self.scene.time)[:, None]
 
     def pairs(self):
         return [(f"{q} speed sensor", on) for q in ("input", "output") for on in ("offset", "gain", "lag")] + [("stick torque", "twist")]

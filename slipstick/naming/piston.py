@@ -86,11 +86,13 @@ class ClutchBlock:
     def __init__(self, scene, pressure):
         """`pressure` (n, k) in bar is that of the valve block."""
         self.scene = scene
+        self.fine = bases.FINE
         self.measured = scene.measured("output_torque")
         self.pressure = pressure
         self.change = np.gradient(pressure, scene.time, axis=1)
         self.slip = np.maximum(scene.smooth["input_speed"] / scene.gear - scene.smooth["output_speed"], 0.0)
         self.counted = scene.slipping.copy()
+        self.in_contact = np.zeros(self.pressure.shape)
         self.end = np.maximum(self.counted.sum(axis=1) + 2, 2).astype(np.int64)
         self.fixed = ("clock",)
         self.fixed_std = np.array([scene.step])
@@ -138,7 +140,7 @@ class ClutchBlock:
         return BlockNoise(*self.scene.noise["output_torque"])
 
     def shared_columns(self, points, laws, predicted):
-        return -np.gradient(predicted, self.scene.time, axis=1)[:, None]
+        return bases.late(predicted, self.scene.time)[:, None]
 
     def columns(self, points, laws, predicted):
         h = 1e-4
@@ -174,9 +176,9 @@ class ClutchBlock:
                 return kind, bases.between(x)[:, :, None] * np.ones(self.slip.shape)[:, None]
             x = {"slip": s.slip, "pressure": np.maximum(self.pressure, 0), "heat": s.heat, "time in contact": self.in_contact}[on]
             loaded = seen & (self.in_contact > 0)
-            knots = bases.from_zero(x, loaded)
+            knots = bases.from_zero(x, loaded, self.fine)
             if on == "pressure":
-                knots = bases.evenly(x, loaded)
+                knots = bases.evenly(x, loaded, self.fine)
             h = bases.hats(x, knots)
             # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
             centre = np.einsum("nmk,nk->m", h, loaded) / max(1, loaded.sum())
@@ -265,6 +267,7 @@ class ContactBlock(ClutchBlock):
         """`points` (n, 7) are those of the clutch block."""
         super().__init__(scene, pressure)
         self.widest = np.array([0.2])
+        self.fixed, self.fixed_std = (), np.zeros(0)
         self.random_std = np.array([np.inf])
         self.own_of = [_NAMES.index(n) for n in ClutchBlock.random]
         clutch = ClutchBlock(scene, pressure)
@@ -278,6 +281,13 @@ class ContactBlock(ClutchBlock):
         full = self.all_points.copy()
         full[:, 0] = points[:, 0]
         return super().simulate(full, laws, position)
+
+    def shared_columns(self, points, laws, predicted):
+        return np.zeros((len(points), 0, predicted.shape[1]))  # in full contact the torque is smooth: no clock shows
+
+    def basis(self, pair, points, laws, predicted):
+        # At the mean friction coefficient: in a fit without a law that of each engagement has taken its part of the law.
+        return super().basis(pair, np.tile(points.mean(axis=0), (len(points), 1)), laws, predicted)
 
     def pairs(self):
         return [pair for pair in super().pairs() if pair[0] in ("friction coefficient", "chamber pressure", "contact pressure", "output torque sensor")]

@@ -16,6 +16,8 @@ FURTHER = 0.03
 """Share of what the first finding of a block explains that a further one must add: less may be no more than what a free
 law with few knots leaves of the first."""
 MOST = 3
+STRONG, FINER = 2.0, 17
+"""Reduced chi-square from which a law has more knots: what few leave of a strong one would look like another."""
 RIVALS = 3
 
 
@@ -46,6 +48,12 @@ def is_enough(gain: np.ndarray) -> bool:
     return bool(gain.sum() > NATS and in_errors(gain) > ERRORS)
 
 
+def is_rival(best: np.ndarray, gain: np.ndarray) -> bool:
+    """Whether a pair of gain (n,) is not told apart from the best one: by nats and by standard errors over engagements."""
+    ahead = best - gain
+    return is_enough(gain) and (ahead.sum() < NATS or in_errors(ahead) < APART)
+
+
 def realised(before: dict, after: dict, size: int) -> np.ndarray:
     """Gain (n,) of fits of blocks over those before, at the price of BIC."""
     gain = sum(after[name].fitted.likelihood - before[name].fitted.likelihood for name in after)
@@ -56,6 +64,8 @@ def forward(fits: dict, most: int = MOST, log=lambda *_: None):
     """Add pairs to the blocks `fits` while the recordings ask for them: fits with their laws, and the findings."""
     fits, findings, done = dict(fits), [], set()
     first: dict = {}
+    for one in fits.values():
+        one.block.fine = FINER if one.chi2.mean() > STRONG else one.block.fine
     for _ in range(most + 1):
         tables = {name: table(one) for name, one in fits.items()}
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
@@ -74,7 +84,7 @@ def forward(fits: dict, most: int = MOST, log=lambda *_: None):
                      and is_enough(one[1]) and (in_errors(gain - one[1]) < 2 * APART or one[1].sum() > 0.5 * gain.sum())][:RIVALS]
             if any(len(one[4]) > 1 for one in [(pair, gain, None, None, key), *close]):
                 # Several blocks share a coefficient, which only the joint linear model knows: its gains decide.
-                close = [one for one in close if in_errors(gain - one[1]) < APART]
+                close = [one for one in close if is_rival(gain, one[1])]
             tried = []
             for one in [(pair, gain, None, None, key), *close]:
                 its = {name: fit(fits[name].block, (*fits[name].laws, one[0]), start=fits[name], iterations=12) for name in one[4]}
@@ -94,7 +104,7 @@ def forward(fits: dict, most: int = MOST, log=lambda *_: None):
                 continue
             for b in blocks:
                 first.setdefault(b, best.sum())
-            rivals = tuple((p, float(g.sum()), in_errors(best - g)) for g, p, _ in tried[1:] if is_enough(g) and in_errors(best - g) < APART)
+            rivals = tuple((p, float(g.sum()), in_errors(best - g)) for g, p, _ in tried[1:] if is_rival(best, g))
             findings.append(Finding("+".join(its), name, best, rivals))
             fits |= its
             added = True
@@ -131,9 +141,16 @@ def piston(block, start, least: float = 0.0, most: int = 2, log=lambda *_: None)
             tried.append((one.evidence - fit_now.evidence - 0.5 * size * np.log(len(one.points)) / len(one.points), pair, one))
         tried.sort(key=lambda one: -one[0].sum())
         log("piston", round(float(fit_now.chi2.mean()), 3), [(" ~ ".join(p), round(g.sum(), 1), round(in_errors(g), 1)) for g, p, _ in tried])
+        if tried and is_enough(tried[0][0]):
+            # A fit without the law may only have stopped early: it begins again where the one with it ended.
+            again = fit_curved(block, fit_now.laws, points=retimed(block, tried[0][2].points, held), coefficients=fit_now.coefficients,
+                               iterations=12)
+            if again.evidence.sum() > fit_now.evidence.sum():
+                tried = [(gain - again.evidence + fit_now.evidence, pair, one) for gain, pair, one in tried]
+                fit_now = again
         if not tried or not is_enough(tried[0][0]) or tried[0][0].sum() < max(least, FURTHER * sum(f.nats for f in findings)):
             break
         best, pair, fit_now = tried[0]
         findings.append(Finding("clutch", pair, best, tuple((p, float(g.sum()), in_errors(best - g)) for g, p, _ in tried[1:]
-                                                              if is_enough(g) and in_errors(best - g) < APART)))
+                                                              if is_rival(best, g))))
     return fit_now, findings

@@ -21,6 +21,7 @@ class InputBlock:
 
     def __init__(self, scene):
         self.scene = scene
+        self.fine = bases.FINE
         c = scene.recordings.conditions
         self.measured = scene.measured("input_speed")
         self.torque = scene.measured("output_torque")
@@ -122,9 +123,11 @@ class InputBlock:
         own = self.respond(points, np.stack([-net, -self.tic * one, -self.biv * speed, self.dmotor, self.kick * self.spike], axis=1))
         start = np.concatenate([np.ones((len(speed), 1)), np.exp(-np.cumsum(self.rate * self.scene.step, axis=1))], axis=1) * self.initial[:, None]
         own = np.concatenate([own, start[:, None]], axis=1)
-        clock = -np.gradient(speed, self.scene.time, axis=1)
+        clock = bases.late(speed, self.scene.time)
         h = bases.hats(speed / self.motor[:, None], self.knots)
-        sag = -self.dmotor * self.conv / self.conv.max()
+        # A motor that sags does so with the torque of the pump, which is that of the turbine over the torque ratio.
+        pump = self.conv / np.maximum(np.interp(speed / self.motor[:, None], *self.curves[[0, 1]]), 1e-6)
+        sag = -self.dmotor * pump / max(float(pump.max()), 1e-6)
         fixed = self.respond(points, np.concatenate([sag[:, None], self.conv[:, None] * h], axis=1))
         fixed = np.concatenate([clock[:, None], fixed[:, :1], own[:, 3:4] * self.motor_levels[:, :, None], fixed[:, 1:]], axis=1)
         return own, fixed
@@ -156,7 +159,7 @@ class InputBlock:
         x = {"input speed": speed, "time": np.broadcast_to(s.time, speed.shape), "pressure": np.maximum(0, s.smooth["pressure"]),
              "output speed": np.maximum(0, s.smooth["output_speed"])}[on]
         seen = np.ones(x.shape, bool)
-        knots = bases.from_zero(x, seen) if on in ("output speed", "pressure") else bases.evenly(x, seen)
+        knots = bases.from_zero(x, seen, self.fine) if on in ("output speed", "pressure") else bases.evenly(x, seen, self.fine)
         return "torque", -bases.hats(x, knots) * scale
 
     def basis(self, pair, points, laws, predicted):

@@ -33,7 +33,7 @@ class Naming:
 
 def outlying(chi_square: np.ndarray) -> np.ndarray:
     """Engagements (n,) far worse than the others: nothing that depends on conditions explains single ones."""
-    logs = np.log(chi_square)
+    logs = np.log(np.maximum(chi_square, 1e-3))
     spread = max(LEAST_SPREAD, 1.4826 * float(np.median(np.abs(logs - np.median(logs)))))
     return logs > np.median(logs) + OUTLYING * spread
 
@@ -54,7 +54,10 @@ def plain(scene: Scene) -> np.ndarray:
     """Engagements (n,) that are outlying in a block driven by what was measured."""
     load = LoadBlock(scene)
     blocks = [ValveBlock(scene), load, InputBlock(scene), LockBlock(scene, load.clean(np.zeros((len(scene), 5))))]
-    return np.any([outlying(fit(block, iterations=2).chi2) for block in blocks], axis=0)
+    fits = [fit(block, iterations=2) for block in blocks]
+    # A linear block explains even a reversed sensor by parameters, which no scatter makes plausible.
+    implausible = [np.any(np.abs(fits[0].fitted.each) > 3 * fits[0].block.widest, axis=1)]
+    return np.any([*(outlying(one.chi2) for one in fits), *implausible], axis=0)
 
 
 def begin(scene: Scene, log) -> Start:
@@ -115,9 +118,12 @@ def name(bench: Bench, recordings: Recordings, log=lambda *_: None) -> Naming:
     points = start.onset.points.copy()
     points[:, 0] = contact.points[:, 0]
     block = start.clutch
+    block.fine = contact.block.fine
     clutch = settled(block, points, contact.laws, contact.coefficients)
     if contact.laws:
-        found = search(OnsetBlock(block.scene, block.pressure), held)
+        window = OnsetBlock(block.scene, block.pressure)
+        window.fine, window.in_contact = block.fine, block.in_contact
+        found = search(window, held)
         found[:, 0] = contact.points[:, 0]
         clutch = max(clutch, settled(block, found, contact.laws, contact.coefficients), key=lambda one: one.evidence.sum())
     most = max((f.nats for f in findings if "contact" in f.block), default=0.0)

@@ -21,6 +21,7 @@ class ValveBlock:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
+        self.fine = bases.FINE
         c = scene.recordings.conditions
         self.valve = Valve.of(scene.recordings)
         self.columns_of = [parameters.index(name) for name in self.random]
@@ -31,9 +32,9 @@ class ValveBlock:
         self.widest = np.array([0.1, 0.2, 0.1])
         self.random_std = np.array([np.inf] * 3)  # all three are calibrated
         k = len(scene.time)
-        self.fine = np.linspace(scene.time[0], scene.time[-1], _FINE * (k - 1) + 1)
+        self.times = np.linspace(scene.time[0], scene.time[-1], _FINE * (k - 1) + 1)
         profile = c.current_profile
-        self.current = np.array([np.interp(self.fine, c.profile_time[p], c.profile_current[p])
+        self.current = np.array([np.interp(self.times, c.profile_time[p], c.profile_current[p])
                                  for p in range(len(c.profile_time))])[profile]
         self.clock = 0.0
 
@@ -46,7 +47,7 @@ class ValveBlock:
         return BlockNoise(*self.scene.noise["pressure"])
 
     def respond(self, points, demand):
-        """Response (n, p, k) to demand (n, p, fine k)."""
+        """Response (n, p, k) to demand (n, p, 2 k - 1)."""
         tau = self.vectors(points)[:, self.columns_of[0]]
         return valve_response(self.scene.step / _FINE, demand, tau)[..., ::_FINE]
 
@@ -113,7 +114,7 @@ class ValveBlock:
             column = own[:, j] if j < 2 else predicted
             return column[:, None] * h[:, :, None]
         if on == "current":
-            knots = np.linspace(self.current.min(), self.current.max(), bases.FINE + 2)
+            knots = np.linspace(self.current.min(), self.current.max(), self.fine + 2)
             h = bases.hats(self.current, knots)
             start = h[:, :, :1]
             return self.respond(points, gain[:, None, None] * (h - start)[:, 1:-1])
@@ -122,6 +123,6 @@ class ValveBlock:
             change = np.stack([play(self.current, w) - self.current for w in widths], axis=1)
             return self.respond(points, gain[:, None, None] * change)
         if on == "time":
-            h = bases.hats(np.broadcast_to(self.fine, self.current.shape), np.linspace(0, self.fine[-1], bases.FINE))
+            h = bases.hats(np.broadcast_to(self.times, self.current.shape), np.linspace(0, self.times[-1], self.fine))
             return self.respond(points, self.demand(points)[:, None] * h[:, 1:])
         raise KeyError(pair)
