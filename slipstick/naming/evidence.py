@@ -1,106 +1,113 @@
-"""What each hypothesis gains: held-out log-likelihood of every engagement, with all random effects estimated again."""
+"""What each pair gains: held-out log-likelihood of every engagement, with all random effects estimated again."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.blocks.whitening import whitened
-from slipstick.naming.fit import LAW_PRECISION, BlockFit, gram_of
-from slipstick.naming.grams import Gram, estimate, likelihood, solve
+from slipstick.naming.block import Pair
+from slipstick.naming.fit import LAW_PRECISION, BlockFit, linearised
+from slipstick.naming.grams import Fitted, Gram, estimate, likelihood, solve
 
 FOLDS = 6
+"""Folds of the engagements: with 54 of them each is fitted on 45."""
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The products of a block about its fit, with columns of all its pairs: `places` are those of each pair."""
+    """The products of a block about its `fit`, with the columns of its pairs at `places` among the fixed ones."""
 
     fit: BlockFit
     gram: Gram
-    places: dict
-    basis: dict
+    places: dict[Pair, np.ndarray]
 
 
-def table(fit: BlockFit, pairs=None) -> Table:
-    block = fit.block
-    held = [(pair, fit.coefficients[pair]) for pair in fit.laws]
-    own, fixed = block.columns(fit.points, held, fit.predicted)
-    wanted = [pair for pair in block.pairs() if (pairs is None or pair in pairs)]
-    wanted = list(dict.fromkeys([*fit.laws, *wanted]))
-    X = {pair: block.basis(pair, fit.points, held, fit.predicted) for pair in wanted}
-    X = {pair: x for pair, x in X.items() if x.shape[1]}
-    z = block.measured - fit.predicted + np.einsum("nq,nqk->nk", fit.points, own) + np.einsum("p,npk->nk", fit.shared, fixed)
-    for pair, c in held:
-        z = z + np.einsum("m,nmk->nk", c, X[pair])
-    gram = gram_of(block, [own, fixed, *X.values()], z, fit.noise, sum(x.shape[1] for x in X.values()))
-    places, first = {}, fixed.shape[1]
-    for pair, x in X.items():
-        places[pair] = np.arange(first, first + x.shape[1])
-        first += x.shape[1]
-    return Table(fit, gram, places, X)
+@dataclass(frozen=True, eq=False)
+class Gain:
+    """What a `pair` adds to the log-likelihood of each engagement, `nats` (n,), when these `blocks` get it.
+
+    `fitted` is the linear fit with it, in which `places` are its coefficients.
+    """
+
+    pair: Pair
+    nats: np.ndarray
+    fitted: Fitted
+    places: np.ndarray
+    blocks: tuple[str, ...]
+
+    @property
+    def law(self) -> np.ndarray:
+        """Coefficients of the law."""
+        return self.fitted.coefficients[self.places]
 
 
-def joined(tables: list[Table], laws: list) -> tuple[Gram, dict]:
-    """One gram of several blocks: random and fixed columns apart, those of `laws` in common."""
-    q = [t.gram.random for t in tables]
-    p = [len(t.fit.block.fixed) for t in tables]
-    sizes = {law: max((len(t.places[law]) for t in tables if law in t.places), default=0) for law in laws}
-    total = sum(q) + sum(p) + sum(sizes.values()) + 1
-    n = len(tables[0].gram)
-    products = np.zeros((n, total, total))
-    precision = np.full(total - 1, LAW_PRECISION)
-    widest = np.concatenate([t.gram.widest for t in tables])
-    at_law, first = {}, sum(q) + sum(p)
+def table(fit: BlockFit, pairs: Sequence[Pair] | None = None) -> Table:
+    """The products with the columns of all pairs of a block, or of those among `pairs`."""
+    further = [pair for pair in fit.block.pairs() if (pairs is None or pair in pairs) and pair not in fit.laws]
+    gram, basis = linearised(fit.block, fit.points, fit.shared, fit.held, fit.noise, fit.predicted, further)
+    places, first = {}, len(fit.block.fixed)
+    for pair, columns in basis.items():
+        places[pair] = np.arange(first, first + columns.shape[1])
+        first += columns.shape[1]
+    return Table(fit, gram, places)
+
+
+def joined(tables: Sequence[Table], laws: Sequence[Pair]) -> tuple[Gram, dict[Pair, np.ndarray]]:
+    """One gram of several blocks, in which `laws` have the same coefficients, and the places of these.
+
+    The residuals of blocks are independent given their inputs, so that the products add up.
+    """
+    random, fixed = [one.gram.random for one in tables], [len(one.fit.block.fixed) for one in tables]
+    places, first = {}, sum(random) + sum(fixed)
     for law in laws:
-        at_law[law] = np.arange(first, first + sizes[law])
-        first += sizes[law]
-    for b, t in enumerate(tables):
-        rows = [*range(t.gram.random), *(t.gram.random + np.arange(p[b]))]
-        to = [*(sum(q[:b]) + np.arange(q[b])), *(sum(q) + sum(p[:b]) + np.arange(p[b]))]
-        precision[to] = t.gram.precision[rows]
-        for law in laws:
-            if law in t.places:
-                rows += list(t.gram.random + t.places[law])
-                to += list(at_law[law][:len(t.places[law])])
-        rows.append(t.gram.products.shape[1] - 1)
-        to.append(total - 1)
-        products[:, np.array(to)[:, None], np.array(to)] += t.gram.products[:, np.array(rows)[:, None], np.array(rows)]
-    return Gram(products, sum(q), precision, np.zeros(total - 1), widest), at_law
+        size = max((len(one.places[law]) for one in tables if law in one.places), default=0)
+        places[law] = np.arange(first, first + size)
+        first += size
+    products = np.zeros((len(tables[0].gram), first + 1, first + 1))
+    precision = np.full(first, LAW_PRECISION)
+    for b, one in enumerate(tables):
+        own = np.arange(random[b] + fixed[b])
+        to = [np.concatenate([sum(random[:b]) + np.arange(random[b]), sum(random) + sum(fixed[:b]) + np.arange(fixed[b])])]
+        precision[to[0]] = one.gram.precision[own]
+        rows = [own]
+        for law in (law for law in laws if law in one.places):
+            rows.append(random[b] + one.places[law])
+            to.append(places[law][:len(one.places[law])])
+        here = np.append(np.concatenate(rows), one.gram.products.shape[1] - 1)
+        there = np.append(np.concatenate(to), first)
+        products[:, there[:, None], there] += one.gram.products[:, here[:, None], here]
+    widest = np.concatenate([one.gram.widest for one in tables])
+    return Gram(products, sum(random), precision, np.zeros(first), widest), places
 
 
-def folds(n: int, seed: int = 0) -> np.ndarray:
-    return np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
-
-
-def held_out(gram: Gram, fitted, split: np.ndarray) -> np.ndarray:
-    """Log-likelihood (n,) of each engagement with coefficients from the other folds."""
-    out = np.empty(len(gram))
-    ridge = gram.precision
-    for f in range(split.max() + 1):
-        rows = split == f
+def held_out(gram: Gram, fitted: Fitted, folds: np.ndarray) -> np.ndarray:
+    """Log-likelihood (n,) of each engagement with coefficients from the other `folds` (n,)."""
+    found = np.empty(len(gram))
+    for fold in np.unique(folds):
+        rows = folds == fold
         coefficients, _ = solve(gram, fitted.marginal[~rows])
-        out[rows] = likelihood(fitted.marginal[rows], fitted.logdet[rows], coefficients)
-    return out
+        found[rows] = likelihood(fitted.marginal[rows], fitted.logdet[rows], coefficients)
+    return found
 
 
-def gains(tables: list[Table], current: list, pairs: list, variances: dict | None = None, split=None):
-    """Gain (n,) of each pair beside the `current` laws, and its fit."""
-    by_name = {t.fit.block.name: t for t in tables}
-    split = folds(len(tables[0].gram)) if split is None else split
-    found, bases_ = {}, {}
+def gains(tables: Sequence[Table], current: Sequence[Pair], pairs: Sequence[Pair], seed: int = 0) -> list[Gain]:
+    """What each of `pairs` gains beside the `current` laws in the blocks of `tables`, the largest gain first."""
+    n = len(tables[0].gram)
+    folds = np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
+    bases: dict[tuple[str, ...], tuple[Fitted, np.ndarray]] = {}
+    found = []
     for pair in pairs:
-        mine = [t for t in tables if pair in t.places]
+        mine = [one for one in tables if pair in one.places]
+        blocks = tuple(one.fit.block.name for one in mine)
+        laws = [law for law in current if any(law in one.places for one in mine)]
         if not mine:
             continue
-        key = tuple(t.fit.block.name for t in mine)
-        laws = [law for law in current if any(law in t.places for t in mine)]
-        if key not in bases_:
-            gram, at = joined(mine, laws)
-            start = np.concatenate([np.maximum(t.fit.fitted.variance, 1e-8) for t in mine])
-            base = estimate(gram, start)
-            bases_[key] = base, held_out(gram, base, split)
-        base, reference = bases_[key]
-        gram, at = joined(mine, [*laws, pair])
+        if blocks not in bases:
+            gram, _ = joined(mine, laws)
+            base = estimate(gram, np.concatenate([np.maximum(one.fit.fitted.variance, 1e-8) for one in mine]))
+            bases[blocks] = base, held_out(gram, base, folds)
+        base, reference = bases[blocks]
+        gram, places = joined(mine, [*laws, pair])
         fitted = estimate(gram, np.maximum(base.variance, 1e-8))
-        found[pair] = held_out(gram, fitted, split) - reference, fitted, at[pair], key
-    return found
+        found.append(Gain(pair, held_out(gram, fitted, folds) - reference, fitted, places[pair], blocks))
+    return sorted(found, key=lambda one: -float(one.nats.sum()))

@@ -1,134 +1,159 @@
-"""Naming: what recordings ask for beside the model of a bench, block by block."""
+"""Naming: what recordings ask for beside the model of a bench, block by block.
 
-from dataclasses import dataclass
+Each block is driven by what was measured at its input, as far as the blocks before explain it: the valve first, then the
+closing piston for when the plates meet, load and input, friction in full contact, and the piston with what was found.
+"""
+
 import time
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from slipstick.bench import Bench
+from slipstick.errors import InvalidValue
+from slipstick.naming.block import Pair
+from slipstick.naming.closing import closing, settled
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock, LockBlock
 from slipstick.naming.piston import ClutchBlock, ContactBlock, OnsetBlock
 from slipstick.naming.scene import Scene
-from slipstick.naming.search import relocated, retimed, search
-from slipstick.naming.selection import FURTHER, Finding, forward, piston
+from slipstick.naming.search import retimed, search
+from slipstick.naming.selection import Finding, Log, forward
+from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings
 
-MOST_BAD = 0.1
-OUTLYING = 6.0
-LEAST_SPREAD = 0.15
+FEWEST = 24
+"""Engagements without which six folds hold too few for a standard error over engagements."""
+_LEAST_SPREAD = 0.15
+"""Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""
+_BELIEVED = 3.0
+"""Multiples of the widest scatter beyond which a parameter of the valve is an error of the recording."""
+_AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
 
 
 @dataclass(frozen=True, eq=False)
 class Naming:
+    """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
+
+    `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise. `laws`
+    are the coefficients of the pairs by block. `seconds` is the time that it took.
+    """
+
     findings: tuple[Finding, ...]
     set_aside: tuple[int, ...]
     chi_square: dict[str, float]
+    laws: dict[str, dict[Pair, np.ndarray]]
     seconds: float
-
-
-def outlying(chi_square: np.ndarray) -> np.ndarray:
-    """Engagements (n,) far worse than the others: nothing that depends on conditions explains single ones."""
-    logs = np.log(np.maximum(chi_square, 1e-3))
-    spread = max(LEAST_SPREAD, 1.4826 * float(np.median(np.abs(logs - np.median(logs)))))
-    return logs > np.median(logs) + OUTLYING * spread
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Fits of all blocks without any law beyond the `valve`'s."""
+    """The fits of the blocks before anything but the valve's laws is added, and what the valve asks for."""
 
-    scene: Scene
     valve: BlockFit
-    fits: dict
+    fits: dict[str, BlockFit]
     onset: CurvedFit
     clutch: ClutchBlock
-    findings: list
+    findings: list[Finding]
 
 
-def plain(scene: Scene) -> np.ndarray:
-    """Engagements (n,) that are outlying in a block driven by what was measured."""
-    load = LoadBlock(scene)
-    blocks = [ValveBlock(scene), load, InputBlock(scene), LockBlock(scene, load.clean(np.zeros((len(scene), 5))))]
-    fits = [fit(block, iterations=2) for block in blocks]
-    # A linear block explains even a reversed sensor by parameters, which no scatter makes plausible.
-    implausible = [np.any(np.abs(fits[0].fitted.each) > 3 * fits[0].block.widest, axis=1)]
-    return np.any([*(outlying(one.chi2) for one in fits), *implausible], axis=0)
-
-
-def begin(scene: Scene, log) -> Start:
-    """Fit the blocks one after the other, each with what the one before explains of its inputs."""
-    valve_block = ValveBlock(scene)
-    fits, findings = forward({"valve": fit(valve_block)}, log=log)
-    valve = fits["valve"]
-    pressure = valve_block.pressure(valve.points, [(law, valve.coefficients[law]) for law in valve.laws])
-    scene = scene.explained("pressure", pressure)
-    onset_block = OnsetBlock(scene, pressure)
-    onset = fit_curved(onset_block, points=retimed(onset_block, search(onset_block), ()), iterations=8)
-    clutch = ClutchBlock(scene, pressure)
-    onset_block = OnsetBlock(scene, pressure, contact=clutch.contact(onset.points, ()))
-    onset = settled(onset_block, onset.points)
-    clutch.in_contact = clutch.contact(onset.points, ())
-    log("onset", round(float(onset.chi2.mean()), 3))
-    averaged = gaussian_filter1d(scene.measured("output_torque"), 4, axis=1)
-    torque = np.where(onset_block.counted, clutch.predicted_beyond(onset.points), averaged)
-    scene = scene.explained("output_torque", scene.model_torque(torque))
-    load = fit(LoadBlock(scene))
-    scene = scene.explained("output_speed", load.block.true_speed(load.predicted))
-    shaft = fit(InputBlock(scene))
-    scene = scene.explained("input_speed", shaft.block.true_speed(shaft.predicted))
-    lock = fit(LockBlock(scene, load.block.clean(load.points)))
-    contact = fit(ContactBlock(scene, pressure, onset.points))
-    return Start(scene, valve, {one.block.name: one for one in (load, shaft, lock, contact)}, onset, clutch, findings)
-
-
-def settled(block: ClutchBlock, points: np.ndarray, laws=(), coefficients=None) -> CurvedFit:
-    """The best fit of the closing piston from `points`, and from what a search finds for outlying engagements."""
-    held = [(law, coefficients[law]) for law in laws]
-    best = fit_curved(block, laws, points=retimed(block, points, held), coefficients=coefficients, iterations=8)
-    rows = outlying(best.chi2) | (best.chi2 > 1.5)
-    if rows.any():
-        held = [(law, best.coefficients[law]) for law in laws]
-        again = fit_curved(block, laws, points=relocated(block, best.points, held, rows), coefficients=best.coefficients, iterations=8)
-        best = max(best, again, key=lambda one: one.evidence.sum())
-    return best
-
-
-def name(bench: Bench, recordings: Recordings, log=lambda *_: None) -> Naming:
-    """Find what `recordings` of a `bench` ask for."""
-    began = time.perf_counter()
+def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None = None,
+         log: Log = lambda *_: None) -> Naming:
+    """Find what `recordings` of a `bench` ask for; raises `InvalidValue` without signals or with too few engagements."""
+    began, settings = time.perf_counter(), settings or NamingSettings()
+    if recordings.signals is None:
+        raise InvalidValue("These recordings have no signals, and blocks are driven by measured signals",
+                           "Record pressure, speeds and torque as well")
+    if len(recordings) < FEWEST:
+        raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
+                           f"Record at least {FEWEST} engagements under different conditions")
     whole = Scene.of(bench, recordings)
     kept = np.arange(len(whole))
-    bad = plain(whole)
-    if bad.mean() <= MOST_BAD:
+    bad = implausible(whole, settings)
+    if bad.mean() <= settings.most_outlying:
         kept = kept[~bad]
-    start = begin(whole.take(kept), log)
-    bad = np.any([outlying(one.chi2) for one in (*start.fits.values(), start.onset)], axis=0)
-    if bad.any() and len(kept) - bad.sum() >= (1 - MOST_BAD) * len(whole):
-        log("set aside", kept[bad])
+    start = begin(whole.take(kept), settings, log)
+    bad = np.any([outlying(one.chi2, settings) for one in (*start.fits.values(), start.onset)], axis=0)
+    if bad.any() and len(kept) - bad.sum() >= (1 - settings.most_outlying) * len(whole):
         kept = kept[~bad]
-        start = begin(whole.take(kept), log)
-    fits, findings = forward(start.fits, log=log)
-    contact = fits["contact"]
-    held = [(law, contact.coefficients[law]) for law in contact.laws]
-    points = start.onset.points.copy()
-    points[:, 0] = contact.points[:, 0]
+        start = begin(whole.take(kept), settings, log)
+    fits, findings = forward(start.fits, settings, log)
+    clutch, more = _closed(start, fits["contact"], findings, settings, log)
+    everything: dict[str, BlockFit] = {"valve": start.valve, **fits, "clutch": clutch}
+    return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
+                  {key: float(one.chi2.mean()) for key, one in everything.items()},
+                  {key: one.coefficients for key, one in everything.items()}, time.perf_counter() - began)
+
+
+def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
+    """Engagements (n,) far worse than the others: an effect depends on conditions, and acts on more than a few."""
+    logs = np.log(np.maximum(chi_square, 1e-3))
+    spread = max(_LEAST_SPREAD, 1.4826 * float(np.median(np.abs(logs - np.median(logs)))))
+    return np.asarray(logs > np.median(logs) + settings.outlying * spread)
+
+
+def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
+    """Engagements (n,) that are outlying in a block without laws, or whose valve has parameters beyond belief."""
+    load = LoadBlock(scene)
+    lock = LockBlock(scene, load.clean(np.zeros((len(scene), len(load.random)))))
+    fits = [fit(block, iterations=2) for block in (ValveBlock(scene), load, InputBlock(scene), lock)]
+    # A linear block explains even a reversed sensor: by parameters that no scatter makes plausible.
+    reversed_sensor = np.any(np.abs(fits[0].fitted.each) > _BELIEVED * fits[0].block.widest, axis=1)
+    return np.any([*(outlying(one.chi2, settings) for one in fits), reversed_sensor], axis=0)
+
+
+def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
+    """Fit the blocks one after the other, each with what the ones before explain of its inputs."""
+    valve_block = ValveBlock(scene)
+    fits, findings = forward({"valve": fit(valve_block)}, settings, log)
+    valve = fits["valve"]
+    pressure = valve_block.pressure(valve.points, valve.held)
+    scene = scene.explained("pressure", pressure)
+    onset, window, clutch = _onset(scene, pressure)
+    log("onset", round(float(onset.chi2.mean()), 3))
+    averaged = gaussian_filter1d(scene.measured("output_torque"), _AVERAGED, axis=1)
+    torque = np.where(window, clutch.predicted_beyond(onset.points), averaged)
+    scene = scene.explained("output_torque", scene.model_torque(torque))
+    load_block = LoadBlock(scene)
+    load = fit(load_block)
+    scene = scene.explained("output_speed", load_block.true_speed(load.predicted))
+    shaft_block = InputBlock(scene)
+    shaft = fit(shaft_block)
+    scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
+    lock = fit(LockBlock(scene, load_block.clean(load.points)))
+    contact = fit(ContactBlock(scene, pressure, onset.points))
+    return Start(valve, {one.block.name: one for one in (load, shaft, lock, contact)}, onset, clutch, findings)
+
+
+def _onset(scene: Scene, pressure: np.ndarray) -> tuple[CurvedFit, np.ndarray, ClutchBlock]:
+    """The piston up to full contact, the samples (n, k) that it counts, and the clutch with its time in contact."""
+    block = OnsetBlock(scene, pressure)
+    rough = fit_curved(block, points=retimed(block, search(block), ()), iterations=8)
+    clutch = ClutchBlock(scene, pressure)
+    block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()))
+    onset = settled(block, rough.points)
+    clutch.in_contact = clutch.contact(onset.points, ())
+    return onset, block.counted, clutch
+
+
+def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: NamingSettings,
+            log: Log) -> tuple[CurvedFit, list[Finding]]:
+    """The closing piston with the laws of full contact, and what it asks for itself."""
     block = start.clutch
     block.fine = contact.block.fine
+    points = start.onset.points.copy()
+    points[:, 0] = contact.points[:, 0]
     clutch = settled(block, points, contact.laws, contact.coefficients)
     if contact.laws:
         window = OnsetBlock(block.scene, block.pressure)
         window.fine, window.in_contact = block.fine, block.in_contact
-        found = search(window, held)
+        found = search(window, contact.held)
         found[:, 0] = contact.points[:, 0]
-        clutch = max(clutch, settled(block, found, contact.laws, contact.coefficients), key=lambda one: one.evidence.sum())
-    most = max((f.nats for f in findings if "contact" in f.block), default=0.0)
-    clutch, more = piston(block, clutch, least=FURTHER * most, log=log)
-    everything = {"valve": start.valve, **fits, "clutch": clutch}
-    aside = np.setdiff1d(np.arange(len(whole)), kept)
-    return Naming((*start.findings, *findings, *more), tuple(aside.tolist()),
-                  {key: float(one.chi2.mean()) for key, one in everything.items()}, time.perf_counter() - began)
+        again = settled(block, found, contact.laws, contact.coefficients)
+        clutch = max(clutch, again, key=lambda one: float(one.evidence.sum()))
+    least = settings.further * max((one.nats for one in findings if "contact" in one.blocks), default=0.0)
+    return closing(block, clutch, settings, least, log)

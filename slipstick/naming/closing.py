@@ -1,0 +1,79 @@
+"""Which pairs the closing piston asks for, by fits that begin from several strengths of each law."""
+
+import numpy as np
+
+from slipstick.naming.block import Pair
+from slipstick.naming.curved import CurvedFit, fit_curved
+from slipstick.naming.evidence import gains, table
+from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.search import relocated, retimed
+from slipstick.naming.selection import Finding, Log, is_enough, priced, rivals
+from slipstick.naming.settings import NamingSettings
+
+PISTON: tuple[Pair, ...] = (
+    ("piston gain", "run order"), ("clearance", "run order"), ("film torque", "run order"), ("clearance", "pressure"),
+    ("piston rate", "pressure"), ("piston rate", "piston rate"), ("piston rate", "piston position"),
+    ("piston rate", "direction"), ("chamber pressure", "input speed"), ("output torque sensor", "lag"),
+    ("contact pressure", "lag"))
+_SHARES = (0.15, 0.6)
+"""Shares of the linear estimate of a law from which its fits begin, beside none of it: the torque of the closing plates
+is so far from linear in the piston that a whole step hardly ever succeeds."""
+_FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
+_MISFIT = 1.5  # reduced chi-square of an engagement from which its piston is searched again
+_MOST = 2
+
+
+def settled(block: ClutchBlock, points: np.ndarray, laws: tuple[Pair, ...] = (),
+            coefficients: dict[Pair, np.ndarray] | None = None) -> CurvedFit:
+    """The best fit from `points` (n, q), and from what a search finds for the engagements that do not fit."""
+    known = coefficients or {}
+    held = [(law, known[law]) for law in laws]
+    best = fit_curved(block, laws, points=retimed(block, points, held), coefficients=known, iterations=8)
+    rows = best.chi2 > max(_MISFIT, 2 * float(np.median(best.chi2)))
+    if rows.any():
+        found = relocated(block, best.points, best.held, rows)
+        again = fit_curved(block, laws, points=found, coefficients=best.coefficients, iterations=8)
+        best = max(best, again, key=lambda one: float(one.evidence.sum()))
+    return best
+
+
+def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, least: float = 0.0,
+            log: Log = lambda *_: None) -> tuple[CurvedFit, list[Finding]]:
+    """Add pairs of the piston to the fit `start` while they gain more than `least` nats."""
+    now, findings = start, list[Finding]()
+    for _ in range(_MOST):
+        tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
+                 for pair, one in _fitted(block, now).items()]
+        tried.sort(key=lambda one: -float(one[0].sum()))
+        if tried and is_enough(tried[0][0], settings):
+            # A fit without the law may only have stopped early: it begins again where the one with it ended.
+            points = retimed(block, tried[0][2].points, now.held)
+            again = fit_curved(block, now.laws, points=points, coefficients=now.coefficients, iterations=12)
+            rise = again.evidence - now.evidence
+            if rise.sum() > 0:
+                tried, now = [(gain - rise, pair, one) for gain, pair, one in tried], again
+        log("piston", round(float(now.chi2.mean()), 3), [(" ~ ".join(pair), round(float(gain.sum()))) for gain, pair, _ in tried])
+        further = settings.further * sum(one.nats for one in findings)
+        if not tried or not is_enough(tried[0][0], settings) or tried[0][0].sum() < max(least, further):
+            break
+        gain, pair, now = tried[0]
+        findings.append(Finding(("clutch",), pair, gain, rivals(gain, [(g, p) for g, p, _ in tried[1:]], settings)))
+    return now, findings
+
+
+def _fitted(block: ClutchBlock, now: CurvedFit) -> dict[Pair, CurvedFit]:
+    """The fit with each of the pairs that promise most, from the best of several starts."""
+    about = table(now, PISTON)
+    known = [pair for pair in about.places if pair in PISTON and pair not in now.laws]
+    found = {}
+    for one in gains([about], list(now.laws), known)[:_FITTED]:
+        if one.nats.sum() < _PROMISING:
+            break
+        laws = (*now.laws, one.pair)
+        starts = [fit_curved(block, laws, start=now, iterations=3)]
+        for share in _SHARES:
+            held = [*now.held, (one.pair, share * one.law)]
+            starts.append(fit_curved(block, laws, points=retimed(block, now.points, held), coefficients=dict(held), iterations=3))
+        best = max(starts, key=lambda tried: float(tried.evidence.sum()))
+        found[one.pair] = fit_curved(block, laws, start=best, iterations=10)
+    return found

@@ -1,0 +1,48 @@
+"""The constants that decide what is named, and their digest."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+
+from slipstick.errors import InvalidValue
+
+
+@dataclass(frozen=True)
+class NamingSettings:
+    """What a pair of quantity and dependence must show to be named.
+
+    - `nats`, `errors`: least gain in log-likelihood, and in standard errors over engagements. One odd engagement can give
+      nats, and noise a few standard errors: both are asked for.
+    - `apart`: standard errors by which the best pair must lead another one, or both are told as a tie.
+    - `further`: share of what the first pair of a block explains that a further one must add. Less may be no more than what
+      a free law with few knots leaves of the first.
+    - `most`: pairs named in a block at most; `rivals`: pairs fitted in full beside the best one.
+    - `strong`: reduced chi-square of a block without laws from which its laws have 17 knots instead of 9.
+    - `outlying`: robust standard deviations of the logarithm of chi-square beyond which an engagement is set aside;
+      `most_outlying`: largest share of engagements that may be. More is no accident, but something to name.
+
+    Raises `InvalidValue`.
+    """
+
+    nats: float = 12.0
+    errors: float = 4.5
+    apart: float = 2.5
+    further: float = 0.03
+    most: int = 3
+    rivals: int = 3
+    strong: float = 2.0
+    outlying: float = 6.0
+    most_outlying: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot decide anything."""
+        for name, value in asdict(self).items():
+            if not value >= 0:
+                raise InvalidValue(f"{name} is {value}", "Give a number that is not negative")
+        if self.most_outlying >= 0.5:
+            raise InvalidValue(f"most_outlying is {self.most_outlying}", "Give less than half of the engagements")
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all settings."""
+        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
