@@ -16,8 +16,9 @@ effect is absent unless a model names it. At the neutral coefficients the result
 paper's model. A coefficient without a neutral value is a shape coefficient: it matters only if another coefficient of
 the effect is not neutral.
 
-[add_an_effect.md](add_an_effect.md) explains how to add an effect. The symbols in the formulas are those of
-[nomenclature.md](nomenclature.md); `run` is the position of the engagement in the run order.
+A study finds an effect by the quantity, by what it depends on, and by the shape of the change over that.
+[add_an_effect.md](add_an_effect.md) explains these words and how to add an effect. The symbols in the formulas are
+those of [nomenclature.md](nomenclature.md); `run` is the position of the engagement in the run order.
 `python docs/effects.py > docs/effects.md` generates this page.
 
 The model is divided into blocks at the measured signals: from current to pressure, from pressure and speeds to torque,
@@ -62,10 +63,13 @@ def _block_row(block: str) -> str:
 def _section(effect: Effect) -> str:
     rows = [_coefficient_row(coefficient) for coefficient in effect.coefficients]
     quantity = f"reading of the {effect.quantity}" if effect.quantity in SENSORS else effect.quantity
+    depends_on = f"{effect.depends_on}; the change {effect.shape.words}" if effect.shape else effect.depends_on
+    also = "".join(f", {name} by {on}" for name, on in effect.also)
     return "\n".join([
         f"## {effect.name}", "",
         f"{effect.title}. Changes the {quantity} ({effect.unit}) to", "", f"    {effect.law}", "",
         f"| {_COLUMNS} |", "| --- | --- | --- | --- | --- | --- | --- | --- | --- |", *rows, "",
+        f"- Depends on: {depends_on}.", *([f"- A study may also find it as: {also[2:]}."] if also else []),
         f"- On a test bench: {effect.signature}.", f"- Source: {effect.source}.", ""])
 
 

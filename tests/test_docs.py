@@ -16,6 +16,7 @@ from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
 from slipstick.bench import parameters
+from slipstick.clutch.effects import effect
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.clutch.laws import DEPENDENCES
@@ -131,6 +132,13 @@ def test_the_walkthrough_lists_every_quantity() -> None:
 
 def test_every_dependence_of_a_measured_law_is_documented() -> None:
     assert {name: unit for name, unit, _ in rows("equations.md", "Measured laws")} == DEPENDENCES
+
+
+def test_the_walkthrough_lists_every_dependence() -> None:
+    others = {name: unit for name, unit, _ in rows("add_an_effect.md", "What it depends on")}
+    assert DEPENDENCES | others == effect.DEPENDENCES
+    text = (DOCS / "add_an_effect.md").read_text().split("### What it depends on")[1].split("| dependence")[0]
+    assert set(re.findall(r"`([a-z ]+)`", text)) == {*DEPENDENCES}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(ROOT)))

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.clutch.effects.effect import QUANTITIES as _ALL_QUANTITIES
+from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
 from slipstick.errors import InvalidValue, UnknownName
 
 MOST_LAWS, MOST_POINTS = 4, 16
@@ -26,20 +27,7 @@ _NARROWEST = 1e-9
 QUANTITIES = {name: unit for name, unit in _ALL_QUANTITIES.items() if name != "stick torque"}
 """Quantities that a law can change, with units. A change of the stick torque would decouple the shafts."""
 
-DEPENDENCES = {
-    "motor speed": "rad/s",
-    "input speed": "rad/s",
-    "output speed": "rad/s",
-    "slip": "rad/s",
-    "pressure": "bar",
-    "current": "A",
-    "time": "s",
-    "run order": "1",
-    "heat": "kJ",
-    "time in contact": "s",
-    "piston position": "m",
-    "piston rate": "m/s",
-}
+DEPENDENCES = SCALAR_DEPENDENCES
 """What a law can depend on, with units: functions of the state of the model, which no effect or law on them changes.
 
 `slip` is that of the plates, |Omega - g_r omega|; `current` is that of the profile. `time` counts from the shift

@@ -8,12 +8,14 @@ import pkgutil
 
 import numpy as np
 
-from slipstick.clutch.effects.effect import Coefficient, Effect
+from slipstick.clutch.effects.effect import Coefficient, Effect, check_pair
+from slipstick.clutch.effects.shape import Shape
 from slipstick.errors import InvalidValue, UnknownName
 
-__all__ = ["CATALOGUE", "Coefficient", "Effect", "find", "index", "neutral", "span"]
+__all__ = ["CATALOGUE", "Coefficient", "Effect", "Shape", "find", "index", "matching", "neutral", "span"]
 
-_FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name != "effect")
+_NO_EFFECTS = ("effect", "shape")
+_FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name not in _NO_EFFECTS)
 _MODULES = [importlib.import_module(f"{__name__}.{name}") for name in _FILES]
 
 
@@ -48,6 +50,12 @@ def find(name: str) -> Effect:
         if effect.name == name:
             return effect
     raise UnknownName.of("effect", name, [effect.name for effect in CATALOGUE])
+
+
+def matching(quantity: str, depends_on: str) -> tuple[Effect, ...]:
+    """The listed effects that a study may find as this pair; raises `UnknownName` for an unknown word."""
+    check_pair(quantity, depends_on)
+    return tuple(effect for effect in CATALOGUE if effect.listed and (quantity, depends_on) in effect.pairs)
 
 
 def index(effect: str, coefficient: str) -> int:

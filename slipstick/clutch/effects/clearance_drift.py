@@ -1,6 +1,7 @@
 """Clearance drift: plate wear lengthens the piston travel from engagement to engagement."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.effects.shape import Shape
 from slipstick.clutch.fastmath import compiled
 
 
@@ -14,6 +15,7 @@ EFFECT = Effect(
     name="clearance_drift",
     title="Clearance drift",
     quantity="clearance",
+    depends_on="run order",
     law="clearance + wear run / 100",
     coefficients=(
         Coefficient("wear", "m", 0.0, -0.4, 0.4, "increase of the clearance over 100 engagements", 0.02,
@@ -22,5 +24,6 @@ EFFECT = Effect(
     source="Archard, J. Appl. Phys. 24(8), 1953: wear proportional to sliding distance, here to the number of runs",
     signature="contact comes later with increasing run order, by the same amount at every pressure",
     formula=_formula,
+    shape=Shape("rises"),
     uses_run_order=True,
 )

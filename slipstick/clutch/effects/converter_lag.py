@@ -19,6 +19,7 @@ EFFECT = Effect(
     name="converter_lag",
     title="Torque converter lag",
     quantity="converter torque",
+    depends_on="lag",
     law="T, T' = (converter torque - T) / lag, T(0) = converter torque at t = 0",
     coefficients=(
         Coefficient("lag", "s", 0.0, 0.0, 6.0, "time constant of the torque", 1.0, scale={"time": 1}),

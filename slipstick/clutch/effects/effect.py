@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slipstick.bench.scales import SCALES, Scales
+from slipstick.clutch.effects.shape import Shape
 from slipstick.errors import InvalidValue, UnknownName
 
 MAX_COEFFICIENTS = 4
@@ -35,6 +36,37 @@ SENSORS = {
     "output torque sensor": "N m",
 }
 """Sensors that an effect can change, with units. The effect acts on the signal after integration."""
+
+SCALAR_DEPENDENCES = {
+    "motor speed": "rad/s",
+    "input speed": "rad/s",
+    "output speed": "rad/s",
+    "slip": "rad/s",
+    "pressure": "bar",
+    "current": "A",
+    "time": "s",
+    "run order": "1",
+    "heat": "kJ",
+    "time in contact": "s",
+    "piston position": "m",
+    "piston rate": "m/s",
+}
+"""What a quantity can depend on as a law over one number, with units (`slipstick.clutch.laws` defines each)."""
+
+DEPENDENCES = {
+    **SCALAR_DEPENDENCES,
+    "past current": "A",
+    "direction": "1",
+    "twist": "rad",
+    "lag": "s",
+    "offset": "unit of the quantity",
+    "gain": "1",
+}
+"""What a quantity can depend on, with units; the other ones are no law over one number.
+
+On its `lag` if it follows what it should be with a delay; an `offset` and a `gain` are changes by a constant and in
+proportion. `direction` is that of the piston, `twist` that of the shafts.
+"""
 
 BLOCKS = {
     "pressure": ("valve current", "line pressure", "pressure sensor"),
@@ -89,6 +121,14 @@ Formula = Callable[[float, Signals, tuple[float, ...]], float]
 SensorFormula = Callable[[np.ndarray, np.ndarray, tuple[np.ndarray, ...]], np.ndarray]
 
 
+def check_pair(quantity: str, depends_on: str, of: str = "") -> None:
+    """Raise `UnknownName` for an unknown quantity or dependence; the message says what it is `of`."""
+    for kind, name, known in (("quantity", quantity, [*QUANTITIES, *SENSORS]),
+                              ("dependence", depends_on, [*DEPENDENCES])):
+        if name not in known:
+            raise UnknownName.of(f"{kind}{of}", name, known)
+
+
 @dataclass(frozen=True)
 class Coefficient:
     """A coefficient of an effect, bounded by `lower` and `upper` in a study.
@@ -140,17 +180,25 @@ class Effect:
     it is a `SensorFormula(values, times, coefficients)` of a whole signal (..., k) at sample times (k,) in s.
 
     `title`, `law`, `signature` and `source` appear in reports: the name in words, the formula, the visible consequence
-    on a test bench, and the literature. An effect with fast dynamics gives its `time_constant(*coefficients)` in s,
+    on a test bench, and the literature.
+
+    A study measures a law, without the formula. It finds the effect by what the quantity `depends_on`, and for one of
+    the `SCALAR_DEPENDENCES` by the `shape` of the change over it. `also` lists further pairs (quantity, depends on)
+    under which a study may find the same effect, with the same shape.
+
+    An effect with fast dynamics gives its `time_constant(*coefficients)` in s,
     which maps arrays (m,) to one array (m,) and is infinite where the effect is neutral; steps stay below a third of
     it. `uses_run_order` is set where the formula reads `signals.run`. `forms` lists the admissible values of the shape
     coefficients if they are discrete. Effects that are not `listed` are no part of the named catalogue (open_terms.py).
 
-    Raises `UnknownName` for an unknown quantity or scale, `InvalidValue` for an invalid number of coefficients.
+    Raises `UnknownName` for an unknown quantity, dependence or scale, `InvalidValue` for an invalid number of
+    coefficients, or a shape over what is not scalar.
     """
 
     name: str
     title: str
     quantity: str
+    depends_on: str
     law: str
     coefficients: tuple[Coefficient, ...]
     source: str
@@ -160,13 +208,17 @@ class Effect:
     time_constant: Callable[..., np.ndarray] | None = None
     uses_run_order: bool = False
     forms: tuple[tuple[float, ...], ...] = ()
+    shape: Shape | None = None
+    also: tuple[tuple[str, str], ...] = ()
     listed: bool = True
 
     def __post_init__(self) -> None:
         """Reject here what would fail later without the name of the effect."""
-        quantities = [*QUANTITIES, *SENSORS]
-        if self.quantity not in quantities:
-            raise UnknownName.of(f"quantity (of the effect {self.name})", self.quantity, quantities)
+        for pair in self.pairs:
+            check_pair(*pair, of=f" (of the effect {self.name})")
+        if self.shape and self.depends_on not in SCALAR_DEPENDENCES:
+            raise InvalidValue(f"The effect {self.name} has a shape, but its law over the {self.depends_on} is not "
+                               "a law over one number", "Leave out the shape, or change `depends_on`")
         if not 1 <= len(self.coefficients) <= MAX_COEFFICIENTS:
             raise InvalidValue(f"The effect {self.name} has {len(self.coefficients)} coefficients",
                                f"Give 1 to {MAX_COEFFICIENTS} coefficients: the compiled loops support no more")
@@ -187,6 +239,11 @@ class Effect:
                                    f"{c.neutral:g} {c.unit} and the typical value {c.typical:g} {c.unit}",
                                    f"Put both within its bounds, {c.lower:g} and {c.upper:g} {c.unit}")
         return replace(self, coefficients=coefficients)
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Pairs (quantity, depends on) under which a study may find the effect, its own first."""
+        return (self.quantity, self.depends_on), *self.also
 
     @property
     def unit(self) -> str:

@@ -1,6 +1,7 @@
 """Entrained air: at low pressure part of the oil flow compresses air bubbles, and the piston lags behind."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.effects.shape import Shape
 from slipstick.clutch.fastmath import compiled
 
 
@@ -14,6 +15,7 @@ EFFECT = Effect(
     name="entrained_air",
     title="Entrained air",
     quantity="clearance",
+    depends_on="pressure",
     law="clearance + stroke p / (1 bar + p), p = max(0, pressure)",
     coefficients=(
         Coefficient("stroke", "m", 0.0, -0.5, 0.5, "air volume at zero pressure, as a piston stroke", 0.05,
@@ -22,4 +24,6 @@ EFFECT = Effect(
     source="Merritt, Hydraulic Control Systems, chapter on fluid properties: isothermal compression of entrained air",
     signature="contact comes later, most where the pressure is high when the plates meet",
     formula=_formula,
+    shape=Shape("rises", "concave"),
+    also=(("piston rate", "pressure"),),
 )

@@ -1,6 +1,7 @@
 """Load friction decreasing with speed: brake and seals resist more at rest than in motion."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.effects.shape import Shape
 from slipstick.clutch.fastmath import compiled, exp
 
 
@@ -14,6 +15,7 @@ EFFECT = Effect(
     name="falling_load_friction",
     title="Load friction decreasing with speed",
     quantity="load torque",
+    depends_on="output speed",
     law="load torque + (excess + share load torque) exp(-|omega| / decay_speed)",
     coefficients=(
         Coefficient("excess", "N m", 0.0, -0.028, 0.056, "seals: friction torque at rest above that at speed", 0.01,
@@ -25,4 +27,5 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994: Stribeck friction",
     signature="the load starts to move later, and then accelerates faster than the model predicts",
     formula=_formula,
+    shape=Shape("falls", "convex"),
 )

@@ -48,6 +48,7 @@ def _effect(quantity: str, typical: float, scale: str | None) -> Effect:
         name=f"open_{quantity.replace(' ', '_')}",
         title=f"Unlisted term in the {quantity}",
         quantity=quantity,
+        depends_on="time",  # or another of SIGNALS, which the coefficient `signal` chooses
         law=f"{quantity} (1 + share x^power)" if scaled else f"{quantity} + size x^power",
         coefficients=(
             Coefficient("share" if scaled else "size", "1" if scaled else QUANTITIES[quantity], 0.0, -10 * typical,

@@ -1,6 +1,7 @@
 """Quadratic load drag: windage of the flywheel and brake on the load shaft."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.effects.shape import Shape
 from slipstick.clutch.fastmath import compiled
 
 
@@ -14,6 +15,7 @@ EFFECT = Effect(
     name="quadratic_load_drag",
     title="Quadratic load drag",
     quantity="load torque",
+    depends_on="output speed",
     law="load torque + drag omega |omega|",
     coefficients=(
         Coefficient("drag", "N m s^2", 0.0, -0.13, 0.27, "drag torque at a load speed of 1 rad/s", 0.08,
@@ -22,4 +24,5 @@ EFFECT = Effect(
     source="White, Fluid Mechanics, chapter on flow past immersed bodies",
     signature="the load shaft accelerates less at higher speed; shifting times are longer at high motor speed",
     formula=_formula,
+    shape=Shape("rises", "convex"),
 )

@@ -17,6 +17,7 @@ EFFECT = Effect(
     name="seal_friction",
     title="Seal friction of the piston",
     quantity="piston rate",
+    depends_on="direction",
     law="rate - drag rate / sqrt(rate^2 + drag^2)",
     coefficients=(
         Coefficient("drag", "m/s", 0.0, 0.0, 0.18, "rate lost to the seals, except at small rates", 0.045,

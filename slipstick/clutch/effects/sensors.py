@@ -30,6 +30,7 @@ def _effect(sensor: str, fault: str, law: str, coefficient: Coefficient, signatu
         name=f"{sensor} {fault}".replace(" ", "_"),
         title=f"{_TITLES[fault]} of the {sensor}",
         quantity=sensor,
+        depends_on=fault,
         law=law,
         coefficients=(coefficient,),
         source="Fraden, Handbook of Modern Sensors, chapter on sensor characteristics",

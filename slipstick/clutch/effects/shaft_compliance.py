@@ -34,6 +34,7 @@ EFFECT = Effect(
     name="shaft_compliance",
     title="Shaft compliance",
     quantity="stick torque",
+    depends_on="twist",
     law="(twist + damping twist') / compliance, twist' = plate slip; twist = compliance * torque in the slip state",
     coefficients=(
         Coefficient("compliance", "rad/(N m)", 0.0, 0.0, 4.5, "twist per torque, referred to the input side", 0.45,

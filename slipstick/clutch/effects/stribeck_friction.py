@@ -1,6 +1,7 @@
 """Slip-speed-dependent friction: boundary friction exceeds dynamic friction at low slip speed."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.effects.shape import Shape
 from slipstick.clutch.fastmath import compiled, exp
 
 
@@ -14,6 +15,7 @@ EFFECT = Effect(
     name="stribeck_friction",
     title="Slip-speed-dependent friction",
     quantity="friction coefficient",
+    depends_on="slip",
     law="alpha (1 + strength exp(-|plate slip| / decay_speed))",
     coefficients=(
         Coefficient("strength", "1", 0.0, -0.3, 1.0, "relative increase of alpha at zero slip", 0.15),
@@ -23,4 +25,5 @@ EFFECT = Effect(
     source="Bo and Pavelescu, Wear 82(3), 1982: exponential law of friction against speed, here with exponent 1",
     signature="torque over pressure rises towards lock-up, with a hook at the end of the slip phase",
     formula=_formula,
+    shape=Shape("either", near_zero=True),
 )

@@ -1,6 +1,7 @@
 """Thermal fade: friction decreases as the lining absorbs the heat of the engagement."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Memory, Signals
+from slipstick.clutch.effects.shape import Shape
 from slipstick.clutch.fastmath import compiled
 
 
@@ -19,6 +20,7 @@ EFFECT = Effect(
     name="thermal_fade",
     title="Thermal fade",
     quantity="friction coefficient",
+    depends_on="heat",
     law="alpha / (1 + fade E), E' = friction power, E(0) = 0",
     coefficients=(
         Coefficient("fade", "1/kJ", 0.0, -0.54, 2.7, "relative friction loss caused by the first kJ of heat", 0.27,
@@ -27,5 +29,6 @@ EFFECT = Effect(
     source="Ingram, Reddyhoff and Spikes, Tribology Letters 41, 2011: thermal behaviour of a slipping wet clutch",
     signature="torque over pressure falls during an engagement, most at high speed and large load inertia",
     formula=_formula,
+    shape=Shape("falls"),
     memory=Memory(_heat),
 )

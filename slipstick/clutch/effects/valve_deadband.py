@@ -1,6 +1,7 @@
 """Valve deadband: near its centre the spool moves without changing the opening."""
 
 from slipstick.clutch.effects.effect import Coefficient, Effect, Signals
+from slipstick.clutch.effects.shape import Shape
 from slipstick.clutch.fastmath import compiled
 
 
@@ -15,6 +16,7 @@ EFFECT = Effect(
     name="valve_deadband",
     title="Valve deadband",
     quantity="valve current",
+    depends_on="current",
     law="u - width x / (|x| + rounding), x = u - centre",
     coefficients=(
         Coefficient("width", "A", 0.0, 0.0, 0.12, "half-width of the band, and current shift beyond it", 0.012,
@@ -26,4 +28,5 @@ EFFECT = Effect(
     source="Merritt, Hydraulic Control Systems, chapter on spool valves: overlap, here with rounded corners",
     signature="near the centre the pressure hardly responds to the current; on either side it is offset",
     formula=_formula,
+    shape=Shape("falls"),
 )

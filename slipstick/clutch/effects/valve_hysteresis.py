@@ -16,6 +16,7 @@ EFFECT = Effect(
     name="valve_hysteresis",
     title="Valve hysteresis",
     quantity="valve current",
+    depends_on="past current",
     law="y, the play operator applied to u: y is constant while |y - u| < width",
     coefficients=(
         Coefficient("width", "A", 0.0, 0.0, 0.075, "half the gap between the rising and the falling branch", 0.012,
