@@ -1,0 +1,52 @@
+"""Answers to sealed recordings, one row a finding, appended to blind_answers.csv.
+
+    python -m benchmarks.blind_answers FILE...
+
+A file is called BENCH-NUMBER.h5, BENCH being the name of a shipped bench. A tree with changes is refused, so that the
+commit of a row is the code that gave it. Every run stays in the table.
+"""
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+from benchmarks.benches import BENCHES
+from slipstick.naming.answer import answer
+from slipstick.naming.settings import NamingSettings
+from slipstick.naming.study import name
+from slipstick.recordings import Recordings
+
+TABLE = Path(__file__).with_name("blind_answers.csv")
+HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence", "others",
+          "seconds")
+
+
+def main(files: list[Path]) -> None:
+    """Answer all files with the default settings."""
+    if subprocess.run(["git", "status", "--porcelain"], capture_output=True, text=True, check=True).stdout:
+        raise SystemExit("The tree has changes: commit them first, so that the rows name the code that gave them")
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True).stdout.strip()
+    earlier = list(csv.DictReader(TABLE.open())) if TABLE.exists() else []
+    run = 1 + max((int(row["run"]) for row in earlier), default=0)
+    settings = NamingSettings()
+    rows: list[list[object]] = []
+    for file in files:
+        found = name(BENCHES[file.stem.split("-")[0]], Recordings.open(file), settings)
+        start = [run, commit, settings.digest[:12], file.stem]
+        seconds = round(found.seconds, 1)
+        for finding in found.findings:
+            its = answer(finding)
+            rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, "", "+".join(its.others), seconds])
+        if not found.findings:
+            rows.append([*start, "none", "", "", "", "", "", "", seconds])
+        print(*rows[-max(1, len(found.findings)):], sep="\n", flush=True)
+    with TABLE.open("a", newline="") as table:
+        writer = csv.writer(table)
+        if not earlier:
+            writer.writerow(HEADER)
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main([Path(one) for one in sys.argv[1:]])

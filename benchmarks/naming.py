@@ -1,0 +1,139 @@
+"""What is named in recordings of the hidden benches: answers beside the truth, and how often they are right.
+
+    python -m benchmarks.naming development|final
+
+Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
+naming_cases.csv has the cases of the final list, naming.csv the rates with 95 % bounds.
+"""
+
+import json
+import sys
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from numba import set_num_threads
+from scipy.stats import beta
+
+from benchmarks.benches import BENCHES
+from benchmarks.results import write
+from slipstick.naming.study import name
+from slipstick.recordings import Recordings
+from tests.validation.hidden import cases, files
+from tests.validation.hidden.truths import truth
+
+FOLDER = Path("var")
+SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
+        ("friction coefficient", "lag"): ("contact pressure", "lag")}
+"""Pairs that are the same effect of the catalogue: air in the oil, and the lag of friction behind the pressure."""
+BLOCK = {"line pressure": "valve", "valve current": "valve", "valve delay": "valve", "pressure sensor": "valve",
+         "load torque": "load", "output speed sensor": "load", "input torque": "input", "converter torque": "input",
+         "input speed sensor": "input", "stick torque": "lock"}
+"""Block of a quantity; all others act in the clutch."""
+
+
+def one(job: tuple[str, str]) -> dict[str, Any]:
+    """Answer a case: hidden pairs, and the findings with their rivals."""
+    which, identity = job
+    set_num_threads(1)
+    case = cases.LISTS[which][identity]
+    file = FOLDER / "naming" / which / f"{identity}.h5"
+    if not file.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        files.write(file.with_suffix(".part"), case)
+        file.with_suffix(".part").rename(file)
+    known = truth(case, relative=1e-6)
+    entry = {"case": identity, "bench": known["bench"], "bad": len(known["bad_runs"]),
+             "hidden": [{key: its[key] for key in ("name", "pair", "listed", "strength", "typical", "limit")}
+                        for its in known["hidden"]]}
+    try:
+        found = name(BENCHES[known["bench"]], Recordings.open(file))
+    except Exception as error:  # noqa: BLE001 - a case that raises is a result: it is wrong
+        return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": []}
+    return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
+                                  "rivals": [rival.pair for rival in its.rivals]} for its in found.findings],
+                    "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square}
+
+
+def same(pair: Iterable[str]) -> tuple[str, ...]:
+    """The pair under which it is compared."""
+    its = tuple(pair)
+    return SAME.get(its, its)  # type: ignore[call-overload, no-any-return]
+
+
+def judged(entry: dict[str, Any]) -> dict[str, Any]:
+    """Whether an answer is right: `found` of the hidden pairs, named `alone`, wrong names, and wrong names alone."""
+    hidden = {same(its["pair"]) for its in entry["hidden"]}
+    named = [(same(its["pair"]), {same(pair) for pair in its["rivals"]}) for its in entry["findings"]]
+    found = {pair for pair in hidden if any(pair == first or pair in tied for first, tied in named)}
+    return {"found": len(found), "alone": sum(any(pair == first and not tied for first, tied in named) for pair in hidden),
+            "wrong": sum(not ({first} | tied) & hidden for first, tied in named),
+            "wrong_alone": sum(not tied and first not in hidden for first, tied in named),
+            "block": any(BLOCK.get(first[0], "clutch") == BLOCK.get(pair[0], "clutch") for first, _ in named for pair in hidden)}
+
+
+def multiple(its: dict[str, Any]) -> float:
+    """Strength of a hidden effect in units of its rough limit of visibility; 0 where that is unknown."""
+    return float(its["strength"] / its["limit"]) if its["limit"] else 0.0
+
+
+def rate(label: str, values: list[bool]) -> list[object]:
+    """A row: how many of how many, the rate, and its 95 % bounds (Clopper and Pearson)."""
+    hits, n = sum(values), len(values)
+    low = float(beta.ppf(0.025, hits, n - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(0.975, hits + 1, n - hits)) if hits < n else 1.0
+    return [label, hits, n, round(hits / n, 3) if n else "", round(low, 3), round(high, 3)]
+
+
+def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
+    """The rates of STUDY's table, as far as naming goes."""
+    verdicts = [(entry, judged(entry)) for entry in entries]
+    nulls = [(e, v) for e, v in verdicts if not e["hidden"]]
+    single = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and e["hidden"][0]["listed"]]
+    outside = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and not e["hidden"][0]["listed"]]
+    both = [(e, v) for e, v in verdicts if len(e["hidden"]) == 2]
+    rows = [rate("nulls called anything", [bool(e["findings"]) for e, _ in nulls])]
+    for low, high in ((0, 1), (1, 3), (3, 10), (10, 1e9)):
+        some = [(e, v) for e, v in single if low <= multiple(e["hidden"][0]) < high]
+        bounds = f"{low:g} to {high:g}" if high < 1e9 else f"from {low:g}"
+        rows.append(rate(f"listed, {bounds} limits: found, alone or in a tie", [v["found"] == 1 for _, v in some]))
+        rows.append(rate(f"listed, {bounds} limits: named alone", [v["alone"] == 1 for _, v in some]))
+        rows.append(rate(f"listed, {bounds} limits: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]))
+        rows.append(rate(f"listed, {bounds} limits: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some]))
+    strong = [(e, v) for e, v in outside if multiple(e["hidden"][0]) >= 3]
+    rows += [rate("unlisted, from 3 limits: right block", [v["block"] for _, v in strong]),
+             rate("unlisted, from 3 limits: right pair", [v["found"] == 1 for _, v in strong]),
+             rate("unlisted, from 3 limits: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in strong])]
+    strong = [(e, v) for e, v in both if min(map(multiple, e["hidden"])) >= 3]
+    rows.append(rate("two effects, both from 3 limits: both found", [v["found"] == 2 for _, v in strong]))
+    rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
+    return rows
+
+
+def main(which: str) -> None:
+    """Answer all cases of a list that have no answer yet, and write the tables."""
+    lines = FOLDER / f"naming-{which}.jsonl"
+    lines.parent.mkdir(exist_ok=True)
+    done = {entry["case"]: entry for entry in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
+    left = [(which, identity) for identity in cases.LISTS[which] if identity not in done]
+    with ProcessPoolExecutor(2) as pool, lines.open("a") as file:
+        for entry in pool.map(one, left):
+            done[entry["case"]] = entry
+            file.write(json.dumps(entry) + "\n")
+            file.flush()
+            print(entry["case"], [its["pair"] for its in entry["hidden"]], "->", [its["pair"] for its in entry["findings"]],
+                  round(entry["seconds"]), entry["error"], flush=True)
+    entries = [done[identity] for identity in cases.LISTS[which] if identity in done]
+    made_by = f"python -m benchmarks.naming {which}"
+    write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries), made_by)
+    rows = [[e["case"], e["bench"], "+".join(" ~ ".join(its["pair"]) for its in e["hidden"]),
+             "+".join(f"{multiple(its):.2g}" for its in e["hidden"]), "+".join(" ~ ".join(its["pair"]) for its in e["findings"]),
+             "+".join(str(len(its["rivals"])) for its in e["findings"]), "+".join(f"{its['nats']:.0f}" for its in e["findings"]),
+             len(e["aside"]), e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
+    write(f"naming_{which}_cases", ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "set_aside", "bad_runs",
+                                    "seconds", "error"), rows, made_by)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

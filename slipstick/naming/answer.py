@@ -1,0 +1,36 @@
+"""The words of an answer: what a finding is called, from the catalogue of effects."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from slipstick.clutch.effects import CATALOGUE
+from slipstick.naming.block import Pair
+from slipstick.naming.selection import Finding
+
+MOST_TIED = 3
+"""Names in a tie at most: more tell nobody anything, and the answer is then the pair."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a finding is called: an `effect` of the catalogue, a tie of it with `others`, or no effect (unlisted)."""
+
+    kind: Literal["effect", "tie", "unlisted"]
+    pair: Pair
+    effect: str
+    others: tuple[str, ...]
+
+
+def names(pair: Pair) -> tuple[str, ...]:
+    """The effects of the catalogue that change this quantity in dependence on this: none where it has none."""
+    return tuple(effect.name for effect in CATALOGUE if effect.listed and pair in effect.pairs)
+
+
+def answer(finding: Finding) -> Answer:
+    """The words for a finding. Pairs without a name count in a tie by the pair itself."""
+    own = names(finding.pair)
+    others = [*own[1:], *(name for rival in finding.rivals for name in names(rival.pair) or (" ~ ".join(rival.pair),))]
+    others = [name for name in dict.fromkeys(others) if name not in own[:1]][:MOST_TIED - 1]
+    if not own:
+        return Answer("tie" if others else "unlisted", finding.pair, "", tuple(others))
+    return Answer("tie" if others else "effect", finding.pair, own[0], tuple(others))
