@@ -71,11 +71,11 @@ def test_the_valve_delays_a_ramp() -> None:
 
 @pytest.mark.parametrize("strided", [False, True])
 def test_play_follows_what_leaves_its_band(strided: bool) -> None:
-    values = np.cumsum(np.random.default_rng(5).normal(size=(3, 200)), axis=1)
+    values = np.cumsum(np.random.default_rng(5).normal(size=(3, 2, 200)), axis=2)
     if strided:
         values = np.asfortranarray(values)
     found = play(values, 1.5)
-    for row, its in zip(values, found, strict=True):
+    for row, its in zip(values.reshape(6, 200), found.reshape(6, 200), strict=True):
         held = row[0]
         for value, now in zip(row, its, strict=True):
             if value > held + 1.5:
@@ -84,7 +84,7 @@ def test_play_follows_what_leaves_its_band(strided: bool) -> None:
                 held = value + 1.5
             assert now == pytest.approx(held, abs=1e-12)
     np.testing.assert_array_equal(play(values, 0.0), values)
-    assert np.ptp(play(values, 1e3)) == np.ptp(values[:, 0])
+    assert np.ptp(play(values, 1e3)) == np.ptp(values[:, :, 0])
 
 
 def test_the_walk_is_that_of_the_dense_smoother_away_from_the_ends() -> None:

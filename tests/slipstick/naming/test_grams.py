@@ -102,6 +102,20 @@ def test_variances_maximise_the_dense_restricted_likelihood(seed: int) -> None:
     np.testing.assert_allclose(found.variance, np.exp(best.x), rtol=0.01, atol=2e-3)
 
 
+def test_a_step_is_that_of_zhou_and_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.naming.grams._ITERATIONS", 1)
+    some = problem(6)
+    design, seen, covariance = some.dense(VARIANCE)
+    inverse = np.linalg.inv(covariance)
+    projected = inverse - inverse @ design @ np.linalg.solve(design.T @ inverse @ design, design.T @ inverse)
+    expected = VARIANCE.copy()
+    for k in range(Q):
+        own = np.concatenate([block_diag(*some.random[:, :, k:k + 1]), np.zeros((Q + P, 12))])
+        factor = ((own.T @ projected @ seen) ** 2).sum() / np.trace(own.T @ projected @ own)
+        expected[k] *= np.sqrt(factor)
+    np.testing.assert_allclose(estimate(some.gram(), VARIANCE).variance, expected, rtol=1e-9)
+
+
 def test_a_step_never_lowers_the_restricted_likelihood(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("slipstick.naming.grams._ITERATIONS", 1)
     for seed, begin in enumerate((1e-4, 3.0, 50.0)):
