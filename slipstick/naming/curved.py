@@ -40,7 +40,7 @@ _LONGEST = 0.25
 """Longest step of a parameter of an engagement, relative to nominal: the linear model does not hold further away."""
 
 _LOWEST, _HIGHEST = -0.9, 2.0
-"""Bounds of the parameters of an engagement, as changes relative to nominal: none may change its sign."""
+"""Bounds of the parameters of an engagement, relative to nominal: none changes its sign, or is more than tripled."""
 
 _FIRST_SCATTER, _OTHER_SCATTER = 0.01, 0.03
 """Standard deviations to begin with: that of the first parameter, which scales the output, is known best."""

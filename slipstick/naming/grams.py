@@ -19,10 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 _ITERATIONS = 60
-"""Most steps: each is cheap, and the first few gain almost everything."""
+"""Most steps: a variance on its way to zero would take any number, for likelihood that nothing depends on."""
 
 _SETTLED = 1e-2
-"""Relative change of every variance that matters below which the steps end, far within the error of any variance."""
+"""Relative change of every variance that matters below which the steps end: the restricted likelihood was then within
+0.02 nats of its maximum on eight random problems, although a small variance may still be off by a third."""
 
 _MATTERS = 1e-3
 """Least nats that a variance is worth for its change to matter: one on its way to zero never settles."""
