@@ -3,10 +3,12 @@
 A block predicts its output from measured inputs. The residual y contains the sensor noise v of the output and, where
 the block integrates a noisy input, the integrated noise x of that input:
 
-    y_t = x_t + v_t,   x_{t+1} = decay_t x_t + onto_t u_t,   v and u first-order autoregressive
+    y_t = x_t + v_t,   x_{t+1} = decay_t x_t + onto_t u_t,   x_0 = 0,   v and u stationary, first-order autoregressive
 
 The innovations of the Kalman filter of this system, divided by their standard deviations, are independent with unit
-variance; the filter is linear, so that it is applied to residuals and to the columns of a linear model alike.
+variance: products of whitened columns are products under the inverse covariance of y (Durbin and Koopman, Time Series
+Analysis by State Space Methods, section 4.3). The filter is linear, so that it is applied to residuals and to the
+columns of a linear model alike.
 """
 
 from dataclasses import dataclass
@@ -17,9 +19,11 @@ from numba import njit
 
 @dataclass(frozen=True, eq=False)
 class BlockNoise:
-    """Sensor noise of the output, `std` and `correlation` from sample to sample, and the noise of the integrated input.
+    """Sensor noise of the output: `std` in its unit, and `correlation` from sample to sample.
 
-    `input_std` and `input_correlation` are those of the input; `decay` and `onto` (n, k - 1) propagate it.
+    Where the block integrates an input, `input_std` and `input_correlation` are those of the input's sensor. `decay`
+    and `onto` (n, k - 1) propagate its noise over each step: `decay` has no unit, `onto` is that of the output over
+    that of the input. Without `decay` and `onto` nothing is integrated.
     """
 
     std: float
@@ -31,21 +35,25 @@ class BlockNoise:
 
 
 def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:
-    """Columns (n, p, k) after the filter: normalised innovations, 0 at samples that are not `counted` (n, k)."""
+    """Columns (n, p, k) after the filter, without unit: 0 at samples that are not `counted` (n, k).
+
+    Samples that are not counted are missing, not zero: the noise goes on over them.
+    """
     n, p, k = columns.shape
-    still = np.zeros((1, k - 1))
-    decay = still if noise.decay is None else noise.decay
-    onto = still if noise.onto is None else noise.onto
     out = np.zeros((n, p, k))
-    _filter(np.ascontiguousarray(columns), counted, noise.std, noise.correlation, noise.input_std,
-            noise.input_correlation, decay, onto, out)
+    driven = noise.decay is not None and noise.onto is not None
+    still = np.zeros((n, 0))  # not read
+    # Contiguous copies, so that the filter is compiled for one memory layout.
+    decay, onto = (np.ascontiguousarray(one) if driven else still for one in (noise.decay, noise.onto))
+    _filter(np.ascontiguousarray(columns), np.ascontiguousarray(counted), noise.std, noise.correlation,
+            noise.input_std, noise.input_correlation, driven, decay, onto, out)
     return out
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _filter(columns, counted, std, rho, input_std, input_rho, decay, onto, out):  # type: ignore[no-untyped-def]
+def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, onto, out):  # type: ignore[no-untyped-def]
     n, p, k = columns.shape
-    driven = decay.shape[0] == n
+    # Variances of what is new in v and u at each sample.
     fresh, input_fresh = std * std * (1 - rho * rho), input_std * input_std * (1 - input_rho * input_rho)
     x, u, v = np.zeros(p), np.zeros(p), np.zeros(p)
     for i in range(n):
@@ -53,6 +61,7 @@ def _filter(columns, counted, std, rho, input_std, input_rho, decay, onto, out):
         pxx, pxu, pxv, puu, puv, pvv = 0.0, 0.0, 0.0, input_std * input_std, 0.0, std * std
         for t in range(k):
             if counted[i, t]:
+                # Covariances of the states with the sample, its variance, and the gains.
                 cx, cu, cv = pxx + pxv, pxu + puv, pxv + pvv
                 variance = cx + cv
                 gx, gu, gv, scale = cx / variance, cu / variance, cv / variance, 1 / np.sqrt(variance)
@@ -76,9 +85,10 @@ def _filter(columns, counted, std, rho, input_std, input_rho, decay, onto, out):
                     x[j] = a * x[j] + b * u[j]
                     u[j] *= input_rho
                     v[j] *= rho
-                pxx, pxu, pxv = a * (a * pxx + b * pxu) + b * (a * pxu + b * puu), input_rho * (a * pxu + b * puu), \
-                    rho * (a * pxv + b * puv)
-                puu, puv, pvv = input_rho * input_rho * puu + input_fresh, input_rho * rho * puv, rho * rho * pvv + fresh
+                onward = a * pxu + b * puu
+                pxx, pxu, pxv = a * (a * pxx + b * pxu) + b * onward, input_rho * onward, rho * (a * pxv + b * puv)
+                puu, puv = input_rho * input_rho * puu + input_fresh, input_rho * rho * puv
+                pvv = rho * rho * pvv + fresh
             else:
                 for j in range(p):
                     v[j] *= rho

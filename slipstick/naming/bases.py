@@ -5,42 +5,66 @@ import numpy as np
 from slipstick.clutch.lag import lagged_signal
 
 KNOTS = 5
+"""Knots of a law over what is constant in a run, or of which an engagement shows little: more would fit the scatter."""
+
 FINE = 9
+"""Knots of a law over what runs through its range in each engagement, so that many samples determine each of them."""
+
+_OUTERMOST = 0.001
+"""Share of the values beyond the outermost knots, so that a few odd samples do not place them."""
+
+_NARROWEST = 1e-9
+"""Least distance from the first knot to the last, so that a quantity that is constant has distinct knots."""
+
+_LAGS = np.array([0.1, 0.3, 1.0, 3.0])
+"""Lags of a sensor, relative to the time scale of the block: their combinations come close to any lag between."""
 
 
 def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Hat functions (n, m, ...) of x (n, ...) at m knots, constant outside."""
+    """Hat functions (n, m, ...) of x (n, ...) at m increasing knots, in the unit of x, and constant beyond them.
+
+    Each is 1 at its own knot and 0 at the others; together they are 1 everywhere.
+    """
     return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
 def from_zero(x: np.ndarray, seen: np.ndarray, count: int = FINE) -> np.ndarray:
-    """Knots (m,) for a quantity with a natural zero, closer near it, over the values x where `seen`."""
-    top = float(np.quantile(x[seen], 0.999)) if seen.any() else 1.0
-    return max(top, 1e-9) * np.linspace(0, 1, count) ** 2
+    """Knots (count,) for a quantity with a natural zero, closer near it, over values x where `seen`, both (n, k)."""
+    top = float(np.quantile(x[seen], 1 - _OUTERMOST)) if seen.any() else 1.0
+    return np.asarray(max(top, _NARROWEST) * np.linspace(0, 1, count) ** 2)
 
 
 def evenly(x: np.ndarray, seen: np.ndarray, count: int = FINE) -> np.ndarray:
-    """Knots (m,) evenly over the values x where `seen`."""
-    low, high = (np.quantile(x[seen], [0.001, 0.999])) if seen.any() else (0.0, 1.0)
-    return np.linspace(low, max(high, low + 1e-9), count)
+    """Knots (count,) at equal distances over the values x where `seen`, both (n, k)."""
+    low, high = np.quantile(x[seen], [_OUTERMOST, 1 - _OUTERMOST]) if seen.any() else (0.0, 1.0)
+    return np.linspace(low, max(high, low + _NARROWEST), count)
 
 
 def between(values: np.ndarray) -> np.ndarray:
-    """Basis (n, m) over a quantity that is constant in a run, (n,): levels where there are few; each has mean 0."""
+    """Basis (n, m) over a quantity that is constant in a run, (n,): levels where there are few, hats otherwise.
+
+    Each column has mean 0 over the runs, and the first level has none: what all runs have in common belongs to the
+    parameters of the block. Where all runs have the same value there is no column.
+    """
     levels = np.unique(values)
     knots = levels if len(levels) <= KNOTS else np.unique(np.quantile(values, np.linspace(0, 1, KNOTS - 1)))
-    if len(knots) < 2:
-        return np.zeros((len(values), 0))
     basis = hats(values, knots)[:, 1:]
-    return basis - basis.mean(axis=0)
+    return np.asarray(basis - basis.mean(axis=0))
 
 
-def sensor_basis(on, signal, time, scale):
+def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
+    """Errors (n, m, k) of a sensor of `signal` (n, k) at `time` (k,) in s: its "offset", "gain" or "lag".
+
+    An offset is in the unit of the signal. A gain is a share of the signal, and one that grows with the signal up
+    to its largest value. Lags are those of first-order sensors, at multiples of `scale` in s.
+    """
     if on == "offset":
         return np.ones_like(signal)[:, None]
     if on == "gain":
         return np.stack([signal, signal * np.abs(signal) / np.abs(signal).max()], axis=1)
-    return np.stack([lagged_signal(signal, time, np.full((1,), lag)) - signal for lag in scale * np.array([0.1, 0.3, 1.0, 3.0])], axis=1)
+    if on == "lag":
+        return np.stack([lagged_signal(signal, time, np.array([lag])) - signal for lag in scale * _LAGS], axis=1)
+    raise KeyError(on)
 
 
 def late(signal: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -1,18 +1,27 @@
-"""Responses of linear systems to columns of forcing, exact for forcing that is linear between samples."""
+"""Responses to sampled columns: of a first-order equation, of the valve, of play; and the smoother of a random walk."""
 
 import numpy as np
 from numba import njit
+
+_SERIES = 1e-6
+"""Product of rate and step below which the weight is taken from its Taylor series, because the closed form cancels."""
+
+_LEAST_RATIO = 1e-9
+"""Least variance of a step of a random walk over that of the white noise: without steps the average has no end."""
 
 
 def first_order(time: np.ndarray, forcing: np.ndarray, rate: np.ndarray, alive: np.ndarray | None = None) -> np.ndarray:
     """x (n, p, k) of x' = forcing - rate x from x(0) = 0, for forcing (n, p, k) and rate (n, k - 1) in 1/s.
 
-    Where `alive` (n, k - 1) is false x keeps its value.
+    `time` (k,) is in s, the forcing in the unit of x per s. Each step is exact for a rate and a forcing that are
+    constant over it, the forcing at the mean of its ends. Where the forcing changes linearly, a step of length h is off
+    by rate h^2 / 12 times that change, to leading order. Where `alive` (n, k - 1) is false x keeps its value.
     """
     steps = np.diff(time)
     y = rate * steps
     decay = np.exp(-y)
-    weight = np.where(np.abs(y) > 1e-6, (1 - decay) / np.where(np.abs(y) > 1e-6, y, 1.0), 1 - y / 2) * steps
+    small = np.abs(y) <= _SERIES
+    weight = np.where(small, 1 - y / 2, (1 - decay) / np.where(small, 1.0, y)) * steps
     if alive is not None:
         decay, weight = np.where(alive, decay, 1.0), weight * alive
     out = np.zeros(forcing.shape)
@@ -33,7 +42,12 @@ def _first_order(forcing, decay, weight, out):  # type: ignore[no-untyped-def]
 def valve_response(step: float, demand: np.ndarray, delay: np.ndarray) -> np.ndarray:
     """Pressure (n, p, k) at steps of `step` s for a demanded pressure (n, p, k) and the delays tau (n,) in s.
 
-    x'' = -6/tau^2 x - 4/tau x' + 6/tau^2 demand - 2/tau demand', at rest at first.
+    The valve delays the demand by tau, in the second-order Pade approximation of eq. 1, from rest at pressure 0:
+
+        x'' = -6/tau^2 x - 4/tau x' + 6/tau^2 demand - 2/tau demand'
+
+    It is exact for a demand that is linear between samples. A first demand other than 0 acts from the
+    start, without the impulse that a jump of the demand would give its derivative.
     """
     out = np.zeros(demand.shape)
     _second_order(np.ascontiguousarray(demand), step / delay, out)
@@ -42,6 +56,7 @@ def valve_response(step: float, demand: np.ndarray, delay: np.ndarray) -> np.nda
 
 @njit(nogil=True, cache=True)
 def _second_order(demand, steps, out):  # type: ignore[no-untyped-def]
+    # Time in units of tau: the poles are -2 +- i sqrt(2), and a ramp of the demand is followed one unit late.
     frequency = np.sqrt(2.0)
     for i in range(out.shape[0]):
         h = steps[i]
@@ -51,6 +66,7 @@ def _second_order(demand, steps, out):  # type: ignore[no-untyped-def]
             for t in range(out.shape[2] - 1):
                 ramp = (demand[i, j, t + 1] - demand[i, j, t]) / h
                 offset = demand[i, j, t] - ramp
+                # Deviation from the ramp's own response: exp(-2 h) (a cos + b sin).
                 a = x - offset
                 b = ((v - ramp) + 2.0 * a) / frequency
                 value = decay * (a * c + b * s)
@@ -60,10 +76,15 @@ def _second_order(demand, steps, out):  # type: ignore[no-untyped-def]
 
 
 def play(values: np.ndarray, width: float) -> np.ndarray:
-    """The play operator of half-width `width` along the last axis, starting where the values start."""
-    out = np.empty_like(values)
-    _play(values.reshape(-1, values.shape[-1]), width, out.reshape(-1, values.shape[-1]))
-    return out
+    """The play operator of half-width `width`, in the unit of `values` (..., k), along their last axis.
+
+    It follows the values when they leave a band of half-width `width` about it, and rests otherwise (Visintin,
+    Differential Models of Hysteresis, chapter III). It starts where the values start.
+    """
+    rows = np.ascontiguousarray(values, float).reshape(-1, values.shape[-1])
+    out = np.empty_like(rows)
+    _play(rows, width, out)
+    return out.reshape(values.shape)
 
 
 @njit(nogil=True, cache=True)
@@ -76,24 +97,31 @@ def _play(values, width, out):  # type: ignore[no-untyped-def]
 
 
 def smoothed_walk(residual: np.ndarray, ratio: np.ndarray) -> np.ndarray:
-    """The random walk in residuals (n, k) of a random walk and white noise, of variances `ratio` (n,) to 1 a step.
+    """The random walk in residuals (n, k) of a random walk and white noise, in their unit.
 
-    The steady smoother is a two-sided exponential average: its error is uncorrelated with the residuals, so that what is
-    computed from it can be compared with them.
+    `ratio` (n,) is the variance of a step of the walk over that of the white noise. The steady Kalman smoother of this
+    system is a two-sided exponential average, with a weight that falls by w per sample, w + 1/w = 2 + ratio. Its error
+    is uncorrelated with the residuals, so that what is computed from the estimated walk can be compared with them. That
+    holds away from the ends: there the average is over the samples that remain, which the smoother weighs otherwise.
     """
-    half = 1 + 0.5 * np.maximum(ratio, 1e-9)
+    half = 1 + 0.5 * np.maximum(ratio, _LEAST_RATIO)
     weight = half - np.sqrt(half**2 - 1)
-    forward, backward = np.empty_like(residual), np.empty_like(residual)
-    _exponential(residual, weight, forward)
-    _exponential(residual[:, ::-1], weight, backward)
-    backward = backward[:, ::-1]
+    forward = _exponential(residual, weight)
+    backward = _exponential(residual[:, ::-1], weight)[:, ::-1]
     w = weight[:, None]
     count = (1 - w ** np.arange(1, residual.shape[1] + 1)) / (1 - w)
     return np.asarray((forward + backward - residual) / (count + count[:, ::-1] - 1))
 
 
+def _exponential(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Sums (n, k) of the values (n, k) so far, each with a weight that falls by `weight` (n,) per sample."""
+    out = np.empty(values.shape)
+    _accumulate(np.ascontiguousarray(values), weight, out)
+    return out
+
+
 @njit(nogil=True, cache=True)
-def _exponential(values, weight, out):  # type: ignore[no-untyped-def]
+def _accumulate(values, weight, out):  # type: ignore[no-untyped-def]
     for i in range(len(values)):
         state = 0.0
         for t in range(values.shape[1]):

@@ -1,0 +1,87 @@
+"""Bases of free laws: what they add up to, where their knots lie, and what they can represent."""
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.lag import lagged_signal
+from slipstick.naming.bases import FINE, KNOTS, between, evenly, from_zero, hats, sensor_basis
+
+
+def test_hats_add_up_to_one_and_interpolate() -> None:
+    knots = np.array([-1.0, 0.0, 0.5, 3.0])
+    x = np.random.default_rng(1).uniform(-4, 6, (5, 7))
+    basis = hats(x, knots)
+    assert basis.shape == (5, 4, 7)
+    np.testing.assert_allclose(basis.sum(axis=1), 1)
+    np.testing.assert_allclose(np.einsum("m,nmk->nk", knots, basis), np.clip(x, -1, 3), atol=1e-12)
+    np.testing.assert_array_equal(hats(knots, knots), np.eye(4))
+    assert hats(x[:, 0], knots).shape == (5, 4)
+
+
+def test_knots_lie_over_what_is_seen_and_a_few_odd_samples_do_not_move_them() -> None:
+    rng = np.random.default_rng(2)
+    x = rng.uniform(2, 10, (40, 200))
+    x.flat[:3] = 1e6
+    seen = np.ones(x.shape, bool)
+    seen[5] = False
+    x[5] = -50
+    for knots, first in ((from_zero(x, seen), 0.0), (evenly(x, seen), 2.0)):
+        assert len(knots) == FINE
+        assert knots[0] == pytest.approx(first, abs=0.05)
+        assert knots[-1] == pytest.approx(10, abs=0.05)
+    np.testing.assert_allclose(np.diff(np.sqrt(from_zero(x, seen, 6))), np.sqrt(from_zero(x, seen)[-1]) / 5)
+    np.testing.assert_allclose(np.diff(evenly(x, seen, 4), 2), 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("place", [from_zero, evenly])
+def test_knots_are_distinct_where_nothing_is_seen_or_changes(place) -> None:  # type: ignore[no-untyped-def]
+    x = np.zeros((2, 5))
+    for seen in (np.zeros(x.shape, bool), np.ones(x.shape, bool)):
+        assert np.all(np.diff(place(x, seen)) > 0)
+
+
+def test_between_has_a_mean_of_zero_and_any_levels() -> None:
+    values = np.array([3.0, 1.0, 1.0, 7.0, 3.0, 1.0])
+    basis = between(values)
+    np.testing.assert_allclose(basis.mean(axis=0), 0, atol=1e-15)
+    wanted = np.array([0.3, -0.1, -0.1, 2.0, 0.3, -0.1])
+    wanted = wanted - wanted.mean()
+    found = np.linalg.lstsq(basis, wanted)[0]
+    assert basis.shape == (6, 2)
+    np.testing.assert_allclose(basis @ found, wanted, atol=1e-12)
+
+
+def test_between_is_linear_over_many_values_and_empty_over_one() -> None:
+    order = np.random.default_rng(3).permutation(60).astype(float)
+    basis = between(order)
+    assert basis.shape == (60, KNOTS - 2)
+    np.testing.assert_allclose(basis.mean(axis=0), 0, atol=1e-15)
+    found = np.linalg.lstsq(basis, order - order.mean())[0]
+    np.testing.assert_allclose(basis @ found, order - order.mean(), atol=1e-9)
+    assert between(np.full(9, 2.5)).shape == (9, 0)
+    assert np.all(np.isfinite(between(np.array([0.0] * 50 + [1, 2, 3, 4, 5, 6, 7]))))
+
+
+def test_a_sensor_has_an_offset_a_gain_and_a_lag() -> None:
+    time = np.linspace(0, 1, 501)
+    signal = np.stack([np.sin(6 * time) * time, np.minimum(1, 4 * time) - 0.5])
+    np.testing.assert_array_equal(sensor_basis("offset", signal, time, 0.02), np.ones((2, 1, 501)))
+    gain = sensor_basis("gain", 3 * signal, time, 0.02)
+    np.testing.assert_allclose(gain[:, 0], 3 * signal)
+    np.testing.assert_allclose(gain[:, 1], 3 * signal * np.abs(signal) / np.abs(signal).max())
+    ramp = sensor_basis("lag", 5 * time[None], time, 0.02)
+    np.testing.assert_allclose(ramp[0, :, -1], -5 * 0.02 * np.array([0.1, 0.3, 1, 3]), rtol=1e-5)
+    with pytest.raises(KeyError):
+        sensor_basis("drift", signal, time, 0.02)
+
+
+@pytest.mark.parametrize("lag", [0.003, 0.01, 0.04])
+def test_a_lag_between_is_a_combination_of_those_of_the_basis(lag: float) -> None:
+    time = np.linspace(0, 1, 501)
+    signal = np.clip(4 * time - 1, 0, 1)[None] + 0.3 * np.sin(15 * time)
+    change = (lagged_signal(signal, time, np.array([lag])) - signal)[0]
+    basis = sensor_basis("lag", signal, time, 0.02)[0].T
+    left = change - basis @ np.linalg.lstsq(basis, change)[0]
+    assert np.linalg.norm(left) < 0.02 * np.linalg.norm(change)
+    alone = change - basis[:, 2:3] @ np.linalg.lstsq(basis[:, 2:3], change)[0]
+    assert np.linalg.norm(alone) > 0.05 * np.linalg.norm(change)

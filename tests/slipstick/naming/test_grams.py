@@ -1,0 +1,169 @@
+"""The linear mixed model in small matrices, against the same model with all samples in one dense covariance."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+from scipy.optimize import minimize
+from scipy.stats import multivariate_normal
+
+from slipstick.naming.grams import Fitted, Gram, estimate, likelihood, marginalise, solve
+
+Q, P, K = 2, 2, 8
+VARIANCE = np.array([0.3, 0.05])
+PRECISION, TARGET = np.array([0.5, 2.0, 1.0, 4.0]), np.array([0.2, -0.3, 0.5, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Whitened columns `random` (n, K, Q) and `fixed` (n, K, P), and the residual (n, K)."""
+
+    random: np.ndarray
+    fixed: np.ndarray
+    residual: np.ndarray
+
+    @property
+    def both(self) -> np.ndarray:
+        return np.concatenate([self.random, self.fixed], axis=2)
+
+    def gram(self, precision: np.ndarray = PRECISION, target: np.ndarray = TARGET, widest: float = 10.0) -> Gram:
+        rows = np.concatenate([self.both, self.residual[..., None]], axis=2)
+        return Gram(rows.transpose(0, 2, 1) @ rows, Q, precision, target, np.full(Q, widest))
+
+    def covariances(self, variance: np.ndarray) -> np.ndarray:
+        return np.asarray(np.eye(K) + self.random * variance @ self.random.transpose(0, 2, 1))
+
+    def dense(self, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Design, observations and covariance; a prior is an observation of each coefficient."""
+        prior = np.diag(PRECISION**0.5)
+        return (np.concatenate([*self.both, prior]), np.concatenate([*self.residual, prior @ TARGET]),
+                block_diag(*self.covariances(variance), np.eye(Q + P)))
+
+    def restricted(self, variance: np.ndarray) -> float:
+        """Restricted log-likelihood, up to a constant."""
+        design, seen, covariance = self.dense(variance)
+        inverse = np.linalg.inv(covariance)
+        information = design.T @ inverse @ design
+        left = seen - design @ np.linalg.solve(information, design.T @ inverse @ seen)
+        logdet = np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(information)[1]
+        return float(-0.5 * (left @ inverse @ left + logdet))
+
+
+def problem(seed: int, n: int = 12, variance: np.ndarray = VARIANCE) -> Problem:
+    rng = np.random.default_rng(seed)
+    random, fixed = rng.normal(size=(n, K, Q)), rng.normal(size=(n, K, P)) * [1.0, 0.1]
+    own = [1.0, -0.5] + np.sqrt(variance) * rng.normal(size=(n, Q))
+    mean = np.einsum("nkq,nq->nk", random, own) + fixed @ [0.5, 2.0]
+    return Problem(random, fixed, mean + rng.normal(size=(n, K)))
+
+
+@pytest.mark.parametrize("variance", [VARIANCE, np.array([0.4, 0.0])])
+def test_estimates_at_given_variances_are_those_of_the_dense_regression(variance: np.ndarray) -> None:
+    some = problem(1)
+    found = estimate(some.gram(), variance, fixed=True)
+    design, seen, covariance = some.dense(variance)
+    inverse = np.linalg.inv(covariance)
+    known = np.linalg.inv(design.T @ inverse @ design)
+    np.testing.assert_allclose(found.coefficients, known @ design.T @ inverse @ seen, rtol=1e-9)
+    np.testing.assert_allclose(found.covariance, known, rtol=1e-9)
+    np.testing.assert_allclose(found.variance, variance)
+    left = some.residual - some.both @ found.coefficients
+    best = [variance * (random.T @ np.linalg.solve(its, one))
+            for random, its, one in zip(some.random, some.covariances(variance), left, strict=True)]
+    np.testing.assert_allclose(found.each, best, rtol=1e-9, atol=1e-12)
+    after = left - np.einsum("nkq,nq->nk", some.random, best)
+    np.testing.assert_allclose(found.squares, (after**2).sum(axis=1), rtol=1e-9)
+    posterior = np.linalg.inv(np.diag(1 / VARIANCE) + some.random[0].T @ some.random[0])
+    np.testing.assert_allclose(marginalise(some.gram(), VARIANCE)[2][0], posterior, rtol=1e-9)
+
+
+def test_the_likelihood_is_the_marginal_normal_density() -> None:
+    some, elsewhere = problem(2), np.array([0.8, -0.2, 1.0, 0.0])
+    marginal, logdet, _ = marginalise(some.gram(), VARIANCE)
+    expected = [multivariate_normal.logpdf(one, both @ elsewhere, its) + 0.5 * K * np.log(2 * np.pi)
+                for one, both, its in zip(some.residual, some.both, some.covariances(VARIANCE), strict=True)]
+    np.testing.assert_allclose(likelihood(marginal, logdet, elsewhere), expected, rtol=1e-9)
+    found = estimate(some.gram(), VARIANCE, fixed=True)
+    np.testing.assert_allclose(found.likelihood, likelihood(marginal, logdet, found.coefficients), rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_variances_maximise_the_dense_restricted_likelihood(seed: int) -> None:
+    some = problem(seed)
+    best = minimize(lambda logs: -some.restricted(np.exp(logs)), np.log(VARIANCE), method="L-BFGS-B",
+                    bounds=[(-12, 3)] * Q)
+    once = estimate(some.gram(), np.full(Q, 0.01))
+    assert some.restricted(once.variance) > -best.fun - 0.02
+    assert some.restricted(np.full(Q, 0.01)) < -best.fun - 1
+    found = once
+    for _ in range(100):  # goes on after the steps have become small, as they do on the way to a variance near 0
+        found = estimate(some.gram(), found.variance)
+    np.testing.assert_allclose(found.variance, np.exp(best.x), rtol=0.01, atol=2e-3)
+
+
+def test_a_step_is_that_of_zhou_and_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.naming.grams._ITERATIONS", 1)
+    some = problem(6)
+    design, seen, covariance = some.dense(VARIANCE)
+    inverse = np.linalg.inv(covariance)
+    projected = inverse - inverse @ design @ np.linalg.solve(design.T @ inverse @ design, design.T @ inverse)
+    expected = VARIANCE.copy()
+    for k in range(Q):
+        own = np.concatenate([block_diag(*some.random[:, :, k:k + 1]), np.zeros((Q + P, 12))])
+        factor = ((own.T @ projected @ seen) ** 2).sum() / np.trace(own.T @ projected @ own)
+        expected[k] *= np.sqrt(factor)
+    np.testing.assert_allclose(estimate(some.gram(), VARIANCE).variance, expected, rtol=1e-9)
+
+
+def test_a_step_never_lowers_the_restricted_likelihood(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.naming.grams._ITERATIONS", 1)
+    for seed, begin in enumerate((1e-4, 3.0, 50.0)):
+        some, variance = problem(seed), np.full(Q, begin)
+        values = [some.restricted(variance)]
+        for _ in range(15):
+            variance = estimate(some.gram(), variance).variance
+            values.append(some.restricted(variance))
+        assert np.all(np.diff(values) > -1e-9)
+        assert values[-1] > values[0] + 0.5
+
+
+def test_no_variance_is_found_where_there_is_none_and_it_is_where_there_is() -> None:
+    some = [problem(seed, 40, np.array([0.3, 0.0])).gram() for seed in range(30)]
+    found = np.array([estimate(one, np.full(Q, 0.1)).variance for one in some])
+    assert np.median(found[:, 0]) == pytest.approx(0.3, rel=0.15)
+    # Half of the estimates of a variance of zero are at zero, which is approached in steps.
+    assert 0.3 < np.mean(found[:, 1] < 1e-3) < 0.8
+    assert np.all(found[:, 1] < 0.15)
+
+
+def test_a_prior_is_an_observation_and_a_variance_has_a_bound() -> None:
+    some = problem(3)
+    def fixed(precision: float, target: float) -> Fitted:
+        gram = some.gram(np.array([0, 0, 0, precision]), np.array([0, 0, 0, target]))
+        return estimate(gram, VARIANCE, fixed=True)
+    free, tied = fixed(0.0, 7.0), fixed(1e9, 7.0)
+    assert free.coefficients[3] == pytest.approx(fixed(0.0, 0.0).coefficients[3])
+    assert tied.coefficients[3] == pytest.approx(7)
+    weight = 1 / free.covariance[3, 3]
+    assert fixed(weight, 7.0).coefficients[3] == pytest.approx(0.5 * (free.coefficients[3] + 7))
+    assert estimate(some.gram(widest=0.1), VARIANCE).variance[0] == pytest.approx(0.01)
+
+
+def test_engagements_that_are_left_out_do_not_count() -> None:
+    some = problem(4)
+    gram, kept = some.gram(), np.arange(12) % 3 > 0
+    few = replace(gram, products=gram.products[kept])
+    expected = estimate(few, VARIANCE, fixed=True)
+    found, covariance = solve(gram, marginalise(gram, VARIANCE)[0][kept])
+    assert len(few) == 8
+    np.testing.assert_allclose(found, expected.coefficients, rtol=1e-12)
+    np.testing.assert_allclose(covariance, expected.covariance, rtol=1e-12)
+    assert np.abs(found - solve(gram, marginalise(gram, VARIANCE)[0])[0]).max() > 1e-3
+
+
+def test_units_that_differ_by_many_orders_do_not_lose_the_solution() -> None:
+    some, unit = problem(5), np.array([1.0, 1.0, 1e-9, 1e9])
+    plain, scaled = some.gram(np.zeros(4)), replace(some, fixed=some.fixed * unit[Q:]).gram(np.zeros(4))
+    found = estimate(scaled, VARIANCE, fixed=True)
+    np.testing.assert_allclose(found.coefficients * unit, estimate(plain, VARIANCE, fixed=True).coefficients, rtol=1e-9)
