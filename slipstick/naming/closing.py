@@ -7,7 +7,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
-from slipstick.naming.selection import Finding, Log, is_enough, priced, rivals
+from slipstick.naming.selection import Finding, Log, in_errors, is_enough, priced, rivals
 from slipstick.naming.settings import NamingSettings
 
 PISTON: tuple[Pair, ...] = (
@@ -42,23 +42,28 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
     """Add pairs of the piston to the fit `start` while they gain more than `least` nats."""
     now, findings = start, list[Finding]()
     for _ in range(_MOST):
-        tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
-                 for pair, one in _fitted(block, now).items()]
-        tried.sort(key=lambda one: -float(one[0].sum()))
+        tried = _tried(block, now)
         if tried and is_enough(tried[0][0], settings):
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
             points = retimed(block, tried[0][2].points, now.held)
             again = fit_curved(block, now.laws, points=points, coefficients=now.coefficients, iterations=12)
-            rise = again.evidence - now.evidence
-            if rise.sum() > 0:
-                tried, now = [(gain - rise, pair, one) for gain, pair, one in tried], again
-        log("piston", round(float(now.chi2.mean()), 3), [(" ~ ".join(pair), round(float(gain.sum()))) for gain, pair, _ in tried])
+            if (again.evidence - now.evidence).sum() > settings.nats:
+                now = again
+                tried = _tried(block, now)
+        log("piston", round(float(now.chi2.mean()), 3), [(" ~ ".join(pair), round(float(gain.sum())), round(in_errors(gain), 1)) for gain, pair, _ in tried])
         further = settings.further * sum(one.nats for one in findings)
         if not tried or not is_enough(tried[0][0], settings) or tried[0][0].sum() < max(least, further):
             break
         gain, pair, now = tried[0]
         findings.append(Finding(("clutch",), pair, gain, rivals(gain, [(g, p) for g, p, _ in tried[1:]], settings)))
     return now, findings
+
+
+def _tried(block: ClutchBlock, now: CurvedFit) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
+    """Gain, pair and fit of the pairs that promise most, the largest gain first."""
+    tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
+             for pair, one in _fitted(block, now).items()]
+    return sorted(tried, key=lambda one: -float(one[0].sum()))
 
 
 def _fitted(block: ClutchBlock, now: CurvedFit) -> dict[Pair, CurvedFit]:

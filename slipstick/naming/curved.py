@@ -16,7 +16,7 @@ first the common share that lowers the first two terms most, summed over the eng
 share that lowers its own terms most. No step at all is among the choices, so that a step never lowers the joint
 likelihood of the data and the beta_i at the variances for which it was made. Two things are not in it: the priors of
 mean and c, and the determinant, which changes with J and the variances. The evidence of an iteration can therefore be
-below that of the one before.
+below that of the one before, and the best one is returned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -169,7 +169,7 @@ def fit_curved(block: CurvedBlock, laws: Sequence[Pair] = (), start: CurvedFit |
     else:
         values = _Values(np.zeros((n, q)) if points is None else points, np.zeros(q), np.zeros(len(block.fixed)), begun)
         variance = np.array([_FIRST_SCATTER, *[_OTHER_SCATTER] * (q - 1)]) ** 2
-    noise, last = block.noise(values.points), np.inf
+    noise, last, best = block.noise(values.points), np.inf, None
     for iteration in range(iterations + 1):
         predicted, gram = _linearised(block, values, noise)
         information = gram.products[:, :q, :q]
@@ -181,12 +181,15 @@ def fit_curved(block: CurvedBlock, laws: Sequence[Pair] = (), start: CurvedFit |
         prior = (np.concatenate([mean, values.shared, *values.coefficients.values()]) ** 2 * gram.precision).sum()
         evidence = -0.5 * (cost + logdet + prior / n)
         fitted = estimate(gram, variance, fixed=True)
+        if best is None or evidence.sum() > best.evidence.sum():
+            best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients, fitted, predicted,
+                             noise, mean, variance, evidence, squares)
         if iteration == iterations or (iteration > 1 and abs(evidence.sum() - last) < _SETTLED):
             break
         last = evidence.sum()
         values = _stepped(block, values, _aim(values, fitted), variance, noise, cost)
-    return CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients, fitted, predicted, noise,
-                     mean, variance, evidence, squares)
+    assert best is not None
+    return best
 
 
 def _predicted(block: CurvedBlock, values: _Values) -> np.ndarray:
