@@ -8,7 +8,7 @@ from slipstick.bench import parameters
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases
-from slipstick.naming.load import KNOWN
+from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.bases import sensor_basis
 
 _NAMES = ("piston_pressure_rate", "piston_pressure", "piston_inertia", "piston_return", "pressure_bias", "temperature_gain",

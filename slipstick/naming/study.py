@@ -9,7 +9,8 @@ from scipy.ndimage import gaussian_filter1d
 from slipstick.bench import Bench
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
-from slipstick.naming.load import LoadBlock, LockBlock
+from slipstick.naming.load import LoadBlock
+from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock, ContactBlock, OnsetBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import relocated, retimed, search
