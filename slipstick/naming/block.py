@@ -26,7 +26,7 @@ class Block(Protocol):
 
     - `name` of the block, `signal` that it predicts, and the `scene` of its recordings.
     - `measured` (n, k): the signal in its unit; `counted` (n, k): the samples that enter the likelihood.
-    - `random` (q names): parameters that differ between engagements, with a common mean; `fixed` (p names): shared ones.
+    - `random` (q names): parameters that differ between engagements, with a common mean; `fixed` (p names): shared.
     - `random_std` (q,), `fixed_std` (p,): prior standard deviations of the means and of the shared values; infinite
       for parameters that the recordings must determine.
     - `widest` (q,): largest standard deviation of a parameter over engagements.

@@ -39,7 +39,7 @@ _FROM_ZERO = ("output speed", "pressure")
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The equation about a speed, w' = forcing / inertia - rate w: `inertia` (n, 1) in kg m^2, `rate` (n, k - 1) in 1/s.
+    """About a speed, w' = forcing / inertia - rate w: `inertia` (n, 1) in kg m^2, `rate` (n, k - 1) in 1/s.
 
     `converter` (n, k) is its torque in N m and `motor` (n, k) the change of that with the logarithm of the motor speed.
     """

@@ -7,11 +7,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from slipstick.bench import Bench
+from slipstick.naming.contact import ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
-from slipstick.naming.piston import ClutchBlock, ContactBlock, OnsetBlock
+from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import relocated, retimed, search
 from slipstick.naming.selection import FURTHER, Finding, forward, piston
