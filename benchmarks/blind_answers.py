@@ -9,17 +9,26 @@ commit of a row is the code that gave it. Every run stays in the table.
 import csv
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+
+from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
 from slipstick.naming.answer import answer
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.study import name
+from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
 
 TABLE = Path(__file__).with_name("blind_answers.csv")
 HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence", "others",
           "seconds")
+
+
+def answered(file: Path) -> Naming:
+    """The answer to a file with the default settings, on one core."""
+    set_num_threads(1)
+    return name(BENCHES[file.stem.split("-")[0]], Recordings.open(file), NamingSettings())
 
 
 def main(files: list[Path]) -> None:
@@ -31,8 +40,9 @@ def main(files: list[Path]) -> None:
     run = 1 + max((int(row["run"]) for row in earlier), default=0)
     settings = NamingSettings()
     rows: list[list[object]] = []
-    for file in files:
-        found = name(BENCHES[file.stem.split("-")[0]], Recordings.open(file), settings)
+    with ProcessPoolExecutor(2) as pool:
+        answers = list(pool.map(answered, files))
+    for file, found in zip(files, answers, strict=True):
         start = [run, commit, settings.digest[:12], file.stem]
         seconds = round(found.seconds, 1)
         for finding in found.findings:

@@ -1,6 +1,74 @@
-"""stub until merged"""
-from typing import Any, Sequence
+"""What every block offers to the fits: a prediction, its columns, and the laws that it can be asked for.
+
+About parameters b (n, q) of n engagements, shared values s (p,) and laws with coefficients c, a block predicts
+
+    y = base(b, laws) + s . shared_columns,   dy = columns . (db, ds) + basis . dc
+
+All parameters are relative changes, 0 at the nominal value: a parameter of the bench is base * (1 + b).
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
 import numpy as np
-Pair = tuple[str, str]
+
+from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming.scene import Pair, Scene
+
 Laws = Sequence[tuple[Pair, np.ndarray]]
-Block = Any
+"""Pairs with the coefficients (m,) of their laws."""
+
+__all__ = ["Block", "Laws", "Pair", "SearchedBlock"]
+
+
+class Block(Protocol):
+    """A part of the model between measured signals, over the k samples of n engagements.
+
+    - `name` of the block, `signal` that it predicts, and the `scene` of its recordings.
+    - `measured` (n, k): the signal in its unit; `counted` (n, k): the samples that enter the likelihood.
+    - `random` (q names): parameters that differ between engagements, with a common mean; `fixed` (p names): shared.
+    - `random_std` (q,), `fixed_std` (p,): prior standard deviations of the means and of the shared values; infinite
+      for parameters that the recordings must determine.
+    - `widest` (q,): largest standard deviation of a parameter over engagements.
+    - `fine`: number of knots of a law over a signal; a fit sets it.
+    """
+
+    name: str
+    signal: str
+    scene: Scene
+    measured: np.ndarray
+    counted: np.ndarray
+    random: tuple[str, ...]
+    fixed: tuple[str, ...]
+    random_std: np.ndarray
+    fixed_std: np.ndarray
+    widest: np.ndarray
+    fine: int
+
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """The signal (n, k) at parameters `points` (n, q) under `laws`, without what is shared."""
+
+    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives (n, q, k) with respect to `points` and (n, p, k) with respect to the shared values."""
+
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Derivatives (n, p, k) with respect to the shared values alone."""
+
+    def pairs(self) -> list[Pair]:
+        """The laws that the block can be asked for."""
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Derivatives (n, m, k) with respect to the coefficients of the law of a pair."""
+
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        """The noise of the residual `measured` - prediction."""
+
+
+class SearchedBlock(Block, Protocol):
+    """A block that is far from linear, whose start values are searched."""
+
+    def simulate(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """The signal (n, k), as `base`."""
+
+    def size(self, pair: Pair) -> int:
+        """Number of coefficients of the law of a pair, without its columns."""

@@ -1,210 +1,152 @@
-"""The load block: measured torque -> output speed."""
+"""The load block: measured torque -> output speed in rad/s.
+
+    J w' = torque - brake - b_ov w + kicks,   w(0) = 0,   w >= 0
+
+with J in kg m^2 and torques in N m. Its columns are responses to torques, computed from the torque without noise: the
+measured one would share its integrated noise with the residual.
+"""
 
 import numpy as np
 
-from slipstick.bench import parameters
 from slipstick.blocks.relaxation import relaxed
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases
-from slipstick.naming.filters import first_order, smoothed_walk
-from slipstick.naming.bases import sensor_basis
+from slipstick.naming.block import Laws, Pair
+from slipstick.naming.filters import first_order
+from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
+from slipstick.naming.scene import Scene
 
-KNOWN = 0.03
-CONDITIONS_WITHIN = 0.02
-
-
-def level_columns(values):
-    levels = np.unique(values)
-    if len(levels) > len(values) / 4:
-        return np.ones((len(values), 1))
-    return (values[:, None] == levels).astype(float)
-
-
-def lock_spike(scene):
-    """1 at the sample that follows lock-up, (n, k)."""
-    time, lock = scene.time, scene.recordings.measured_time
-    at = np.clip(np.searchsorted(time, lock), 1, len(time) - 2)
-    spike = np.zeros((len(lock), len(time)))
-    spike[np.arange(len(lock)), at] = 1.0
-    return spike
+_SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
+_FROM_ZERO = ("output speed", "pressure")
+"""Signals near whose zero laws change fastest; the knots are closer there."""
 
 
 class LoadBlock:
-    name, signal = "load", "output_speed"
-    random = ("output_viscous", "brake_torque", "load_inertia", "lock_up", "breakaway")
-    forced = True
+    """Output speed from the measured torque; parameters are losses, brake, inertia, and kicks at lock-up and breakaway.
 
-    def __init__(self, scene):
-        self.scene = scene
-        self.fine = bases.FINE
-        c = scene.recordings.conditions
-        self.measured = scene.measured("output_speed")
-        self.torque = scene.measured("output_torque")
-        self.inertia, self.brake = c.load_inertia, c.brake_torque
-        self.inertia_levels, self.brake_levels = level_columns(c.load_inertia), level_columns(c.brake_torque)
-        self.fixed = ("clock", *(f"inertia {i}" for i in range(self.inertia_levels.shape[1])),
-                      *(f"brake {i}" for i in range(self.brake_levels.shape[1])))
+    `base` keeps where the load moves, and `columns`, `basis` and `noise` refer to its last call.
+    """
+
+    name, signal = "load", "output_speed"
+    random: tuple[str, ...] = ("output_viscous", "brake_torque", "load_inertia", "lock_up", "breakaway")
+
+    def __init__(self, scene: Scene) -> None:
+        conditions = scene.recordings.conditions
+        self.scene, self.fine = scene, bases.FINE
+        self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
+        self.counted = scene.slipping | scene.locked  # the torque jumps between
+        self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
+        self.viscous = scene.value("output_viscous")
+        self._inertias, self._brakes = level_columns(self.inertia), level_columns(self.brake)
+        self.fixed: tuple[str, ...] = ("clock", *(f"inertia {i}" for i in range(self._inertias.shape[1])),
+                                       *(f"brake {i}" for i in range(self._brakes.shape[1])))
         self.fixed_std = np.array([scene.step, *[CONDITIONS_WITHIN] * (len(self.fixed) - 1)])
         self.widest = np.array([0.1, 0.05, 0.05, 0.5, 0.5])
-        self.random_std = np.array([KNOWN, 1e-3, 1e-3, 1e-3, 1e-3])
-        self.counted = scene.slipping | scene.locked  # the torque jumps between
-        self.viscous = scene.value("output_viscous")
-        self.spike = lock_spike(scene)
-        after = scene.smooth["output_torque"].max()
-        self.kick = after * scene.step / self.inertia  # rad/s
+        self.random_std = np.array([KNOWN, 1e-3, 1e-3, 1e-3, 1e-3])  # the fixed ones hold the mean of all but the first
+        self._spike = lock_spike(scene)
+        self._kick = scene.smooth["output_torque"].max() / self.inertia  # rad/s^2
+        self._moving = np.ones((len(scene), len(scene.time) - 1), bool)
 
-    def rates(self, points):
-        return np.repeat((self.viscous * (1 + points[:, 0]) / self.inertia)[:, None], len(self.scene.time) - 1, 1)
-
-    def base(self, points, laws=()):
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """Output speed (n, k) in rad/s at `points` (n, 5)."""
         torque = self.torque - (self.brake * (1 + points[:, 1]))[:, None]
         reference = self.clean(points, laws)
         for pair, coefficients in laws:
-            kind, basis = self.forcing(pair, reference)
-            if kind == "torque":
-                torque = torque + np.einsum("m,nmk->nk", coefficients, basis)
-        inertia = (self.inertia / (1 + points[:, 2]))[:, None]
-        speed = relaxed(self.scene.time, torque / inertia, self.viscous * (1 + points[:, 0]) / inertia[:, 0],
+            if not _is_reading(pair):
+                torque = torque + np.einsum("m,nmk->nk", coefficients, self._torque(pair))
+        inertia = self.inertia / (1 + points[:, 2])
+        speed = relaxed(self.scene.time, torque / inertia[:, None], self.viscous * (1 + points[:, 0]) / inertia,
                         np.zeros(len(torque)), least=0.0)
-        self._guess = speed
-        self.moving = (speed[:, 1:] > 0)
-        total = speed
+        self._moving = speed[:, 1:] > 0
         for pair, coefficients in laws:
-            kind, basis = self.forcing(pair, reference)
-            if kind == "reading":
-                total = total + np.einsum("m,nmk->nk", coefficients, basis)
-        # what a kick at lock-up and at breakaway adds
-        extra = self._kicks(points)
-        return total + np.einsum("nq,nqk->nk", points[:, 3:5], extra)
+            if _is_reading(pair):
+                speed = speed + np.einsum("m,nmk->nk", coefficients, self._reading(pair, reference))
+        return np.asarray(speed + np.einsum("nq,nqk->nk", points[:, 3:], self._kicks(points)))
 
-    def _kicks(self, points):
-        lock = self.spike * (self.kick / self.scene.step)[:, None]
-        start = np.zeros_like(self.spike)
-        first = np.argmax(self.moving, axis=1)
-        start[np.arange(len(first)), np.minimum(first + 1, start.shape[1] - 1)] = 1
-        start = start * (self.kick / self.scene.step)[:, None]
-        return first_order(self.scene.time, np.stack([lock, start], axis=1), self.rates(points), self.moving)
-
-    def noise(self, points):
-        std, rho = self.scene.noise["output_speed"]
-        tstd, trho = self.scene.noise["output_torque"]
-        rate = self.rates(points) * self.scene.step
-        onto = np.where(self.moving, self.scene.step / self.inertia[:, None], 0.0)
-        return BlockNoise(std, rho, tstd, trho, np.where(self.moving, np.exp(-rate), 1.0), onto)
-
-    def clean(self, points, laws=()):
-        """The speed (n, k) from the torque without noise."""
+    def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """The speed (n, k) in rad/s from the torque without noise, and without kicks."""
         torque = self.scene.smooth["output_torque"]
         for pair, coefficients in laws:
             if pair[0] == "load torque":
-                torque = torque + np.einsum("m,nmk->nk", coefficients, self.forcing(pair, None)[1])
-        return relaxed(self.scene.time, (torque - (self.brake * (1 + points[:, 1]))[:, None]) / self.inertia[:, None] * (1 + points[:, 2:3]),
-                       self.rates(points)[:, 0], np.zeros(len(points)), least=0.0)
+                torque = torque + np.einsum("m,nmk->nk", coefficients, self._torque(pair))
+        net = (torque - (self.brake * (1 + points[:, 1]))[:, None]) / self.inertia[:, None] * (1 + points[:, 2:3])
+        return relaxed(self.scene.time, net, self._rates(points)[:, 0], np.zeros(len(points)), least=0.0)
 
-    def true_speed(self, predicted):
-        """The speed (n, k) after the integrated noise of the torque has been estimated and removed."""
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        """That of the speed sensor, and that of the torque sensor integrated while the load moves."""
+        rate = self._rates(points) * self.scene.step
+        onto = np.where(self._moving, self.scene.step / self.inertia[:, None], 0.0)
+        return BlockNoise(*self.scene.noise["output_speed"], *self.scene.noise["output_torque"],
+                          np.where(self._moving, np.exp(-rate), 1.0), onto)
+
+    def true_speed(self, predicted: np.ndarray) -> np.ndarray:
+        """The `predicted` speed (n, k) in rad/s without the integrated noise of the torque."""
         noise = self.noise(np.zeros((len(predicted), len(self.random))))
-        left = np.where(self.counted, self.measured - predicted, 0.0)
-        walk = (noise.onto[:, -1] * noise.input_std) ** 2 * (1 + noise.input_correlation) / (1 - noise.input_correlation)
-        white = noise.std**2 * (1 + noise.correlation) / (1 - noise.correlation)
-        return predicted + smoothed_walk(left, walk / white)
+        return with_walk(predicted, self.measured, self.counted, noise)
 
-    def respond(self, points, torque):
-        """Response (n, p, k) to torques (n, p, k) in N m on the shaft."""
-        return first_order(self.scene.time, torque / self.inertia[:, None, None], self.rates(points), self.moving)
-
-    def shared_columns(self, points, laws, predicted):
-        return self.columns(points, laws, predicted)[1]
-
-    def columns(self, points, laws, predicted):
+    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes in rad/s (n, 5, k) with the parameters, and (n, p, k) with clock and stated conditions."""
         speed = self.clean(points, laws)
         viscous = -self.viscous * speed
         brake = np.broadcast_to(-self.brake[:, None], speed.shape)
         net = self.scene.smooth["output_torque"] - self.brake[:, None] - self.viscous * speed
-        own = self.respond(points, np.stack([viscous, brake, net], axis=1))
-        own = np.concatenate([own, self._kicks(points)], axis=1)
+        own = self._respond(points, np.stack([viscous, brake, net], axis=1))
         clock = bases.late(speed, self.scene.time)
-        fixed = np.concatenate([clock[:, None], own[:, 2:3] * self.inertia_levels[:, :, None],
-                                own[:, 1:2] * self.brake_levels[:, :, None]], axis=1)
-        return own, fixed
+        fixed = np.concatenate([clock[:, None], own[:, 2:3] * self._inertias[:, :, None],
+                                own[:, 1:2] * self._brakes[:, :, None]], axis=1)
+        return np.concatenate([own, self._kicks(points)], axis=1), fixed
 
-    def pairs(self):
-        found = [("load torque", on) for on in ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")]
-        found += [("output speed sensor", on) for on in ("offset", "gain", "lag")]
-        found += [("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")]
-        return found
-
-    def forcing(self, pair, predicted):
-        """Kind and basis: "torque" on the shaft in N m, or "reading" in rad/s."""
-        s, (quantity, on) = self.scene, pair
-        if quantity == "output speed sensor":
-            return "reading", sensor_basis(on, predicted, s.time, s.value("current_delay"))
-        if quantity == "output torque sensor":
-            return "torque", -s.torque_error(on, s.smooth["output_torque"])
-        speed = s.smooth["output_speed"]
-        seen = speed > 0
-        if on in ("run order", "motor speed"):
-            x = s.run if on == "run order" else s.recordings.conditions.motor_speed
-            h = bases.between(x)
-            return "torque", -(np.ones_like(speed)[:, None] * h[:, :, None]) * s.typical_torque
-        x = {"output speed": np.maximum(speed, 0), "time": np.broadcast_to(s.time, speed.shape),
-             "input speed": s.smooth["input_speed"], "pressure": np.maximum(0, s.smooth["pressure"]),
-             "output position": np.cumsum(np.maximum(speed, 0), axis=1) * s.step}[on]
-        knots = bases.from_zero(x, seen, self.fine) if on in ("output speed", "pressure") else bases.evenly(x, seen, self.fine)
-        return "torque", -bases.hats(x, knots) * s.typical_torque
-
-    def basis(self, pair, points, laws, predicted):
-        kind, basis = self.forcing(pair, self.clean(points, laws))
-        return basis if kind == "reading" else self.respond(points, basis)
-
-
-class LockBlock:
-    """After lock-up: input speed = gear * output speed."""
-
-    name, signal = "lock", "input_speed"
-    random = ("gear_ratio",)
-
-    def __init__(self, scene, speed):
-        """`speed` (n, k) is the output speed of the load block: a measured one would share its noise with the residual."""
-        self.scene = scene
-        self.fine = bases.FINE
-        self.output = speed
-        self.measured = scene.measured("input_speed") - scene.gear * scene.measured("output_speed")
-        self.counted = scene.locked
-        self.fixed = ("clock",)
-        self.fixed_std = np.array([scene.step])
-        self.widest = np.array([0.05])
-        self.random_std = np.array([1e-6])
-
-    def base(self, points, laws=()):
-        total = self.scene.gear * points[:, :1] * self.output
-        for pair, c in laws:
-            total = total + np.einsum("m,nmk->nk", c, self.basis(pair, points, laws, None))
-        return total
-
-    def noise(self, points):
-        a, b = self.scene.noise["input_speed"], self.scene.noise["output_speed"]
-        va, vb = a[0] ** 2, (self.scene.gear * b[0]) ** 2
-        return BlockNoise(np.sqrt(va + vb), (va * a[1] + vb * b[1]) / (va + vb))
-
-    def shared_columns(self, points, laws, predicted):
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, p, k) in rad/s with the clock and what the conditions state."""
         return self.columns(points, laws, predicted)[1]
 
-    def columns(self, points, laws, predicted):
-        return self.scene.gear * self.output[:, None], bases.late(self.scene.gear * self.output, self.scene.time)[:, None]
+    def pairs(self) -> list[Pair]:
+        """Laws of the load torque and of both sensors."""
+        return [*(("load torque", on) for on in _SIGNALS),
+                *(("output speed sensor", on) for on in ("offset", "gain", "lag")),
+                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure"))]
 
-    def pairs(self):
-        return [(f"{q} speed sensor", on) for q in ("input", "output") for on in ("offset", "gain", "lag")] + [("stick torque", "twist")]
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, m, k) in rad/s with the coefficients of a law, which are torques against the load."""
+        if _is_reading(pair):
+            return self._reading(pair, self.clean(points, laws))
+        return self._respond(points, self._torque(pair))
 
-    def basis(self, pair, points, laws, predicted):
-        s, (quantity, on) = self.scene, pair
-        if quantity == "stick torque":
-            locked = s.time >= s.recordings.measured_time[:, None]
-            torque = np.where(locked, s.measured("output_torque"), 0)
-            rate = np.gradient(s.smooth["output_torque"], s.time, axis=1) / s.gear
-            return (rate * 1e-3)[:, None]
-        is_input = quantity.startswith("input")
-        signal = np.where(s.time < s.recordings.measured_time[:, None], s.smooth["input_speed"], s.gear * self.output) if is_input else self.output
-        b = sensor_basis(on, signal, s.time, s.value("current_delay"))
-        return b if is_input else -s.gear * b
+    def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
+        """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
+        return np.asarray(bases.sensor_basis(pair[1], speed, self.scene.time, self.scene.value("current_delay")))
+
+    def _torque(self, pair: Pair) -> np.ndarray:
+        """Torques (n, m, k) in N m that drive the load."""
+        scene, (quantity, on) = self.scene, pair
+        if quantity == "output torque sensor":
+            return -scene.torque_error(on, scene.smooth["output_torque"])
+        speed = scene.smooth["output_speed"]
+        if on in ("run order", "motor speed"):
+            between = bases.between(scene.constant_in_run(on))
+            return np.asarray(-np.ones_like(speed)[:, None] * between[:, :, None] * scene.typical_torque)
+        x = {"output speed": np.maximum(speed, 0), "time": np.broadcast_to(scene.time, speed.shape),
+             "input speed": scene.smooth["input_speed"], "pressure": np.maximum(0, scene.smooth["pressure"]),
+             "output position": np.cumsum(np.maximum(speed, 0), axis=1) * scene.step}[on]
+        knots = (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, speed > 0, self.fine)
+        return np.asarray(-bases.hats(x, knots) * scene.typical_torque)
+
+    def _rates(self, points: np.ndarray) -> np.ndarray:
+        """b_ov / J (n, k - 1) in 1/s."""
+        return np.repeat((self.viscous * (1 + points[:, 0]) / self.inertia)[:, None], len(self.scene.time) - 1, 1)
+
+    def _respond(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Change (n, p, k) in rad/s under further torques (n, p, k) in N m; a load that rests stays at rest."""
+        return first_order(self.scene.time, torque / self.inertia[:, None, None], self._rates(points), self._moving)
+
+    def _kicks(self, points: np.ndarray) -> np.ndarray:
+        """Changes (n, 2, k) in rad/s by the largest torque over one sample, at lock-up and at breakaway."""
+        start = np.zeros_like(self._spike)
+        first = np.argmax(self._moving, axis=1)
+        start[np.arange(len(first)), np.minimum(first + 1, start.shape[1] - 1)] = 1
+        return first_order(self.scene.time, np.stack([self._spike, start], axis=1) * self._kick[:, None, None],
+                           self._rates(points), self._moving)
+
+
+def _is_reading(pair: Pair) -> bool:
+    return pair[0] == "output speed sensor"

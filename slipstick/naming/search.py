@@ -1,86 +1,113 @@
-"""Start values of the piston: pressure bias and initial position of each engagement, by search."""
+"""Start values of the piston: pressure bias and initial position of each engagement, by search over grids.
+
+Gauss-Newton from nominal values ends in local minima, because a bias and an initial position both shift the onset of
+the torque. Squares are summed over the samples that a block counts, with a penalty for parameters far from the common ones.
+"""
 
 import numpy as np
 
-from slipstick.blocks.whitening import whitened
+from slipstick.naming.block import Laws
+from slipstick.naming.piston import ClutchBlock
+
+_FRICTION, _BIAS, _PLACE = 0, 1, 2
+"""Places of friction coefficient, pressure bias and initial position among the parameters of the clutch."""
+_LEVELS, _ROUNDS = 9, 4
+"""Levels of the grid of common values on either axis, and rounds, each of which halves the range."""
+_SCALES = (0.5, 1.5)
+"""Range of the friction coefficient relative to nominal: it scales the torque and is solved for."""
+_WIDTH, _OWN_LEVELS = np.array([0.15, 0.3]), 11
+"""Range and levels of bias and position of an engagement about the common ones; widths also scale the penalty."""
+_PENALTY = 4
+"""Penalty in squares at the edge of that range: two standard errors."""
+_RETIMED, _RETIMED_SPREAD = ((0.5, 21), (0.05, 11)), 0.3
+"""Range and levels of the bias in either round of `retimed`, and the standard deviation of its penalty."""
+_RELOCATED, _RELOCATED_SPREAD = ((0.6, 17), (0.9, 13)), (0.3, 0.5)
+"""The same of bias and position in `relocated`: wider, for engagements that the first search missed."""
 
 
-def search(block, laws=(), levels=9):
-    """Points (n, q) with the best pressure bias and initial position on grids, common first and then of each engagement."""
-    n, q = len(block.measured), len(block.random)
-    bench = block.scene.bench
-    bias, place = (bench.prior(name) for name in ("pressure_bias", "initial_position"))
-    low, high = np.array([bias.lower, place.lower]) - 1, np.array([bias.upper, place.upper]) - 1
-    points = np.zeros((n, q))
-    few = slice(None, None, max(1, n // 24))
-    columns = [1, 2]
+def search(block: ClutchBlock, laws: Laws = ()) -> np.ndarray:
+    """Points (n, q) with the best friction, bias and initial position: in common first, then for each engagement."""
+    n, bench = len(block.measured), block.scene.bench
+    points, measured = np.zeros((n, len(block.random))), block.measured * block.counted
 
-    def misfits(values):
-        points[:, columns] = values
+    def misfits(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Squares (n,) at bias and position (2,) or (n, 2), and the factors (n,) of the torque that fit best."""
+        points[:, [_BIAS, _PLACE]] = values
         predicted = block.simulate(points, laws) * block.counted
-        measured = block.measured * block.counted
-        scale = (predicted * measured).sum(1) / np.maximum((predicted**2).sum(1), 1e-9)
-        scale = np.clip(scale, 0.5, 1.5)
+        scale = (predicted * measured).sum(axis=1) / np.maximum((predicted**2).sum(axis=1), 1e-9)
+        scale = np.clip(scale, *_SCALES)
         return ((measured - scale[:, None] * predicted) ** 2).sum(axis=1), scale
 
-    l, h = low.copy(), high.copy()
-    for _ in range(4):
-        grid = np.stack(np.meshgrid(*(np.linspace(a, b, levels) for a, b in zip(l, h)), indexing="ij"), -1).reshape(-1, 2)
-        best = grid[np.argmin([misfits(g)[0].sum() for g in grid])]
-        spacing = 2 * (h - l) / (levels - 1)
-        l, h = np.maximum(low, best - spacing), np.minimum(high, best + spacing)
-    common = best
-    # each engagement: along both axes about the common optimum
-    width = np.array([0.15, 0.3])
-    best_value, best_at, scale = np.full(n, np.inf), np.tile(common, (n, 1)), np.ones(n)
-    grid = np.stack(np.meshgrid(*(np.linspace(-1, 1, 11) * w for w in width), indexing="ij"), -1).reshape(-1, 2)
-    sigma = block.scene.noise["output_torque"][0]
-    for g in grid:
-        value, its = misfits(common + g)
-        value = value / sigma**2 + ((g / width) ** 2).sum() * 4
-        better = value < best_value
-        best_value, best_at, scale = np.where(better, value, best_value), np.where(better[:, None], common + g, best_at), np.where(better, its, scale)
-    points[:, columns] = best_at
-    points[:, 0] = scale - 1
+    priors = [bench.prior(name) for name in ("pressure_bias", "initial_position")]
+    lowest, highest = np.array([(one.lower, one.upper) for one in priors]).T - 1
+    low, high, common = lowest, highest, np.zeros(2)
+    for _ in range(_ROUNDS):
+        places = _grid(low, high, _LEVELS)
+        common = places[np.argmin([misfits(place)[0].sum() for place in places])]
+        spacing = 2 * (high - low) / (_LEVELS - 1)
+        low, high = np.maximum(lowest, common - spacing), np.minimum(highest, common + spacing)
+    best, at, scale = np.full(n, np.inf), np.tile(common, (n, 1)), np.ones(n)
+    for shift in _grid(-_WIDTH, _WIDTH, _OWN_LEVELS):
+        squares, its = misfits(common + shift)
+        value = squares / _variance(block) + ((shift / _WIDTH) ** 2).sum() * _PENALTY
+        better = value < best
+        best, scale = np.where(better, value, best), np.where(better, its, scale)
+        at = np.where(better[:, None], common + shift, at)
+    points[:, [_BIAS, _PLACE]] = at
+    points[:, _FRICTION] = scale - 1
     return points
 
 
-def retimed(block, points, laws):
+def retimed(block: ClutchBlock, points: np.ndarray, laws: Laws) -> np.ndarray:
     """Points (n, q) with the pressure bias at which each engagement's torque fits best: when the plates meet."""
-    n = len(points)
-    sigma = block.scene.noise["output_torque"][0]
 
-    def cost(shift):
-        at = points.copy()
-        at[:, 1] += shift
-        left = (block.measured - block.simulate(at, laws)) * block.counted
-        return (left**2).sum(axis=1) / sigma**2 + (shift / 0.3) ** 2
+    def cost(shift: np.ndarray) -> np.ndarray:
+        return _squares(block, _moved(points, shift), laws) + (shift / _RETIMED_SPREAD) ** 2
 
-    best = np.zeros(n)
+    best = np.zeros(len(points))
     value = cost(best)
-    for width, levels in ((0.5, 21), (0.05, 11)):
+    for width, levels in _RETIMED:
         centre = best.copy()
         for shift in np.linspace(-width, width, levels):
             its = cost(centre + shift)
             better = its < value
             best, value = np.where(better, centre + shift, best), np.where(better, its, value)
-    moved = points.copy()
-    moved[:, 1] += best
-    return moved
+    return _moved(points, best)
 
 
-def relocated(block, points, laws, rows):
+def relocated(block: ClutchBlock, points: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
     """Points (n, q) where the engagements `rows` (n,) are searched again over pressure bias and initial position."""
-    n = len(points)
-    sigma = block.scene.noise["output_torque"][0]
-    best, value = points.copy(), np.full(n, np.inf)
-    for bias in np.linspace(-0.6, 0.6, 17):
-        for place in np.linspace(-0.9, 0.9, 13):
-            at = points.copy()
-            at[:, 1] += bias
-            at[:, 2] += place
-            left = (block.measured - block.simulate(at, laws)) * block.counted
-            its = (left**2).sum(axis=1) / sigma**2 + (bias / 0.3) ** 2 + (place / 0.5) ** 2
+    best, value = points.copy(), np.full(len(points), np.inf)
+    biases, places = (np.linspace(-width, width, levels) for width, levels in _RELOCATED)
+    for bias in biases:
+        for place in places:
+            at = _moved(points, bias, place)
+            penalty = (bias / _RELOCATED_SPREAD[0]) ** 2 + (place / _RELOCATED_SPREAD[1]) ** 2
+            its = _squares(block, at, laws) + penalty
             better = its < value
             best, value = np.where(better[:, None], at, best), np.where(better, its, value)
     return np.where(rows[:, None], best, points)
+
+
+def _grid(low: np.ndarray, high: np.ndarray, levels: int) -> np.ndarray:
+    """Points (levels^2, 2) of a grid between two corners (2,)."""
+    axes = (np.linspace(a, b, levels) for a, b in zip(low, high, strict=True))
+    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
+
+
+def _moved(points: np.ndarray, bias: np.ndarray | float, place: float = 0.0) -> np.ndarray:
+    """Points with further bias and position."""
+    moved = points.copy()
+    moved[:, _BIAS] += bias
+    moved[:, _PLACE] += place
+    return moved
+
+
+def _variance(block: ClutchBlock) -> float:
+    return block.scene.noise["output_torque"][0] ** 2
+
+
+def _squares(block: ClutchBlock, points: np.ndarray, laws: Laws) -> np.ndarray:
+    """Squared residuals (n,) in noise levels."""
+    left = (block.measured - block.simulate(points, laws)) * block.counted
+    return np.asarray((left**2).sum(axis=1) / _variance(block))

@@ -1,167 +1,210 @@
-"""The input block: measured torque -> input speed."""
+"""The input block: measured torque -> input speed in rad/s.
+
+    J w' = T_conv(w, m) + T_given - b_iv w - T_ic - torque / g,   T_conv = t(w/m) (m / c(w/m))^2
+
+with the motor speed m, the gear ratio g, the torque ratio t and the capacity factor c of the converter. The speed is
+integrated by the Runge-Kutta method; columns are responses of its linearisation to torques, computed without noise.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from slipstick.blocks.input import _integrate
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
-from slipstick.naming import bases
-from slipstick.naming.filters import first_order, smoothed_walk
-from slipstick.naming.load import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike
-from slipstick.naming.bases import sensor_basis
 from slipstick.clutch.lag import lagged_signal
+from slipstick.naming import bases
+from slipstick.naming.block import Laws, Pair
+from slipstick.naming.filters import first_order
+from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
+from slipstick.naming.scene import Scene, curves_of
 
 CONVERTER_WITHIN = 0.05
+"""Relative standard deviation of the converter's torque at a knot: its curve comes from another bench."""
+_SAG_WITHIN = 0.03
+"""Standard deviation of the share of its speed that the motor loses under the largest torque of the pump."""
+_CONVERTER_KNOTS = 8
+_STEPS = 2
+"""Runge-Kutta steps in a sample; four change the speed by less than a hundredth of the sensor's noise."""
+_SLOPE_STEP = 1e-3
+"""Relative step of the derivatives of the converter's torque: far below the distance of the points of its curve."""
+_LAGS = np.array([0.2, 0.6, 2.0, 6.0])
+"""Lags of the converter over the delay of the valve: a factor 3 apart, any between them is nearly a sum of two."""
+_LEAST = 1e-6
+_SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
+_FROM_ZERO = ("output speed", "pressure")
+"""Signals near whose zero laws change fastest; the knots are closer there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """About a speed, w' = forcing / inertia - rate w: `inertia` (n, 1) in kg m^2, `rate` (n, k - 1) in 1/s.
+
+    `converter` (n, k) is its torque in N m and `motor` (n, k) the change of that with the logarithm of the motor speed.
+    """
+
+    inertia: np.ndarray
+    rate: np.ndarray
+    converter: np.ndarray
+    motor: np.ndarray
 
 
 class InputBlock:
+    """Input speed from the measured torque; parameters are inertia, losses, motor speed, kick at lock-up, and start.
+
+    `base` linearises about its parameters, and `columns`, `basis` and `noise` refer to its last call.
+    """
+
     name, signal = "input", "input_speed"
-    random = ("input_inertia", "input_coulomb", "input_viscous", "motor_speed", "lock_up", "start")
-    forced = True
+    random: tuple[str, ...] = ("input_inertia", "input_coulomb", "input_viscous", "motor_speed", "lock_up", "start")
 
-    def __init__(self, scene):
-        self.scene = scene
-        self.fine = bases.FINE
-        c = scene.recordings.conditions
-        self.measured = scene.measured("input_speed")
-        self.torque = scene.measured("output_torque")
-        self.counted = scene.slipping | scene.locked
-        self.converter = scene.bench.physics.curves
-        self.motor = c.motor_speed
-        self.motor_levels = level_columns(self.motor)
-        self.J, self.tic, self.biv = scene.value("input_inertia"), scene.value("input_coulomb"), scene.value("input_viscous")
-        self.given = np.zeros(len(self.motor)) if c.input_torque is None else c.input_torque
-        self.curves = np.array([self.converter.speed_ratio, self.converter.torque_ratio, self.converter.capacity_factor])
-        self.knots = np.linspace(*np.quantile(np.clip(scene.smooth["input_speed"] / self.motor[:, None], 0, 1), [0.001, 0.999]), 8)
-        self.fixed = ("clock", "sag", *(f"motor {i}" for i in range(self.motor_levels.shape[1])),
-                      *(f"converter {i}" for i in range(len(self.knots))))
-        self.fixed_std = np.array([scene.step, 0.03, *[CONDITIONS_WITHIN] * self.motor_levels.shape[1],
-                                   *[CONVERTER_WITHIN] * len(self.knots)])
+    def __init__(self, scene: Scene) -> None:
+        conditions, physics = scene.recordings.conditions, scene.bench.physics
+        self.scene, self.fine = scene, bases.FINE
+        self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
+        self.counted = scene.slipping | scene.locked  # the torque jumps between
+        self.inertia, self.coulomb, self.viscous = (scene.value(name) for name in self.random[:3])
+        self.motor = conditions.motor_speed
+        self._curves = curves_of(physics.curves)
+        initial, column = initial_input_speed(physics.curves, np.tile(scene.base, (len(scene), 1)), conditions)
+        self._initial = initial[np.arange(len(scene)), column]
+        ratio = np.clip(scene.smooth[self.signal] / self.motor[:, None], 0, 1)
+        low, high = np.quantile(ratio, [0.001, 0.999])
+        self._knots = np.linspace(low, high, _CONVERTER_KNOTS)
+        self._levels = level_columns(self.motor)
+        self.fixed: tuple[str, ...] = ("clock", "sag", *(f"motor {i}" for i in range(self._levels.shape[1])),
+                                       *(f"converter {i}" for i in range(_CONVERTER_KNOTS)))
+        self.fixed_std = np.array([scene.step, _SAG_WITHIN, *[CONDITIONS_WITHIN] * self._levels.shape[1],
+                                   *[CONVERTER_WITHIN] * _CONVERTER_KNOTS])
         self.widest = np.array([0.1, 0.1, 0.1, 0.05, 0.5, 0.05])
-        self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])
-        self.spike = lock_spike(scene)
-        self.kick = scene.smooth["output_torque"].max() / scene.gear
-        vectors = np.tile(scene.base, (len(self.motor), 1))
-        initial, column = initial_input_speed(self.converter, vectors, c)
-        self.initial = initial[np.arange(len(vectors)), column]
+        self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
+        self._spike = lock_spike(scene)
+        self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
+        self._about = self._linearised(np.zeros((len(scene), len(self.random))))
 
-    def converter_torque(self, speed, motor):
-        ratio = speed / motor
-        t, c = np.interp(ratio, *self.curves[[0, 1]]), np.interp(ratio, *self.curves[[0, 2]])
-        return t * (motor / c) ** 2
-
-    def base(self, points, laws=()):
-        guess = self.clean(points, laws)
-        motor = self.motor * (1 + points[:, 3])
-        J = self.J * (1 + points[:, 0])
-        torque = self.torque.copy() / self.scene.gear
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """Input speed (n, k) in rad/s at `points` (n, 6)."""
+        reference = self.clean(points, laws)
+        torque = self.torque / self.scene.gear
         for pair, coefficients in laws:
-            kind, basis = self.forcing(pair, guess)
-            if kind == "torque":
-                torque = torque - np.einsum("m,nmk->nk", coefficients, basis)
-        torque -= points[:, 4, None] * self.kick * self.spike
-        speed = np.empty(self.torque.shape)
-        self._integrated(points, torque, speed)
-        self._linearise(points, self.scene.smooth["input_speed"])
-        total = speed
+            if not _is_reading(pair):
+                torque = torque - np.einsum("m,nmk->nk", coefficients, self._torque(pair, reference))
+        speed = self._integrated(points, torque - points[:, 4, None] * self._kick * self._spike)
+        self._about = self._linearised(points)
         for pair, coefficients in laws:
-            kind, basis = self.forcing(pair, guess)
-            if kind == "reading":
-                total = total + np.einsum("m,nmk->nk", coefficients, basis)
-        return total
+            if _is_reading(pair):
+                speed = speed + np.einsum("m,nmk->nk", coefficients, self._reading(pair, reference))
+        return speed
 
-    def _integrated(self, points, torque, speed):
-        _integrate(self.scene.time, torque, self.initial * (1 + points[:, 5]), self.motor * (1 + points[:, 3]),
-                   self.given - self.tic * (1 + points[:, 1]), self.biv * (1 + points[:, 2]), np.ones(len(self.motor)),
-                   self.J * (1 + points[:, 0]), self.curves, 2, speed)
-
-    def clean(self, points, laws=()):
-        """The speed (n, k) from the torque without noise."""
-        speed = np.empty(self.torque.shape)
+    def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """The speed (n, k) in rad/s from the torque without noise, and without a kick."""
         torque = self.scene.smooth["output_torque"] / self.scene.gear
         for pair, coefficients in laws:
             if pair[0] == "input torque":
-                torque = torque - np.einsum("m,nmk->nk", coefficients, self.forcing(pair, None)[1])
-        self._integrated(points, torque, speed)
-        return speed
+                torque = torque - np.einsum("m,nmk->nk", coefficients, self._torque(pair, None))
+        return self._integrated(points, torque)
 
-    def _linearise(self, points, speed):
-        motor = (self.motor * (1 + points[:, 3]))[:, None]
-        h = 1e-3 * motor
-        self.slope = (self.converter_torque(speed + h, motor) - self.converter_torque(speed - h, motor)) / (2 * h)
-        J = (self.J * (1 + points[:, 0]))[:, None]
-        rate = (self.biv * (1 + points[:, 2]))[:, None] / J - self.slope / J
-        self.rate = 0.5 * (rate[:, 1:] + rate[:, :-1])
-        self.Ji = J
-        self.conv = self.converter_torque(speed, motor)
-        self.dmotor = (self.converter_torque(speed, motor * 1.001) - self.converter_torque(speed, motor * 0.999)) / 0.002
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        """That of the speed sensor, and the integrated one of the torque sensor, where `base` was called last."""
+        (std, rho), (input_std, input_rho) = (self.scene.noise[name] for name in ("input_speed", "output_torque"))
+        step, about = self.scene.step, self._about
+        return BlockNoise(std, rho, input_std / self.scene.gear, input_rho, np.exp(-about.rate * step),
+                          np.broadcast_to(step / about.inertia, about.rate.shape))
 
-    def noise(self, points):
-        std, rho = self.scene.noise["input_speed"]
-        tstd, trho = self.scene.noise["output_torque"]
-        return BlockNoise(std, rho, tstd / self.scene.gear, trho, np.exp(-self.rate * self.scene.step),
-                          np.broadcast_to(self.scene.step / self.Ji, self.rate.shape))
+    def true_speed(self, predicted: np.ndarray) -> np.ndarray:
+        """The `predicted` speed (n, k) in rad/s without the integrated noise of the torque."""
+        return with_walk(predicted, self.measured, self.counted, self.noise(predicted))
 
-    def true_speed(self, predicted):
-        """The speed (n, k) after the integrated noise of the torque has been estimated and removed."""
-        noise = self.noise(None)
-        left = np.where(self.counted, self.measured - predicted, 0.0)
-        walk = (noise.onto[:, -1] * noise.input_std) ** 2 * (1 + noise.input_correlation) / (1 - noise.input_correlation)
-        white = noise.std**2 * (1 + noise.correlation) / (1 - noise.correlation)
-        return predicted + smoothed_walk(left, walk / white)
+    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
+        speed, about, one = self.clean(points, laws), self._about, np.ones(self.torque.shape)
+        net = (about.converter + self.scene.given_torque[:, None] - self.coulomb - self.viscous * speed
+               - self.scene.smooth["output_torque"] / self.scene.gear)
+        own = self._respond(np.stack([-net, -self.coulomb * one, -self.viscous * speed, about.motor,
+                                      self._kick * self._spike], axis=1))
+        decay = np.exp(-np.cumsum(about.rate * self.scene.step, axis=1))
+        start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
+        ratio = speed / self.motor[:, None]
+        # A motor that sags does so with the torque of the pump, which is that of the turbine over the torque ratio.
+        pump = about.converter / np.maximum(np.interp(ratio, *self._curves[[0, 1]]), _LEAST)
+        sag = -about.motor * pump / max(float(pump.max()), _LEAST)
+        converter = about.converter[:, None] * bases.hats(ratio, self._knots)
+        fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
+        clock = bases.late(speed, self.scene.time)
+        fixed = np.concatenate([clock[:, None], fixed[:, :1], own[:, 3:4] * self._levels[:, :, None], fixed[:, 1:]],
+                               axis=1)
+        return np.concatenate([own, start[:, None]], axis=1), fixed
 
-    def respond(self, points, torque):
-        return first_order(self.scene.time, torque / self.Ji[:, None], self.rate)
-
-    def shared_columns(self, points, laws, predicted):
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""
         return self.columns(points, laws, predicted)[1]
 
-    def columns(self, points, laws, predicted):
+    def pairs(self) -> list[Pair]:
+        """Laws of torques on the shaft, of the converter, and of both sensors."""
+        return [*(("input torque", on) for on in _SIGNALS),
+                *(("converter torque", on) for on in ("lag", "run order")),
+                *(("input speed sensor", on) for on in ("offset", "gain", "lag")),
+                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure"))]
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, m, k) in rad/s with the coefficients of a law."""
         speed = self.clean(points, laws)
-        one = np.ones_like(speed)
-        net = self.conv + self.given[:, None] - self.tic - self.biv * speed - self.scene.smooth["output_torque"] / self.scene.gear
-        own = self.respond(points, np.stack([-net, -self.tic * one, -self.biv * speed, self.dmotor, self.kick * self.spike], axis=1))
-        start = np.concatenate([np.ones((len(speed), 1)), np.exp(-np.cumsum(self.rate * self.scene.step, axis=1))], axis=1) * self.initial[:, None]
-        own = np.concatenate([own, start[:, None]], axis=1)
-        clock = bases.late(speed, self.scene.time)
-        h = bases.hats(speed / self.motor[:, None], self.knots)
-        # A motor that sags does so with the torque of the pump, which is that of the turbine over the torque ratio.
-        pump = self.conv / np.maximum(np.interp(speed / self.motor[:, None], *self.curves[[0, 1]]), 1e-6)
-        sag = -self.dmotor * pump / max(float(pump.max()), 1e-6)
-        fixed = self.respond(points, np.concatenate([sag[:, None], self.conv[:, None] * h], axis=1))
-        fixed = np.concatenate([clock[:, None], fixed[:, :1], own[:, 3:4] * self.motor_levels[:, :, None], fixed[:, 1:]], axis=1)
-        return own, fixed
+        return self._reading(pair, speed) if _is_reading(pair) else self._respond(self._torque(pair, speed))
 
-    def pairs(self):
-        found = [("input torque", on) for on in ("input speed", "pressure", "time", "run order", "output speed", "motor speed")]
-        found += [("converter torque", on) for on in ("lag", "run order")]
-        found += [("input speed sensor", on) for on in ("offset", "gain", "lag")]
-        found += [("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")]
-        return found
+    def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
+        """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
+        return np.asarray(bases.sensor_basis(pair[1], speed, self.scene.time, self.scene.value("current_delay")))
 
-    def forcing(self, pair, predicted):
-        s, (quantity, on) = self.scene, pair
-        speed = s.smooth["input_speed"]
-        if quantity == "input speed sensor":
-            return "reading", sensor_basis(on, predicted, s.time, s.value("current_delay"))
+    def _torque(self, pair: Pair, speed: np.ndarray | None) -> np.ndarray:
+        """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
+        scene, (quantity, on) = self.scene, pair
+        measured = scene.smooth["input_speed"]
         if quantity == "output torque sensor":
-            return "torque", s.torque_error(on, s.smooth["output_torque"]) / s.gear
+            return scene.torque_error(on, scene.smooth["output_torque"]) / scene.gear
         if quantity == "converter torque" and on == "lag":
-            conv = self.converter_torque(speed if predicted is None else predicted, self.motor[:, None])
-            return "torque", np.stack([lagged_signal(conv, s.time, np.full((1,), lag)) - conv
-                                       for lag in s.value("current_delay") * np.array([0.2, 0.6, 2.0, 6.0])], axis=1)
-        scale = s.typical_torque / s.gear
+            torque = self._converter(measured if speed is None else speed, self.motor[:, None])
+            lags = scene.value("current_delay") * _LAGS
+            return np.stack([lagged_signal(torque, scene.time, np.full((1,), lag)) - torque for lag in lags], axis=1)
+        unit = scene.typical_torque / scene.gear
         if on in ("run order", "motor speed"):
-            x = s.run if on == "run order" else s.recordings.conditions.motor_speed
-            h = bases.between(x)
-            size = self.converter_torque(speed, self.motor[:, None]) if quantity == "converter torque" else np.full(speed.shape, scale)
-            return "torque", size[:, None] * h[:, :, None]
-        x = {"input speed": speed, "time": np.broadcast_to(s.time, speed.shape), "pressure": np.maximum(0, s.smooth["pressure"]),
-             "output speed": np.maximum(0, s.smooth["output_speed"])}[on]
-        seen = np.ones(x.shape, bool)
-        knots = bases.from_zero(x, seen, self.fine) if on in ("output speed", "pressure") else bases.evenly(x, seen, self.fine)
-        return "torque", -bases.hats(x, knots) * scale
+            size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"
+                    else np.full(measured.shape, unit))
+            return np.asarray(size[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])
+        x = {"input speed": measured, "time": np.broadcast_to(scene.time, measured.shape),
+             "pressure": np.maximum(0, scene.smooth["pressure"]),
+             "output speed": np.maximum(0, scene.smooth["output_speed"])}[on]
+        knots = (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, np.ones(x.shape, bool), self.fine)
+        return np.asarray(-bases.hats(x, knots) * unit)
 
-    def basis(self, pair, points, laws, predicted):
-        kind, basis = self.forcing(pair, self.clean(points, laws))
-        return basis if kind == "reading" else self.respond(points, basis)
+    def _converter(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
+        """T_conv in N m."""
+        ratio = speed / motor
+        torque, capacity = (np.interp(ratio, *self._curves[[0, row]]) for row in (1, 2))
+        return np.asarray(torque * (motor / capacity) ** 2)
+
+    def _linearised(self, points: np.ndarray) -> Linearised:
+        """The equation about the smooth speed: the slope of the converter must not contain noise."""
+        speed, motor = self.scene.smooth[self.signal], (self.motor * (1 + points[:, 3]))[:, None]
+        h, inertia = _SLOPE_STEP * motor, (self.inertia * (1 + points[:, 0]))[:, None]
+        slope = (self._converter(speed + h, motor) - self._converter(speed - h, motor)) / (2 * h)
+        rate = (self.viscous * (1 + points[:, 2]))[:, None] / inertia - slope / inertia
+        change = self._converter(speed, motor * (1 + _SLOPE_STEP)) - self._converter(speed, motor * (1 - _SLOPE_STEP))
+        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), self._converter(speed, motor),
+                          change / (2 * _SLOPE_STEP))
+
+    def _integrated(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Speed (n, k) in rad/s against the clutch torque (n, k) in N m on the input side."""
+        speed = np.empty(torque.shape)
+        _integrate(self.scene.time, torque, self._initial * (1 + points[:, 5]), self.motor * (1 + points[:, 3]),
+                   self.scene.given_torque - self.coulomb * (1 + points[:, 1]), self.viscous * (1 + points[:, 2]),
+                   np.ones(len(speed)), self.inertia * (1 + points[:, 0]), self._curves, _STEPS, speed)
+        return speed
+
+    def _respond(self, torque: np.ndarray) -> np.ndarray:
+        """Change (n, p, k) in rad/s under further torques (n, p, k) in N m."""
+        return first_order(self.scene.time, torque / self._about.inertia[:, None], self._about.rate)
+
+
+def _is_reading(pair: Pair) -> bool:
+    return pair[0] == "input speed sensor"

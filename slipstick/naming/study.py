@@ -14,10 +14,12 @@ from slipstick.bench import Bench
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Pair
 from slipstick.naming.closing import closing, settled
+from slipstick.naming.contact import ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
-from slipstick.naming.load import LoadBlock, LockBlock
-from slipstick.naming.piston import ClutchBlock, ContactBlock, OnsetBlock
+from slipstick.naming.load import LoadBlock
+from slipstick.naming.lock import LockBlock
+from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, Log, forward

@@ -1,4 +1,11 @@
-"""The valve block: current -> pressure."""
+"""The valve block: current -> pressure in bar.
+
+    p'' = -6/tau^2 p - 4/tau p' + 6/tau^2 k (u - a) - 2/tau k u',   p(0) = p'(0) = 0
+
+with the delay tau in s, the bias a in A, the gain k in bar/A and the current u in A. Laws change the current, the line
+pressure (the gain), the delay, or what the sensor reads. Those within an engagement enter as demanded pressures, whose
+response the same filter gives; those between engagements as multiples of the columns of its parameters.
+"""
 
 from dataclasses import replace
 
@@ -6,123 +13,134 @@ import numpy as np
 
 from slipstick.bench import parameters
 from slipstick.blocks import Valve
-from slipstick.naming import bases
-from slipstick.naming.bases import sensor_basis
-from slipstick.naming.filters import play, valve_response
-from slipstick.naming.scene import Pair, Scene
 from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming import bases
+from slipstick.naming.block import Laws, Pair
+from slipstick.naming.filters import play, valve_response
+from slipstick.naming.scene import Scene
 
 _FINE = 2
+"""Steps of the filter in a sample: a current that bends between samples is then followed to a quarter of the error."""
+_STEP, _CLOCK_STEP = 1e-4, 0.1
+"""Steps of the finite differences: relative, and of the clock in samples. The prediction is smooth and has no noise."""
+_PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08])
+"""Half-widths of the play operators over the largest current: a factor 2 apart, any between them is a sum of two."""
+_BETWEEN = {"valve delay": 0, "valve current": 1}
+"""The parameter whose change between engagements is the law of a quantity."""
 
 
 class ValveBlock:
+    """Pressure from the current profiles; its parameters are the delay, bias and gain of the valve."""
+
     name, signal = "valve", "pressure"
-    random = ("current_delay", "current_bias", "current_gain")
+    random: tuple[str, ...] = ("current_delay", "current_bias", "current_gain")
+    fixed: tuple[str, ...] = ("clock",)
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.fine = bases.FINE
-        c = scene.recordings.conditions
-        self.valve = Valve.of(scene.recordings)
-        self.columns_of = [parameters.index(name) for name in self.random]
-        self.counted = np.ones(scene.measured("pressure").shape, bool)
-        self.measured = scene.measured("pressure")
-        self.fixed = ("clock",)
+        conditions, time = scene.recordings.conditions, scene.time
+        self.scene, self.fine = scene, bases.FINE
+        self.measured = scene.measured(self.signal)
+        self.counted = np.ones(self.measured.shape, bool)
         self.fixed_std = np.array([scene.step])
         self.widest = np.array([0.1, 0.2, 0.1])
         self.random_std = np.array([np.inf] * 3)  # all three are calibrated
-        k = len(scene.time)
-        self.times = np.linspace(scene.time[0], scene.time[-1], _FINE * (k - 1) + 1)
-        profile = c.current_profile
-        self.current = np.array([np.interp(self.times, c.profile_time[p], c.profile_current[p])
-                                 for p in range(len(c.profile_time))])[profile]
+        self.valve = Valve.of(scene.recordings)
+        self.times = np.linspace(time[0], time[-1], _FINE * (len(time) - 1) + 1)
+        profiles = zip(conditions.profile_time, conditions.profile_current, strict=True)
+        self.current = np.array([np.interp(self.times, *one) for one in profiles])[conditions.current_profile]
         self.clock = 0.0
+        self._places = [parameters.index(name) for name in self.random]
 
-    def vectors(self, points):
-        vectors = np.tile(self.scene.base, (len(points), 1))
-        vectors[:, self.columns_of] *= 1 + points
-        return vectors
+    def at(self, shared: np.ndarray) -> None:
+        """Set the clock, `shared` (1,) in s: the sensor reads the pressure that much later, and `base` contains it.
 
-    def noise(self, points):
-        return BlockNoise(*self.scene.noise["pressure"])
-
-    def respond(self, points, demand):
-        """Response (n, p, k) to demand (n, p, 2 k - 1)."""
-        tau = self.vectors(points)[:, self.columns_of[0]]
-        return valve_response(self.scene.step / _FINE, demand, tau)[..., ::_FINE]
-
-    def own(self, points, clock=None):
-        """Pressure (n, k) as a sensor reads it whose clock is `clock` s late: at the command it is not smooth."""
-        late = self.clock if clock is None else clock
-        return replace(self.valve, time=self.scene.time - late).predict(self.vectors(points))
-
-    def at(self, shared):
-        """Set what all engagements share; `base` then contains it."""
+        It is not a column as in the other blocks, because at the command the pressure has a corner.
+        """
         self.clock = float(shared[0])
 
-    def base(self, points, laws=()):
-        base = total = self.own(points)
-        for pair, c in laws:
-            total = total + np.einsum("m,nmk->nk", c, self.basis(pair, points, laws, base))
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
+        base = total = self._own(points, self.clock)
+        for pair, coefficients in laws:
+            total = total + np.einsum("m,nmk->nk", coefficients, self.basis(pair, points, laws, base))
         return total
 
-    def pressure(self, points, laws=()):
-        """The pressure without errors of its sensor and of its clock."""
+    def pressure(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """Pressure (n, k) in bar without the errors of its sensor and of its clock."""
         clock, self.clock = self.clock, 0.0
         pressure = self.base(points, [(pair, c) for pair, c in laws if pair[0] != "pressure sensor"])
         self.clock = clock
         return pressure
 
-    def demand(self, points):
-        v = self.vectors(points)
-        return v[:, self.columns_of[2], None] * (self.current - v[:, self.columns_of[1], None])
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        """That of the sensor: the current is commanded and has none."""
+        return BlockNoise(*self.scene.noise[self.signal])
 
-    def shared_columns(self, points, laws, predicted):
-        return self.columns(points, laws, predicted)[1]
-
-    def columns(self, points, laws, predicted):
-        base = self.own(points)
-        steps = 1e-4
-        own = []
-        for j in range(3):
-            moved = points.copy()
-            moved[:, j] += steps
-            own.append((self.own(moved) - base) / steps)
-        h = 0.1 * self.scene.step
-        clock = (self.own(points, self.clock + h) - self.own(points, self.clock - h)) / (2 * h)
+    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes (n, 3, k) of the pressure in bar with each parameter, and (n, 1, k) in bar/s with the clock."""
+        base = self._own(points, self.clock)
+        own = [(self._own(points + _STEP * unit, self.clock) - base) / _STEP for unit in np.eye(3)]
+        h = _CLOCK_STEP * self.scene.step
+        clock = (self._own(points, self.clock + h) - self._own(points, self.clock - h)) / (2 * h)
         return np.stack(own, axis=1), clock[:, None]
 
-    def pairs(self):
-        run, speed = self.scene.run, self.scene.recordings.conditions.motor_speed
-        found = [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
-                 ("pressure sensor", "offset"), ("pressure sensor", "lag")]
-        for quantity in ("line pressure", "valve current", "valve delay"):
-            found += [(quantity, "motor speed"), (quantity, "run order")]
-        return found
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Change (n, 1, k) in bar/s of the pressure with the clock."""
+        return self.columns(points, laws, predicted)[1]
 
-    def basis(self, pair: Pair, points, laws, predicted):
-        """Columns (n, m, k) of the law of a pair."""
-        s, (quantity, on) = self.scene, pair
+    def pairs(self) -> list[Pair]:
+        """Laws of the current, the line pressure, the delay and the sensor."""
+        return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
+                ("pressure sensor", "offset"), ("pressure sensor", "lag"),
+                *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
+                  for on in ("motor speed", "run order"))]
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, m, k) in bar of the pressure with the coefficients of a law; `predicted` (n, k) is the pressure.
+
+        Currents are in A, the line pressure, the delay and the bias relative.
+        """
+        scene, (quantity, on) = self.scene, pair
         if quantity == "pressure sensor":
-            return sensor_basis(on, predicted, s.time, s.value("current_delay"))
-        gain = self.vectors(points)[:, self.columns_of[2]]
+            return np.asarray(bases.sensor_basis(on, predicted, scene.time, scene.value("current_delay")))
         if on in ("motor speed", "run order"):
-            x = s.run if on == "run order" else s.recordings.conditions.motor_speed
-            h = bases.between(x)
-            own = self.columns(points, laws, predicted)[0]
-            j = {"line pressure": 2, "valve current": 1, "valve delay": 0}[quantity]
-            column = own[:, j] if j < 2 else predicted
-            return column[:, None] * h[:, :, None]
+            # A line pressure times the prediction: the gain's own column leaves out the other laws.
+            column = (predicted if quantity == "line pressure"
+                      else self.columns(points, laws, predicted)[0][:, _BETWEEN[quantity]])
+            return np.asarray(column[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])
+        gain = self._vectors(points)[:, self._places[2], None, None]
         if on == "current":
             knots = np.linspace(self.current.min(), self.current.max(), self.fine + 2)
-            h = bases.hats(self.current, knots)
-            start = h[:, :, :1]
-            return self.respond(points, gain[:, None, None] * (h - start)[:, 1:-1])
+            hats = bases.hats(self.current, knots)
+            # From the current at the command on, where the pressure is at rest. Without the outer hats, which
+            # current bias and gain replace.
+            return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
         if on == "past current":
-            widths = self.current.max() * np.array([0.005, 0.01, 0.02, 0.04, 0.08])
-            change = np.stack([play(self.current, w) - self.current for w in widths], axis=1)
-            return self.respond(points, gain[:, None, None] * change)
+            change = [play(self.current, width) - self.current for width in self.current.max() * _PLAY]
+            return self._respond(points, gain * np.stack(change, axis=1))
         if on == "time":
-            h = bases.hats(np.broadcast_to(self.times, self.current.shape), np.linspace(0, self.times[-1], self.fine))
-            return self.respond(points, self.demand(points)[:, None] * h[:, 1:])
+            knots = np.linspace(0, self.times[-1], self.fine)
+            hats = bases.hats(np.broadcast_to(self.times, self.current.shape), knots)
+            # Without the first hat, which at the command only the gain could be told from.
+            return self._respond(points, self._demand(points)[:, None] * hats[:, 1:])
         raise KeyError(pair)
+
+    def _vectors(self, points: np.ndarray) -> np.ndarray:
+        """Parameter vectors (n, 20)."""
+        vectors = np.tile(self.scene.base, (len(points), 1))
+        vectors[:, self._places] *= 1 + points
+        return vectors
+
+    def _own(self, points: np.ndarray, clock: float) -> np.ndarray:
+        """Pressure (n, k) without laws, read by a sensor that is `clock` s late."""
+        return replace(self.valve, time=self.scene.time - clock).predict(self._vectors(points))
+
+    def _demand(self, points: np.ndarray) -> np.ndarray:
+        """k (u - a) in bar, (n, 2 k - 1)."""
+        vectors = self._vectors(points)
+        return np.asarray(vectors[:, self._places[2], None] * (self.current - vectors[:, self._places[1], None]))
+
+    def _respond(self, points: np.ndarray, demand: np.ndarray) -> np.ndarray:
+        """Pressure (n, p, k) in bar after the filter, for demands (n, p, 2 k - 1)."""
+        delay = self._vectors(points)[:, self._places[0]]
+        return valve_response(self.scene.step / _FINE, demand, delay)[..., ::_FINE]

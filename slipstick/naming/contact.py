@@ -1,0 +1,90 @@
+"""The clutch block over a part of the engagement: around the onset of the torque, or in full contact.
+
+At the onset friction is nearly constant, whatever it depends on, and the torque determines the parameters of the
+piston. In full contact the piston rests, and torque over pressure is the friction coefficient.
+"""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from slipstick.naming.block import Laws, Pair
+from slipstick.naming.piston import OWN, ClutchBlock, last_of
+from slipstick.naming.scene import Scene
+
+_AFTER = 0.02
+"""Time in s after the onset that is counted."""
+_WAIT = 0.02
+"""Time in s after full contact from which on it is counted: the piston may be late by less."""
+_HALF, _VISIBLE = 0.5, 5
+"""The onset is where the torque exceeds this share of that in full contact, and so many noise levels."""
+_QUIET = 0.01
+"""Time in s after the command before which no plates meet."""
+_AVERAGED = 2
+"""Standard deviation in samples of the kernel that averages the torque to find the onset."""
+_CONTACT_LAWS = ("friction coefficient", "chamber pressure", "contact pressure", "output torque sensor")
+
+
+class OnsetBlock(ClutchBlock):
+    """The clutch until shortly after the plates meet."""
+
+    name = "onset"
+
+    def __init__(self, scene: Scene, pressure: np.ndarray, after: float = _AFTER,
+                 contact: np.ndarray | None = None) -> None:
+        """`contact` (n, k) in s is the time in contact, from an earlier fit: the window then ends after it begins."""
+        super().__init__(scene, pressure)
+        first = self._onset()
+        if contact is not None:
+            first = np.maximum(first, np.where(contact[:, -1] > 0, np.argmax(contact > 0, axis=1), 0))
+        self.counted = self.counted & (np.arange(len(scene.time)) < (first + int(after / scene.step))[:, None])
+        self.end = last_of(self.counted)
+        # Wider in friction: it is that of the onset alone, and a law may change it by more than runs scatter.
+        self.widest = np.concatenate([[0.6], self.widest[1:]])
+
+    def _onset(self) -> np.ndarray:
+        """First sample (n,) whose torque exceeds half of that in full contact, alpha g z / (z - l) p."""
+        value, noise = self.scene.value, self.scene.noise[self.signal][0]
+        full = (value("gear_ratio") * value("friction_coefficient") * value("contact_position")
+                / (value("contact_position") - value("contact_length")) * 1e5 * np.maximum(self.pressure, 0))
+        torque = gaussian_filter1d(self.measured, _AVERAGED, axis=1)
+        loaded = (torque > _HALF * full) & (torque > _VISIBLE * noise) & (self.scene.time > _QUIET)
+        return np.where(loaded.any(axis=1), np.argmax(loaded, axis=1), len(self.scene.time))
+
+
+class ContactBlock(ClutchBlock):
+    """The clutch in full contact, where the piston drops out; its parameter is the friction coefficient."""
+
+    name = "contact"
+    random = ("friction_coefficient",)
+    fixed = ()
+
+    def __init__(self, scene: Scene, pressure: np.ndarray, points: np.ndarray, laws: Laws = (),
+                 wait: float = _WAIT) -> None:
+        """`points` (n, 7) and `laws` are those of the clutch or onset block."""
+        super().__init__(scene, pressure)
+        self._piston = points[:, 1:].copy()
+        self.in_contact = ClutchBlock(scene, pressure).contact(points, laws)
+        self.counted = self.counted & (self.in_contact > wait)
+        self.fixed_std = np.zeros(0)
+        self.widest = np.array([0.2])
+        self.random_std = np.array([np.inf])
+
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """None, (n, 0, k): in full contact the torque is smooth and no clock shows."""
+        return np.zeros((len(points), 0, predicted.shape[1]))
+
+    def pairs(self) -> list[Pair]:
+        """Laws of what acts in full contact."""
+        return [pair for pair in super().pairs() if pair[0] in _CONTACT_LAWS]
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, m, k) in N m with the coefficients of a law.
+
+        At the mean friction coefficient: in a fit without a law that of each engagement has taken its part of the law.
+        """
+        return super().basis(pair, np.tile(points.mean(axis=0), (len(points), 1)), laws, predicted)
+
+    def _all(self, points: np.ndarray) -> np.ndarray:
+        """Relative changes (n, 7) of all parameters: the friction coefficients, and the piston as it was given."""
+        assert OWN[0] == self.random[0]
+        return np.concatenate([points, self._piston], axis=1)

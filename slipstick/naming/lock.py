@@ -1,0 +1,73 @@
+"""The lock block: after lock-up, input speed = g * output speed.
+
+The signal is input speed - g * output speed in rad/s, as both sensors measure it, with the nominal gear ratio g: 0 but
+for a gear ratio g (1 + b), a clock that is late, and errors of either sensor.
+"""
+
+import numpy as np
+
+from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming import bases
+from slipstick.naming.block import Laws, Pair
+from slipstick.naming.scene import Scene
+
+_TWIST = 1e-3
+"""Compliance in rad/s for each N m/s that is the unit of a twist law, so that coefficients are about 1."""
+
+
+class LockBlock:
+    """Difference of both speeds after lock-up; its parameter is the gear ratio."""
+
+    name, signal = "lock", "input_speed"
+    random: tuple[str, ...] = ("gear_ratio",)
+    fixed: tuple[str, ...] = ("clock",)
+
+    def __init__(self, scene: Scene, speed: np.ndarray) -> None:
+        """`speed` (n, k) in rad/s is that of the load block: a measured one would share its noise with the residual."""
+        self.scene, self.fine = scene, bases.FINE
+        self.output = speed
+        self.measured = scene.measured("input_speed") - scene.gear * scene.measured("output_speed")
+        self.counted = scene.locked
+        self.fixed_std = np.array([scene.step])
+        self.widest = np.array([0.05])
+        self.random_std = np.array([1e-6])  # a gear has teeth: the ratio is exact
+
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """g b * output speed and the laws, (n, k) in rad/s, at `points` (n, 1)."""
+        total = self.scene.gear * points[:, :1] * self.output
+        for pair, coefficients in laws:
+            total = total + np.einsum("m,nmk->nk", coefficients, self.basis(pair, points, laws, total))
+        return np.asarray(total)
+
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        """That of both sensors: the sum of two autoregressive processes, as one of the same variance and first lag."""
+        (std, rho), (other, its) = self.scene.noise["input_speed"], self.scene.noise["output_speed"]
+        own, other = std**2, (self.scene.gear * other) ** 2
+        return BlockNoise(float(np.sqrt(own + other)), (own * rho + other * its) / (own + other))
+
+    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes (n, 1, k) in rad/s with the gear ratio, and (n, 1, k) in rad/s^2 with the clock."""
+        return self.scene.gear * self.output[:, None], self.shared_columns(points, laws, predicted)
+
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Change (n, 1, k) in rad/s^2 with the clock."""
+        return bases.late(self.scene.gear * self.output, self.scene.time)[:, None]
+
+    def pairs(self) -> list[Pair]:
+        """Laws of both speed sensors, and a twist of the shaft between them."""
+        return [*((f"{side} speed sensor", on) for side in ("input", "output") for on in ("offset", "gain", "lag")),
+                ("stick torque", "twist")]
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, m, k) in rad/s of the difference of speeds with the coefficients of a law."""
+        scene, (quantity, on) = self.scene, pair
+        if quantity == "stick torque":
+            rate = np.gradient(scene.smooth["output_torque"], scene.time, axis=1) / scene.gear
+            return np.asarray((rate * _TWIST)[:, None])
+        scale = scene.value("current_delay")
+        if quantity.startswith("output"):
+            return np.asarray(-scene.gear * bases.sensor_basis(on, self.output, scene.time, scale))
+        # A lag of the sensor keeps what it read before lock-up for a while.
+        slipping = scene.time < scene.recordings.measured_time[:, None]
+        signal = np.where(slipping, scene.smooth["input_speed"], scene.gear * self.output)
+        return np.asarray(bases.sensor_basis(on, signal, scene.time, scale))

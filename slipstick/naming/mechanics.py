@@ -1,0 +1,47 @@
+"""What the two blocks share that integrate the measured torque: the load and the input shaft."""
+
+import numpy as np
+
+from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming.filters import smoothed_walk
+from slipstick.naming.scene import Scene
+
+KNOWN = 0.03
+"""Relative standard deviation of parameters that a data sheet gives: inertias and losses."""
+CONDITIONS_WITHIN = 0.02
+"""Relative standard deviation of what the conditions state: inertia, brake torque and motor speed."""
+_FEW = 4
+"""Engagements that a stated level needs on average, to have an error of its own."""
+
+
+def level_columns(values: np.ndarray) -> np.ndarray:
+    """Indicators (n, m) of the levels of a condition (n,); one column of 1 where levels have few engagements."""
+    levels = np.unique(values)
+    if len(levels) > len(values) / _FEW:
+        return np.ones((len(values), 1))
+    return np.asarray((values[:, None] == levels).astype(float))
+
+
+def lock_spike(scene: Scene) -> np.ndarray:
+    """1 at the sample (n, k) that follows lock-up.
+
+    The torque jumps there between two samples. As it is taken as linear, its integral is off by up to half the jump
+    times the sample time, which a torque at this one sample replaces.
+    """
+    time, lock = scene.time, scene.recordings.measured_time
+    at = np.clip(np.searchsorted(time, lock), 1, len(time) - 2)
+    spike = np.zeros((len(lock), len(time)))
+    spike[np.arange(len(lock)), at] = 1.0
+    return spike
+
+
+def with_walk(predicted: np.ndarray, measured: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:
+    """The speed (n, k) in rad/s that includes the integrated noise of the torque, estimated from the residuals.
+
+    The residual is a random walk, of variance (onto std)^2 (1 + rho) / (1 - rho) a step, and the noise of the sensor.
+    """
+    assert noise.onto is not None
+    rho = noise.input_correlation
+    walk = (noise.onto[:, -1] * noise.input_std) ** 2 * (1 + rho) / (1 - rho)
+    white = noise.std**2 * (1 + noise.correlation) / (1 - noise.correlation)
+    return np.asarray(predicted + smoothed_walk(np.where(counted, measured - predicted, 0.0), walk / white))
