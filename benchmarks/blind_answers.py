@@ -21,8 +21,8 @@ from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
 
 TABLE = Path(__file__).with_name("blind_answers.csv")
-HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence", "others",
-          "seconds")
+HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence",
+          "others", "seconds")
 
 
 def answered(file: Path) -> Naming:
@@ -31,11 +31,15 @@ def answered(file: Path) -> Naming:
     return name(BENCHES[file.stem.split("-")[0]], Recordings.open(file), NamingSettings())
 
 
+def _git(*arguments: str) -> str:
+    return subprocess.run(["git", *arguments], capture_output=True, text=True, check=True).stdout.strip()
+
+
 def main(files: list[Path]) -> None:
     """Answer all files with the default settings."""
-    if subprocess.run(["git", "status", "--porcelain"], capture_output=True, text=True, check=True).stdout:
+    if _git("status", "--porcelain"):
         raise SystemExit("The tree has changes: commit them first, so that the rows name the code that gave them")
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True).stdout.strip()
+    commit = _git("rev-parse", "--short", "HEAD")
     earlier = list(csv.DictReader(TABLE.open())) if TABLE.exists() else []
     run = 1 + max((int(row["run"]) for row in earlier), default=0)
     settings = NamingSettings()
@@ -47,7 +51,8 @@ def main(files: list[Path]) -> None:
         seconds = round(found.seconds, 1)
         for finding in found.findings:
             its = answer(finding)
-            rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, "", "+".join(its.others), seconds])
+            rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, "", "+".join(its.others),
+                         seconds])
         if not found.findings:
             rows.append([*start, "none", "", "", "", "", "", "", seconds])
         print(*rows[-max(1, len(found.findings)):], sep="\n", flush=True)

@@ -3,7 +3,7 @@
     python -m benchmarks.naming development|final
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
-naming_cases.csv has the cases of the final list, naming.csv the rates with 95 % bounds.
+naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds.
 """
 
 import json
@@ -49,7 +49,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
                         for its in known["hidden"]]}
     try:
         found = name(BENCHES[known["bench"]], Recordings.open(file))
-    except Exception as error:  # noqa: BLE001 - a case that raises is a result: it is wrong
+    except Exception as error:  # a case that raises is a result: a wrong one
         return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
                                   "rivals": [rival.pair for rival in its.rivals]} for its in found.findings],
@@ -67,10 +67,16 @@ def judged(entry: dict[str, Any]) -> dict[str, Any]:
     hidden = {same(its["pair"]) for its in entry["hidden"]}
     named = [(same(its["pair"]), {same(pair) for pair in its["rivals"]}) for its in entry["findings"]]
     found = {pair for pair in hidden if any(pair == first or pair in tied for first, tied in named)}
-    return {"found": len(found), "alone": sum(any(pair == first and not tied for first, tied in named) for pair in hidden),
+    return {"found": len(found),
+            "alone": sum(any(pair == first and not tied for first, tied in named) for pair in hidden),
             "wrong": sum(not ({first} | tied) & hidden for first, tied in named),
             "wrong_alone": sum(not tied and first not in hidden for first, tied in named),
-            "block": any(BLOCK.get(first[0], "clutch") == BLOCK.get(pair[0], "clutch") for first, _ in named for pair in hidden)}
+            "block": bool({block(first) for first, _ in named} & {block(pair) for pair in hidden})}
+
+
+def block(pair: tuple[str, ...]) -> str:
+    """The block in which the quantity of a pair acts."""
+    return BLOCK.get(pair[0], "clutch")
 
 
 def multiple(its: dict[str, Any]) -> float:
@@ -100,7 +106,8 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
         rows.append(rate(f"listed, {bounds} limits: found, alone or in a tie", [v["found"] == 1 for _, v in some]))
         rows.append(rate(f"listed, {bounds} limits: named alone", [v["alone"] == 1 for _, v in some]))
         rows.append(rate(f"listed, {bounds} limits: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]))
-        rows.append(rate(f"listed, {bounds} limits: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some]))
+        rows.append(rate(f"listed, {bounds} limits: one name too many",
+                         [v["found"] == 1 and v["wrong"] > 0 for _, v in some]))
     strong = [(e, v) for e, v in outside if multiple(e["hidden"][0]) >= 3]
     rows += [rate("unlisted, from 3 limits: right block", [v["block"] for _, v in strong]),
              rate("unlisted, from 3 limits: right pair", [v["found"] == 1 for _, v in strong]),
@@ -122,17 +129,23 @@ def main(which: str) -> None:
             done[entry["case"]] = entry
             file.write(json.dumps(entry) + "\n")
             file.flush()
-            print(entry["case"], [its["pair"] for its in entry["hidden"]], "->", [its["pair"] for its in entry["findings"]],
-                  round(entry["seconds"]), entry["error"], flush=True)
+            print(entry["case"], joined(entry["hidden"]), "->", joined(entry["findings"]), round(entry["seconds"]),
+                  entry["error"], flush=True)
     entries = [done[identity] for identity in cases.LISTS[which] if identity in done]
     made_by = f"python -m benchmarks.naming {which}"
     write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries), made_by)
-    rows = [[e["case"], e["bench"], "+".join(" ~ ".join(its["pair"]) for its in e["hidden"]),
-             "+".join(f"{multiple(its):.2g}" for its in e["hidden"]), "+".join(" ~ ".join(its["pair"]) for its in e["findings"]),
-             "+".join(str(len(its["rivals"])) for its in e["findings"]), "+".join(f"{its['nats']:.0f}" for its in e["findings"]),
-             len(e["aside"]), e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
-    write(f"naming_{which}_cases", ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "set_aside", "bad_runs",
-                                    "seconds", "error"), rows, made_by)
+    rows = [[e["case"], e["bench"], joined(e["hidden"]), "+".join(f"{multiple(its):.2g}" for its in e["hidden"]),
+             joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
+             "+".join(f"{its['nats']:.0f}" for its in e["findings"]), len(e["aside"]), e["bad"], round(e["seconds"], 1),
+             e["error"]] for e in entries]
+    header = ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "set_aside", "bad_runs", "seconds",
+              "error")
+    write(f"naming_{which}_cases", header, rows, made_by)
+
+
+def joined(effects: list[dict[str, Any]]) -> str:
+    """The pairs of hidden effects or findings."""
+    return "+".join(" ~ ".join(its["pair"]) for its in effects)
 
 
 if __name__ == "__main__":

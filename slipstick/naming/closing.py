@@ -50,7 +50,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
                 tried = _tried(block, now)
-        log("piston", round(float(now.chi2.mean()), 3), [(" ~ ".join(pair), round(float(gain.sum())), round(in_errors(gain), 1)) for gain, pair, _ in tried])
+        log("piston", round(float(now.chi2.mean()), 3),
+            [(" ~ ".join(pair), round(float(gain.sum())), round(in_errors(gain), 1)) for gain, pair, _ in tried])
         further = settings.further * sum(one.nats for one in findings)
         if not tried or not is_enough(tried[0][0], settings) or tried[0][0].sum() < max(least, further):
             break
@@ -78,7 +79,8 @@ def _fitted(block: ClutchBlock, now: CurvedFit) -> dict[Pair, CurvedFit]:
         starts = [fit_curved(block, laws, start=now, iterations=3)]
         for share in _SHARES:
             held = [*now.held, (one.pair, share * one.law)]
-            starts.append(fit_curved(block, laws, points=retimed(block, now.points, held), coefficients=dict(held), iterations=3))
+            points = retimed(block, now.points, held)
+            starts.append(fit_curved(block, laws, points=points, coefficients=dict(held), iterations=3))
         best = max(starts, key=lambda tried: float(tried.evidence.sum()))
         found[one.pair] = fit_curved(block, laws, start=best, iterations=10)
     return found

@@ -21,14 +21,13 @@ below that of the one before, and the best one is returned.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
+from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.fit import BlockFit, gram_of, predict
 from slipstick.naming.grams import Fitted, Gram, estimate
-from slipstick.naming.scene import Pair
 
 _SHARES = (1.0, 0.5, 0.2, 0.05, 0.0)
 """Of the way to the solution of the linear model; the last is no step."""
@@ -55,62 +54,6 @@ _SETTLED = 0.3
 """Change of the evidence in nats below which the iterations end: far less than any decision depends on."""
 
 
-class CurvedBlock(Protocol):
-    """What is fitted: n engagements of k samples, q parameters of each and p in common, as changes from nominal.
-
-    Laws are pairs with their coefficients; `predicted` (n, k) is what the block predicts with them at `points` (n, q).
-    """
-
-    @property
-    def measured(self) -> np.ndarray:
-        """The signal (n, k) that the block predicts, in its unit."""
-
-    @property
-    def counted(self) -> np.ndarray:
-        """Samples (n, k) that count."""
-
-    @property
-    def random(self) -> tuple[str, ...]:
-        """Names of the q parameters of each engagement."""
-
-    @property
-    def fixed(self) -> tuple[str, ...]:
-        """Names of the p parameters in common, in which the prediction is linear."""
-
-    @property
-    def random_std(self) -> np.ndarray:
-        """Standard deviations (q,) of the prior of the means."""
-
-    @property
-    def fixed_std(self) -> np.ndarray:
-        """Standard deviations (p,) of the prior of the parameters in common."""
-
-    @property
-    def widest(self) -> np.ndarray:
-        """Largest standard deviations (q,) between engagements."""
-
-    def noise(self, points: np.ndarray) -> BlockNoise:
-        """The noise of the residuals."""
-
-    def base(self, points: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]] = ()) -> np.ndarray:
-        """The prediction (n, k) without the parameters in common."""
-
-    def shared_columns(self, points: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]],
-                       predicted: np.ndarray) -> np.ndarray:
-        """Slopes (n, p, k) of the prediction in the parameters in common."""
-
-    def columns(self, points: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]],
-                predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes in the parameters of each engagement (n, q, k), and `shared_columns`."""
-
-    def size(self, pair: Pair) -> int:
-        """Coefficients of the law of a pair."""
-
-    def basis(self, pair: Pair, points: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]],
-              predicted: np.ndarray) -> np.ndarray:
-        """Slopes (n, m, k) of the prediction in the coefficients of a law."""
-
-
 @dataclass(frozen=True, eq=False)
 class CurvedFit(BlockFit):
     """A fit of a curved block: as a `BlockFit`, and what integrates its random effects out.
@@ -121,7 +64,7 @@ class CurvedFit(BlockFit):
     is the linear mixed model about the points.
     """
 
-    block: CurvedBlock
+    block: SearchedBlock
     mean: np.ndarray
     variance: np.ndarray
     evidence: np.ndarray
@@ -154,7 +97,7 @@ class _Values:
                        self.shared + common * (aim.shared - self.shared), coefficients)
 
 
-def fit_curved(block: CurvedBlock, laws: Sequence[Pair] = (), start: CurvedFit | None = None, iterations: int = 12,
+def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit | None = None, iterations: int = 12,
                points: np.ndarray | None = None,
                coefficients: Mapping[Pair, np.ndarray] | None = None) -> CurvedFit:
     """Fit a block with `laws`, from the fit `start` or else from `points` (n, q), nominal where neither is given.
@@ -192,13 +135,13 @@ def fit_curved(block: CurvedBlock, laws: Sequence[Pair] = (), start: CurvedFit |
     return best
 
 
-def _predicted(block: CurvedBlock, values: _Values) -> np.ndarray:
+def _predicted(block: SearchedBlock, values: _Values) -> np.ndarray:
     """The prediction (n, k)."""
     found = predict(block, values.points, values.shared, values.laws)  
     return np.asarray(found)
 
 
-def _linearised(block: CurvedBlock, values: _Values, noise: BlockNoise) -> tuple[np.ndarray, Gram]:
+def _linearised(block: SearchedBlock, values: _Values, noise: BlockNoise) -> tuple[np.ndarray, Gram]:
     """The prediction (n, k), and the products of its slopes with the parameters themselves as coefficients."""
     predicted, laws = _predicted(block, values), values.laws
     own, fixed = block.columns(values.points, laws, predicted)
@@ -233,7 +176,7 @@ def _spread(points: np.ndarray, information: np.ndarray, precision: np.ndarray, 
     return mean, variance
 
 
-def _squares(block: CurvedBlock, predicted: np.ndarray, noise: BlockNoise) -> np.ndarray:
+def _squares(block: SearchedBlock, predicted: np.ndarray, noise: BlockNoise) -> np.ndarray:
     """Sums of squared whitened residuals (n,) of a prediction (n, k)."""
     left = block.measured - predicted
     return np.asarray((whitened(left[:, None], block.counted, noise) ** 2).sum(axis=(1, 2)))
@@ -260,7 +203,7 @@ def _aim(values: _Values, fitted: Fitted) -> _Values:
     return _Values(values.points + change, aim.mean, aim.shared, aim.coefficients)
 
 
-def _stepped(block: CurvedBlock, values: _Values, aim: _Values, variance: np.ndarray, noise: BlockNoise,
+def _stepped(block: SearchedBlock, values: _Values, aim: _Values, variance: np.ndarray, noise: BlockNoise,
              cost: np.ndarray) -> _Values:
     """Go toward `aim`: the best common share, then the best of each engagement; `cost` (n,) is that of no step."""
     def cost_at(own: float, common: float) -> np.ndarray:

@@ -38,7 +38,7 @@ class Gain:
     @property
     def law(self) -> np.ndarray:
         """Coefficients of the law."""
-        return self.fitted.coefficients[self.places]
+        return np.asarray(self.fitted.coefficients[self.places])
 
 
 def table(fit: BlockFit, pairs: Sequence[Pair] | None = None) -> Table:
@@ -67,7 +67,8 @@ def joined(tables: Sequence[Table], laws: Sequence[Pair]) -> tuple[Gram, dict[Pa
     precision = np.full(first, LAW_PRECISION)
     for b, one in enumerate(tables):
         own = np.arange(random[b] + fixed[b])
-        to = [np.concatenate([sum(random[:b]) + np.arange(random[b]), sum(random) + sum(fixed[:b]) + np.arange(fixed[b])])]
+        to = [np.concatenate([sum(random[:b]) + np.arange(random[b]),
+                              sum(random) + sum(fixed[:b]) + np.arange(fixed[b])])]
         precision[to[0]] = one.gram.precision[own]
         rows = [own]
         for law in (law for law in laws if law in one.places):

@@ -20,13 +20,13 @@ _LOOSE = 0.3
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
 _SETTLED = 1e-5  # change of relative parameters at which the fit ends
 _RISE = 1.02
-"""Factor by which the sum of squares may rise in a step: the random effects of the model trade squares for likelihood."""
+"""Factor by which the sum of squares may rise in a step: random effects give up squares for likelihood."""
 _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gains and times keep their sign
 
 
 @dataclass(frozen=True, eq=False)
 class BlockFit:
-    """A block with `laws`: parameters `points` (n, q) relative to nominal, `shared` (p,) and `coefficients` of the laws.
+    """A block with `laws`: `points` (n, q) relative to nominal, `shared` (p,) and `coefficients` of the laws.
 
     `fitted` is the linear mixed model about them, `predicted` (n, k) the output, `noise` that of the block.
     """

@@ -58,7 +58,7 @@ def is_enough(gain: np.ndarray, settings: NamingSettings) -> bool:
 
 
 def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings: NamingSettings) -> tuple[Rival, ...]:
-    """Those of `others` that would do, and that the best gain (n,) leads by too little in nats or in standard errors."""
+    """Those of `others` that would do, and that `best` (n,) leads by too little in nats or in standard errors."""
     found = []
     for gain, pair in others:
         ahead = best - gain
@@ -75,7 +75,7 @@ def priced(gain: np.ndarray, size: int) -> np.ndarray:
 def forward(fits: Mapping[str, BlockFit], settings: NamingSettings,
             log: Log = lambda *_: None) -> tuple[dict[str, BlockFit], list[Finding]]:
     """Add pairs to the blocks of `fits` while the recordings ask for them."""
-    fits, findings, closed = dict(fits), [], set[str]()
+    fits, findings, closed = dict(fits), list[Finding](), set[str]()
     for one in fits.values():
         if one.chi2.mean() > settings.strong:
             one.block.fine = FINER
@@ -84,7 +84,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings,
         if not tables:
             break
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
-        pairs = [pair for pair in dict.fromkeys(p for one in tables.values() for p in one.places) if pair not in current]
+        offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
+        pairs = [pair for pair in offered if pair not in current]
         ranked = [one for one in gains(list(tables.values()), current, pairs) if is_enough(one.nats, settings)]
         log(_shown(fits), [(" ~ ".join(one.pair), round(float(one.nats.sum()))) for one in ranked[:4]])
         touched = set[str]()
@@ -118,17 +119,19 @@ def _settled(fits: Mapping[str, BlockFit], tables: Mapping[str, Table], best: Ga
             or in_errors(best.nats - one.nats) < 2 * settings.apart][:settings.rivals]
     tried: list[tuple[np.ndarray, Gain, dict[str, BlockFit]]] = []
     is_joint = len({one.blocks for one in (best, *near)}) > 1 or len(best.blocks) > 1
+    def refitted(one: Gain) -> dict[str, BlockFit]:
+        return {name: fit(fits[name].block, (*fits[name].laws, one.pair), fits[name], _STEPS) for name in one.blocks}
+
     for one in (best, *near):
         if is_joint:
             tried.append((one.nats, one, {}))
             continue
-        its = {name: fit(fits[name].block, (*fits[name].laws, one.pair), fits[name], _STEPS) for name in one.blocks}
+        its = refitted(one)
         rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
         tried.append((priced(np.asarray(rise), len(tables[one.blocks[0]].places[one.pair])), one, its))
     tried.sort(key=lambda one: -float(one[0].sum()))
     gain, chosen, its = tried[0]
-    if not its:
-        its = {name: fit(fits[name].block, (*fits[name].laws, chosen.pair), fits[name], _STEPS) for name in chosen.blocks}
+    its = its or refitted(chosen)
     tied = rivals(gain, [(other, one.pair) for other, one, _ in tried[1:]], settings)
     return Finding(chosen.blocks, chosen.pair, gain, tied), its
 

@@ -1,7 +1,8 @@
 """Naming: what recordings ask for beside the model of a bench, block by block.
 
-Each block is driven by what was measured at its input, as far as the blocks before explain it: the valve first, then the
-closing piston for when the plates meet, load and input, friction in full contact, and the piston with what was found.
+Each block is driven by what was measured at its input, as far as the blocks before explain it: the valve first, then
+the closing piston for when the plates meet, load and input, friction in full contact, and the piston with all that was
+found.
 """
 
 import time
@@ -65,7 +66,10 @@ class Start:
 
 def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None = None,
          log: Log = lambda *_: None) -> Naming:
-    """Find what `recordings` of a `bench` ask for; raises `InvalidValue` without signals or with too few engagements."""
+    """Find what `recordings` of a `bench` ask for.
+
+    Raises `InvalidValue` without signals and with too few engagements.
+    """
     began, settings = time.perf_counter(), settings or NamingSettings()
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and blocks are driven by measured signals",
@@ -105,7 +109,7 @@ def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
     fits = [fit(block, iterations=2) for block in (ValveBlock(scene), load, InputBlock(scene), lock)]
     # A linear block explains even a reversed sensor: by parameters that no scatter makes plausible.
     reversed_sensor = np.any(np.abs(fits[0].fitted.each) > _BELIEVED * fits[0].block.widest, axis=1)
-    return np.any([*(outlying(one.chi2, settings) for one in fits), reversed_sensor], axis=0)
+    return np.asarray(np.any([*(outlying(one.chi2, settings) for one in fits), reversed_sensor], axis=0))
 
 
 def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
