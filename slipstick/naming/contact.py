@@ -55,8 +55,8 @@ class ContactBlock(ClutchBlock):
     """The clutch in full contact, where the piston drops out; its parameter is the friction coefficient."""
 
     name = "contact"
-    random = ("friction_coefficient",)
-    fixed = ()
+    random: tuple[str, ...] = ("friction_coefficient",)
+    fixed: tuple[str, ...] = ()
 
     def __init__(self, scene: Scene, pressure: np.ndarray, points: np.ndarray, laws: Laws = (),
                  wait: float = _WAIT) -> None:
