@@ -98,6 +98,8 @@ class ClutchBlock:
             # At the mean parameters, because a column with an engagement's own scatter would explain that.
             at = points if pair[1] == "lag" else np.tile(points.mean(axis=0), (len(points), 1))
             return self.scene.torque_error(pair[1], self.base(at, laws))
+        if law.size == 0:  # over what is the same in all engagements
+            return np.zeros((len(points), 0, self.pressure.shape[1]))
         base, held = self.base(points, laws), known.get(pair, np.zeros(law.size))
         moved = [self.base(points, list({**known, pair: held + step}.items())) for step in _LAW_STEP * np.eye(law.size)]
         return np.stack([(one - base) / _LAW_STEP for one in moved], axis=1)
@@ -128,7 +130,8 @@ class ClutchBlock:
         torque, position = np.zeros(self.pressure.shape), np.zeros(self.pressure.shape)
         close(self.scene.step, _SUB, end, self.pressure, self.change, self.slip, values,
               added["chamber"], added["gain"], added["clearance"], added["friction"], added["film"],
-              added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag, torque, position)
+              added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
+              torque, position)
         for on, c in readings:
             torque = torque + np.einsum("m,nmk->nk", c, self.scene.torque_error(on, torque)[:, :len(c)])
         return torque, position

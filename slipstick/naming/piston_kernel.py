@@ -35,8 +35,8 @@ def close(step, sub, end, pressure, change, slip, p, chamber, gain_change, clear
     """Fill `torque` (n, k) in N m and `position` (n, k) in m up to the samples `end` (n,); both stay 0 beyond.
 
     `pressure` in bar, its derivative `change` in bar/s and the `slip` in rad/s behind the gear are (n, k); `p` (n, 13)
-    has the parameters `NAMES`. What laws add is (n, k): pressure in the `chamber` in bar, relative changes of the
-    piston gain, friction and film torque, the `clearance` in m and `rate_extra` in m/s; or a table of the rate and of the
+    has the parameters `NAMES`. What laws add is (n, k): pressure in the `chamber` in bar, relative changes of piston
+    gain, friction and film torque, the `clearance` in m and `rate_extra` in m/s; or a table of the rate and of the
     position (`place`) at some points; or the `drag` in m/s. A sample has `sub` steps.
     """
     for i in prange(len(p)):

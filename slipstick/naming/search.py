@@ -1,7 +1,7 @@
 """Start values of the piston: pressure bias and initial position of each engagement, by search over grids.
 
 Gauss-Newton from nominal values ends in local minima, because a bias and an initial position both shift the onset of
-the torque. Squares are summed over the samples that a block counts, with a penalty for parameters far from the common ones.
+the torque. Squares are summed over the samples that a block counts, with a penalty on the distance from common values.
 """
 
 import numpy as np
