@@ -1,0 +1,10 @@
+"""Naming: which quantity of a bench depends on what, beyond its model, found block by block in recordings.
+
+It takes the place of `slipstick.study` once confirmation, reports and the service use it.
+"""
+
+from slipstick.naming.answer import Answer, answer
+from slipstick.naming.settings import NamingSettings
+from slipstick.naming.study import Naming, name
+
+__all__ = ["Answer", "Naming", "NamingSettings", "answer", "name"]

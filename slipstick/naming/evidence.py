@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.naming.block import Pair
-from slipstick.naming.fit import LAW_PRECISION, BlockFit, linearised
+from slipstick.naming.fit import LAW_PRECISION, BlockFit, linearised, predict
 from slipstick.naming.grams import Fitted, Gram, estimate, likelihood, solve
 
 FOLDS = 6
@@ -43,6 +43,7 @@ class Gain:
 
 def table(fit: BlockFit, pairs: Sequence[Pair] | None = None) -> Table:
     """The products with the columns of all pairs of a block, or of those among `pairs`."""
+    predict(fit.block, fit.points, fit.shared, fit.held)  # a block holds what was predicted last, perhaps with a rival
     further = [pair for pair in fit.block.pairs() if (pairs is None or pair in pairs) and pair not in fit.laws]
     gram, basis = linearised(fit.block, fit.points, fit.shared, fit.held, fit.noise, fit.predicted, further)
     places, first = {}, len(fit.block.fixed)

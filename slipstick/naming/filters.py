@@ -15,7 +15,8 @@ def first_order(time: np.ndarray, forcing: np.ndarray, rate: np.ndarray, alive: 
 
     `time` (k,) is in s, the forcing in the unit of x per s. Each step is exact for a rate and a forcing that are
     constant over it, the forcing at the mean of its ends. Where the forcing changes linearly, a step of length h is off
-    by rate h^2 / 12 times that change, to leading order. Where `alive` (n, k - 1) is false x keeps its value.
+    by rate h^2 / 12 times that change, to leading order. Where `alive` (n, k - 1) is false x is 0: a shaft at
+    rest does not know what moved it before.
     """
     steps = np.diff(time)
     y = rate * steps
@@ -23,7 +24,7 @@ def first_order(time: np.ndarray, forcing: np.ndarray, rate: np.ndarray, alive: 
     small = np.abs(y) <= _SERIES
     weight = np.where(small, 1 - y / 2, (1 - decay) / np.where(small, 1.0, y)) * steps
     if alive is not None:
-        decay, weight = np.where(alive, decay, 1.0), weight * alive
+        decay, weight = decay * alive, weight * alive
     out = np.zeros(forcing.shape)
     _first_order(np.ascontiguousarray(forcing), decay, weight, out)
     return out

@@ -19,7 +19,7 @@ _LOOSE = 0.3
 """Standard deviation, relative to nominal, of the prior of a parameter that is to be calibrated."""
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
 _SETTLED = 1e-5  # change of relative parameters at which the fit ends
-_RISE = 1.02
+_RISE = 1.03
 """Factor by which the sum of squares may rise in a step: random effects give up squares for likelihood."""
 _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gains and times keep their sign
 

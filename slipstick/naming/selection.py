@@ -47,9 +47,9 @@ class Finding:
 
 
 def in_errors(gain: np.ndarray) -> float:
-    """Mean of gains (n,) in its standard errors; 0 where all are equal."""
-    deviation = float(gain.std(ddof=1))
-    return float(gain.mean()) * np.sqrt(len(gain)) / deviation if deviation > 0 else 0.0
+    """Mean of gains (n,) in its standard errors."""
+    deviation = max(float(gain.std(ddof=1)), 1e-12)  # where all are equal, a mean that is not 0 is beyond doubt
+    return float(gain.mean()) * float(np.sqrt(len(gain))) / deviation
 
 
 def is_enough(gain: np.ndarray, settings: NamingSettings) -> bool:

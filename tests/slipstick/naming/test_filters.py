@@ -29,6 +29,8 @@ def test_first_order_is_exact_for_constant_pieces_with_rates_and_steps_that_chan
             if alive[i, t]:
                 x = solve_ivp(lambda _, y, f, r: f - r * y, time[t:t + 2], x, args=(drive, rate[i, t]), rtol=1e-10,
                               atol=1e-12).y[:, -1]
+            else:
+                x = np.zeros(2)
             np.testing.assert_allclose(found[i, :, t + 1], x, rtol=1e-7, atol=1e-9)
 
 

@@ -1,0 +1,88 @@
+"""What counts as enough, as a tie, and as an answer: pure functions of gains."""
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.effects import CATALOGUE
+from slipstick.errors import InvalidValue
+from slipstick.naming.answer import answer, names
+from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, priced, rivals
+from slipstick.naming.settings import NamingSettings
+from slipstick.naming.study import outlying
+
+SETTINGS = NamingSettings()
+
+
+def gain(mean: float, scatter: float = 1.0, n: int = 54) -> np.ndarray:
+    """Gains with this mean and this scatter, exactly."""
+    values = np.random.default_rng(1).standard_normal(n)
+    values = (values - values.mean()) / values.std(ddof=1)
+    return np.asarray(mean + scatter * values)
+
+
+@pytest.mark.parametrize("mean, scatter, enough", [
+    (1.0, 1.0, True),
+    (0.2, 0.1, False),  # 10.8 nats
+    (1.0, 2.0, False),  # 54 nats, 3.7 standard errors
+    (0.23, 0.01, True),  # 12.4 nats in every engagement alike
+    (-1.0, 0.1, False),
+])
+def test_enough_are_nats_and_standard_errors(mean: float, scatter: float, enough: bool) -> None:
+    assert is_enough(gain(mean, scatter), SETTINGS) == enough
+
+
+def test_one_odd_engagement_is_not_enough() -> None:
+    odd = np.zeros(54)
+    odd[7] = 500.0
+    assert not is_enough(odd, SETTINGS) and in_errors(odd) == pytest.approx(1.0)
+
+
+def test_a_tie_is_what_would_do_and_trails_by_little_in_nats_or_in_errors() -> None:
+    best, steady = gain(3.0), gain(3.0, 0.01)
+    others = [(best - 0.1, ("a", "x")), (best - 1.0, ("b", "x")), (best - gain(0.5, 2.0), ("c", "x")),
+              (np.zeros(54), ("d", "x"))]
+    assert [one.pair for one in rivals(best, others, SETTINGS)] == [("a", "x"), ("c", "x")]
+    assert not rivals(steady, [(steady - 1.0, ("a", "x"))], SETTINGS)
+
+
+def test_the_price_is_that_of_bic() -> None:
+    assert priced(gain(1.0), 4).sum() == pytest.approx(54 - 2 * np.log(54))
+
+
+@pytest.mark.parametrize("pair, kind, effect", [
+    (("friction coefficient", "heat"), "effect", "thermal_fade"), (("piston rate", "pressure"), "effect", "entrained_air"),
+    (("load torque", "time"), "unlisted", ""), (("load torque", "output speed"), "tie", "falling_load_friction"),
+])
+def test_a_finding_has_the_name_of_the_catalogue(pair: tuple[str, str], kind: str, effect: str) -> None:
+    found = answer(Finding(("load",), pair, gain(1.0)))
+    assert (found.kind, found.effect) == (kind, effect)
+
+
+def test_a_tie_names_what_is_tied_and_a_pair_without_a_name_by_the_pair() -> None:
+    tied = (Rival(("friction coefficient", "slip"), 50.0, 1.0), Rival(("friction coefficient", "motor speed"), 40.0, 2.0))
+    found = answer(Finding(("contact",), ("friction coefficient", "heat"), gain(1.0), tied))
+    assert (found.kind, found.others) == ("tie", ("stribeck_friction", "friction coefficient ~ motor speed"))
+
+
+def test_every_listed_effect_can_be_named_by_its_pairs() -> None:
+    for effect in CATALOGUE:
+        if effect.listed:
+            assert all(effect.name in names(pair) for pair in effect.pairs)
+
+
+def test_few_far_engagements_are_outlying_and_a_wide_spread_is_not() -> None:
+    rng = np.random.default_rng(2)
+    chi_square = 1 + 0.06 * rng.standard_normal(54)
+    chi_square[[3, 9]] = 40.0, 7.0
+    assert np.flatnonzero(outlying(chi_square, SETTINGS)).tolist() == [3, 9]
+    assert not outlying(np.geomspace(1, 100, 54), SETTINGS).any()
+
+
+@pytest.mark.parametrize("wrong", [{"nats": -1.0}, {"most_outlying": 0.5}, {"errors": float("nan")}])
+def test_settings_that_cannot_decide_are_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(InvalidValue):
+        NamingSettings(**wrong)  # type: ignore[arg-type]
+
+
+def test_every_setting_is_in_the_digest() -> None:
+    assert NamingSettings(apart=3.0).digest != SETTINGS.digest
