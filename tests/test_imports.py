@@ -57,8 +57,8 @@ MAY_IMPORT = {
     "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings "
                            "slipstick.table slipstick.uncertainty",
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.uncertainty",
-    "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks slipstick.calibration.noise "
-                        "slipstick.clutch slipstick.recordings",
+    "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
+                        "slipstick.calibration.noise slipstick.clutch slipstick.recordings",
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",

@@ -20,7 +20,7 @@ def gain(mean: float, scatter: float = 1.0, n: int = 54) -> np.ndarray:
     return np.asarray(mean + scatter * values)
 
 
-@pytest.mark.parametrize("mean, scatter, enough", [
+@pytest.mark.parametrize(("mean", "scatter", "enough"), [
     (1.0, 1.0, True),
     (0.2, 0.1, False),  # 10.8 nats
     (1.0, 2.0, False),  # 54 nats, 3.7 standard errors
@@ -34,7 +34,8 @@ def test_enough_are_nats_and_standard_errors(mean: float, scatter: float, enough
 def test_one_odd_engagement_is_not_enough() -> None:
     odd = np.zeros(54)
     odd[7] = 500.0
-    assert not is_enough(odd, SETTINGS) and in_errors(odd) == pytest.approx(1.0)
+    assert not is_enough(odd, SETTINGS)
+    assert in_errors(odd) == pytest.approx(1.0)
 
 
 def test_a_tie_is_what_would_do_and_trails_by_little_in_nats_or_in_errors() -> None:
@@ -49,8 +50,9 @@ def test_the_price_is_that_of_bic() -> None:
     assert priced(gain(1.0), 4).sum() == pytest.approx(54 - 2 * np.log(54))
 
 
-@pytest.mark.parametrize("pair, kind, effect", [
-    (("friction coefficient", "heat"), "effect", "thermal_fade"), (("piston rate", "pressure"), "effect", "entrained_air"),
+@pytest.mark.parametrize(("pair", "kind", "effect"), [
+    (("friction coefficient", "heat"), "effect", "thermal_fade"),
+    (("piston rate", "pressure"), "effect", "entrained_air"),
     (("load torque", "time"), "unlisted", ""), (("load torque", "output speed"), "tie", "falling_load_friction"),
 ])
 def test_a_finding_has_the_name_of_the_catalogue(pair: tuple[str, str], kind: str, effect: str) -> None:
@@ -59,7 +61,8 @@ def test_a_finding_has_the_name_of_the_catalogue(pair: tuple[str, str], kind: st
 
 
 def test_a_tie_names_what_is_tied_and_a_pair_without_a_name_by_the_pair() -> None:
-    tied = (Rival(("friction coefficient", "slip"), 50.0, 1.0), Rival(("friction coefficient", "motor speed"), 40.0, 2.0))
+    tied = (Rival(("friction coefficient", "slip"), 50.0, 1.0),
+            Rival(("friction coefficient", "motor speed"), 40.0, 2.0))
     found = answer(Finding(("contact",), ("friction coefficient", "heat"), gain(1.0), tied))
     assert (found.kind, found.others) == ("tie", ("stribeck_friction", "friction coefficient ~ motor speed"))
 
