@@ -50,7 +50,7 @@ def main(files: list[Path]) -> None:
         start = [run, commit, settings.digest[:12], file.stem]
         seconds = round(found.seconds, 1)
         for finding in found.findings:
-            its = answer(finding)
+            its = answer(finding, found.measured.get(finding.pair))
             rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, "", "+".join(its.others),
                          seconds])
         if not found.findings:

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from slipstick.clutch.effects import CATALOGUE
+from slipstick.clutch.effects import CATALOGUE, find
 from slipstick.naming.block import Pair
+from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
 
 MOST_TIED = 3
@@ -26,9 +27,17 @@ def names(pair: Pair) -> tuple[str, ...]:
     return tuple(effect.name for effect in CATALOGUE if effect.listed and pair in effect.pairs)
 
 
-def answer(finding: Finding) -> Answer:
-    """The words for a finding. Pairs without a name count in a tie by the pair itself."""
-    own = names(finding.pair)
+def _has_shape(name: str, law: LawPoints) -> bool:
+    shape = find(name).shape
+    return shape is None or shape.is_met(law.x, law.change, law.covariance)
+
+
+def answer(finding: Finding, law: LawPoints | None = None) -> Answer:
+    """The words for a finding. Pairs without a name count in a tie by the pair itself.
+
+    Where its `law` is given, an effect must have its shape.
+    """
+    own = tuple(name for name in names(finding.pair) if law is None or _has_shape(name, law))
     others = [*own[1:], *(name for rival in finding.rivals for name in names(rival.pair) or (" ~ ".join(rival.pair),))]
     others = [name for name in dict.fromkeys(others) if name not in own[:1]][:MOST_TIED - 1]
     if not own:

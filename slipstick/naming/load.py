@@ -125,11 +125,21 @@ class LoadBlock:
         if on in ("run order", "motor speed"):
             between = bases.between(scene.constant_in_run(on))
             return np.asarray(-np.ones_like(speed)[:, None] * between[:, :, None] * scene.typical_torque)
-        x = {"output speed": np.maximum(speed, 0), "time": np.broadcast_to(scene.time, speed.shape),
-             "input speed": scene.smooth["input_speed"], "pressure": np.maximum(0, scene.smooth["pressure"]),
-             "output position": np.cumsum(np.maximum(speed, 0), axis=1) * scene.step}[on]
-        knots = (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, speed > 0, self.fine)
-        return np.asarray(-bases.hats(x, knots) * scene.typical_torque)
+        return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * scene.typical_torque)
+
+    def knots(self, pair: Pair) -> np.ndarray:
+        """Where the coefficients of a law of the load torque are its values: (m,) in the unit of what it depends on."""
+        spaced = bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
+        return np.asarray(spaced(self._abscissa(pair[1]), self.scene.smooth["output_speed"] > 0, self.fine))
+
+    def _abscissa(self, on: str) -> np.ndarray:
+        """The signal (n, k) that a law depends on."""
+        scene, speed = self.scene, self.scene.smooth["output_speed"]
+        signals: dict[str, np.ndarray] = {
+            "output speed": np.maximum(speed, 0), "time": np.broadcast_to(scene.time, speed.shape),
+            "input speed": scene.smooth["input_speed"], "pressure": np.maximum(0, scene.smooth["pressure"]),
+            "output position": np.cumsum(np.maximum(speed, 0), axis=1) * scene.step}
+        return signals[on]
 
     def _rates(self, points: np.ndarray) -> np.ndarray:
         """b_ov / J (n, k - 1) in 1/s."""

@@ -12,7 +12,7 @@ from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
-from slipstick.naming.piston_laws import ADDED, PAIRS, Loading, PistonLaw, law_of
+from slipstick.naming.piston_laws import ADDED, PAIRS, Loading, PistonLaw, friction_knots, law_of
 from slipstick.naming.scene import Scene
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
@@ -109,7 +109,14 @@ class ClutchBlock:
         return points
 
     def _law(self, pair: Pair) -> PistonLaw:
-        return law_of(pair, Loading(self.scene, self.pressure, self.in_contact, self.counted, self.fine))
+        return law_of(pair, self._loading())
+
+    def knots(self, pair: Pair) -> np.ndarray:
+        """Where the coefficients of a law of the friction are its values, but for a constant: (m,)."""
+        return friction_knots(pair[1], self._loading())
+
+    def _loading(self) -> Loading:
+        return Loading(self.scene, self.pressure, self.in_contact, self.counted, self.fine)
 
     def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torque in N m and piston position in m, (n, k) each, up to the samples `end` (n,)."""

@@ -99,11 +99,24 @@ def _relative(on: str, given: Loading) -> np.ndarray:
     """Basis (n, m, k) of relative changes of friction or film torque."""
     if on in ("run order", "motor speed"):
         return _between(on, given)
-    scene, loaded = given.scene, given.counted & (given.in_contact > 0)
-    x = {"slip": scene.slip, "pressure": np.maximum(given.pressure, 0), "heat": scene.heat,
-         "time in contact": given.in_contact}[on]
-    knots = (bases.evenly if on == "pressure" else bases.from_zero)(x, loaded, given.fine)
-    hats = bases.hats(x, knots)
+    loaded = given.counted & (given.in_contact > 0)
+    hats = bases.hats(_abscissa(on, given), friction_knots(on, given))
     # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
     centre = np.einsum("nmk,nk->m", hats, loaded) / max(1, loaded.sum())
     return np.asarray(hats - centre[:, None])
+
+
+def friction_knots(on: str, given: Loading) -> np.ndarray:
+    """Where the coefficients of a law of the friction are its values, but for a constant: (m,)."""
+    loaded = given.counted & (given.in_contact > 0)
+    spaced = bases.evenly if on == "pressure" else bases.from_zero
+    return np.asarray(spaced(_abscissa(on, given), loaded, given.fine))
+
+
+def _abscissa(on: str, given: Loading) -> np.ndarray:
+    """The signal (n, k) that a law of the friction depends on."""
+    scene = given.scene
+    signals: dict[str, np.ndarray] = {
+        "slip": scene.slip, "pressure": np.maximum(given.pressure, 0), "heat": scene.heat,
+        "time in contact": given.in_contact}
+    return signals[on]

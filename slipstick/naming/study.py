@@ -20,6 +20,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
+from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
@@ -43,13 +44,15 @@ class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
     `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise. `laws`
-    are the coefficients of the pairs by block. `seconds` is the time that it took.
+    are the coefficients of the pairs by block, `measured` the laws of load and friction as values. `seconds` is the
+    time that it took.
     """
 
     findings: tuple[Finding, ...]
     set_aside: tuple[int, ...]
     chi_square: dict[str, float]
     laws: dict[str, dict[Pair, np.ndarray]]
+    measured: dict[Pair, LawPoints]
     seconds: float
 
 
@@ -92,7 +95,8 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     everything: dict[str, BlockFit] = {"valve": start.valve, **fits, "clutch": clutch}
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
-                  {key: one.coefficients for key, one in everything.items()}, time.perf_counter() - began)
+                  {key: one.coefficients for key, one in everything.items()}, measured(fits),
+                  time.perf_counter() - began)
 
 
 def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:

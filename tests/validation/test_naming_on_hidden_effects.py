@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slipstick.errors import InvalidValue
@@ -29,7 +30,11 @@ def test_nothing_is_named_on_another_bench_where_everything_scatters(tmp_path: P
 def test_hidden_effects_are_named_and_what_no_effect_explains_is_unlisted(tmp_path: Path) -> None:
     case = Case({"thermal_fade": 0.2, "load_waves_in_time": 60.0}, seed=712, count=COUNT)
     found = name(HEAVY, recorded(tmp_path, case))
-    assert {answer(one).effect or one.pair for one in found.findings} == {"thermal_fade", ("load torque", "time")}
+    named = {answer(one, found.measured[one.pair]).effect or one.pair for one in found.findings}
+    assert named == {"thermal_fade", ("load torque", "time")}
+    waves = found.measured["load torque", "time"]
+    true = 60.0 * np.sin(2 * np.pi * waves.x / 0.7)
+    assert np.corrcoef(waves.change, true)[0, 1] > 0.9 > np.corrcoef(waves.change, np.roll(true, 1))[0, 1]
     assert all(0.9 < chi_square < 1.12 for chi_square in found.chi_square.values())
 
 

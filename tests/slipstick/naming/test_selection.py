@@ -1,11 +1,14 @@
 """What counts as enough, as a tie, and as an answer: pure functions of gains."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.errors import InvalidValue
 from slipstick.naming.answer import answer, names
+from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, priced, rivals
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import outlying
@@ -65,6 +68,17 @@ def test_a_tie_names_what_is_tied_and_a_pair_without_a_name_by_the_pair() -> Non
             Rival(("friction coefficient", "motor speed"), 40.0, 2.0))
     found = answer(Finding(("contact",), ("friction coefficient", "heat"), gain(1.0), tied))
     assert (found.kind, found.others) == ("tie", ("stribeck_friction", "friction coefficient ~ motor speed"))
+
+
+@pytest.mark.parametrize(("change", "effect"), [
+    (lambda x: x**2, "quadratic_load_drag"), (lambda x: 10 * np.exp(-x / 5), "falling_load_friction"),
+    (lambda x: 10 * np.sin(x / 4), ""),
+])
+def test_a_measured_law_must_have_the_shape_of_an_effect(change: Callable[[np.ndarray], np.ndarray],
+                                                         effect: str) -> None:
+    x = np.linspace(0, 50, 9)
+    found = answer(Finding(("load",), ("load torque", "output speed"), gain(1.0)), LawPoints(x, change(x), np.eye(9)))
+    assert (found.kind, found.effect) == ("effect" if effect else "unlisted", effect)
 
 
 def test_every_listed_effect_can_be_named_by_its_pairs() -> None:
