@@ -49,26 +49,37 @@ class Input:
         given = self.conditions.input_torque
         drive = np.zeros(len(vectors)) if given is None else given
         speed = np.empty(self.torque.shape)
-        curves = np.array([self.converter.speed_ratio, self.converter.torque_ratio, self.converter.capacity_factor])
-        _integrate(self.time, self.torque, initial[np.arange(len(vectors)), column], self.conditions.motor_speed,
-                   drive - vectors[:, _COULOMB], vectors[:, _VISCOUS], vectors[:, _GEAR], vectors[:, _INERTIA], curves,
-                   self.steps, speed)
+        integrate(self.time, self.torque, initial[np.arange(len(vectors)), column], self.conditions.motor_speed,
+                  drive - vectors[:, _COULOMB], vectors[:, _VISCOUS], vectors[:, _GEAR], vectors[:, _INERTIA],
+                  curves_of(self.converter), self.steps, speed)
         return speed
 
 
+def curves_of(converter: Converter) -> np.ndarray:
+    """Speed ratio, torque ratio and capacity factor of a converter, (3, m)."""
+    return np.array([converter.speed_ratio, converter.torque_ratio, converter.capacity_factor])
+
+
 @njit(nogil=True, cache=True, error_model="numpy")
-def _rate(speed, torque, motor_speed, drive, viscous, inertia, curves):  # type: ignore[no-untyped-def]
+def converter_torque(speed, motor_speed, curves):  # type: ignore[no-untyped-def]
+    """Output torque in N m of a converter with `curves` (3, m), at one input and one motor speed in rad/s."""
     ratio = min(curves[0, -1], max(curves[0, 0], speed / motor_speed))
     j = min(len(curves[0]) - 2, max(0, np.searchsorted(curves[0], ratio) - 1))
     share = (ratio - curves[0, j]) / (curves[0, j + 1] - curves[0, j])
     factor = motor_speed / (curves[2, j] + share * (curves[2, j + 1] - curves[2, j]))
-    converter = (curves[1, j] + share * (curves[1, j + 1] - curves[1, j])) * factor * factor
+    return (curves[1, j] + share * (curves[1, j + 1] - curves[1, j])) * factor * factor
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _rate(speed, torque, motor_speed, drive, viscous, inertia, curves):  # type: ignore[no-untyped-def]
+    converter = converter_torque(speed, motor_speed, curves)
     return (converter + drive - viscous * speed - torque) / inertia
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _integrate(time, torque, initial, motor_speed, drive, viscous, gear, inertia, curves,  # type: ignore[no-untyped-def]
-               steps, out):
+def integrate(time, torque, initial, motor_speed, drive, viscous, gear, inertia, curves,  # type: ignore[no-untyped-def]
+              steps, out):
+    """Fill `out` (n, k) with the input speed in rad/s at `time` (k,), by `steps` Runge-Kutta steps in a sample."""
     for i in range(len(initial)):
         speed = initial[i]
         out[i, 0] = speed

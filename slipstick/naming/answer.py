@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from slipstick.clutch.effects import CATALOGUE, find
+from slipstick.clutch.effects import find, matching
+from slipstick.clutch.effects.effect import DEPENDENCES, QUANTITIES, SENSORS
 from slipstick.naming.block import Pair
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
@@ -24,7 +25,10 @@ class Answer:
 
 def names(pair: Pair) -> tuple[str, ...]:
     """The effects of the catalogue that change this quantity in dependence on this: none where it has none."""
-    return tuple(effect.name for effect in CATALOGUE if effect.listed and pair in effect.pairs)
+    quantity, depends_on = pair
+    if quantity not in {**QUANTITIES, **SENSORS} or depends_on not in DEPENDENCES:
+        return ()  # blocks are asked for more pairs than effects can have
+    return tuple(effect.name for effect in matching(quantity, depends_on))
 
 
 def _has_shape(name: str, law: LawPoints) -> bool:

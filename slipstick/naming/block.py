@@ -67,8 +67,5 @@ class Block(Protocol):
 class SearchedBlock(Block, Protocol):
     """A block that is far from linear, whose start values are searched."""
 
-    def simulate(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """The signal (n, k), as `base`."""
-
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair, without its columns."""

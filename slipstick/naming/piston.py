@@ -57,8 +57,6 @@ class ClutchBlock:
         """Torque (n, k) in N m at `points` (n, q), 0 after the samples that are counted."""
         return self._closed(points, laws, self.end)[0]
 
-    simulate = base
-
     def predicted_beyond(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m up to the measured lock-up, where samples near it are not counted."""
         lock = np.searchsorted(self.scene.time, self.scene.recordings.measured_time).astype(np.int64)

@@ -6,8 +6,9 @@
 with the input speed Omega in rad/s, the gear ratio g, and the torque in N m at the sensor behind the gear.
 """
 
-import numpy as np
 from numba import njit
+
+from slipstick.blocks.input import converter_torque
 
 _AFTER = 2
 """Samples from lock-up to the speed that the integration starts from: the smoothed speed has a corner at lock-up."""
@@ -26,12 +27,7 @@ def couple(time, lock, speed, motor, inertia, brake, given, losses, curves, torq
             continue
         x = speed[i, min(lock[i] + _AFTER, len(time) - 1)]
         for t in range(lock[i], len(time)):
-            ratio = min(curves[0, -1], max(curves[0, 0], x / motor[i]))
-            j = min(curves.shape[1] - 2, max(0, np.searchsorted(curves[0], ratio) - 1))
-            share = (ratio - curves[0, j]) / (curves[0, j + 1] - curves[0, j])
-            factor = motor[i] / (curves[2, j] + share * (curves[2, j + 1] - curves[2, j]))
-            converter = (curves[1, j] + share * (curves[1, j + 1] - curves[1, j])) * factor * factor
-            drive = converter + given[i] - viscous * x - coulomb
+            drive = converter_torque(x, motor[i], curves) + given[i] - viscous * x - coulomb
             load = brake[i] + load_viscous * x / gear
             rate = (drive - load / gear) / (own + inertia[i] / (gear * gear))
             torque[i, t] = inertia[i] * rate / gear + load

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from slipstick.bench import Bench, parameters
-from slipstick.bench.converter import Converter
+from slipstick.blocks.input import curves_of
 from slipstick.calibration.noise import sensor_noise
 from slipstick.naming.bases import KNOTS, from_zero, hats, sensor_basis
 from slipstick.naming.rigid import couple
@@ -170,8 +170,3 @@ class Scene:
         power = self.smooth["output_torque"] / self.gear * self.slip * before
         steps = 0.5 * (power[:, 1:] + power[:, :-1]) * np.diff(self.time)
         return np.concatenate([np.zeros((len(self), 1)), np.cumsum(steps, axis=1)], axis=1) / 1000
-
-
-def curves_of(converter: Converter) -> np.ndarray:
-    """Speed ratio, torque ratio and capacity factor of a converter, (3, m)."""
-    return np.array([converter.speed_ratio, converter.torque_ratio, converter.capacity_factor])

@@ -33,7 +33,7 @@ def search(block: ClutchBlock, laws: Laws = ()) -> np.ndarray:
     def misfits(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Squares (n,) at bias and position (2,) or (n, 2), and the factors (n,) of the torque that fit best."""
         points[:, [_BIAS, _PLACE]] = values
-        predicted = block.simulate(points, laws) * block.counted
+        predicted = block.base(points, laws) * block.counted
         scale = (predicted * measured).sum(axis=1) / np.maximum((predicted**2).sum(axis=1), 1e-9)
         scale = np.clip(scale, *_SCALES)
         return ((measured - scale[:, None] * predicted) ** 2).sum(axis=1), scale
@@ -109,5 +109,5 @@ def _variance(block: ClutchBlock) -> float:
 
 def _squares(block: ClutchBlock, points: np.ndarray, laws: Laws) -> np.ndarray:
     """Squared residuals (n,) in noise levels."""
-    left = (block.measured - block.simulate(points, laws)) * block.counted
+    left = (block.measured - block.base(points, laws)) * block.counted
     return np.asarray((left**2).sum(axis=1) / _variance(block))

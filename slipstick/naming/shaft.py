@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.blocks.input import _integrate
+from slipstick.blocks.input import curves_of, integrate
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.clutch.lag import lagged_signal
@@ -18,7 +18,7 @@ from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.filters import first_order
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
-from slipstick.naming.scene import Scene, curves_of
+from slipstick.naming.scene import Scene
 
 CONVERTER_WITHIN = 0.05
 """Relative standard deviation of the converter's torque at a knot: its curve comes from another bench."""
@@ -196,9 +196,9 @@ class InputBlock:
     def _integrated(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Speed (n, k) in rad/s against the clutch torque (n, k) in N m on the input side."""
         speed = np.empty(torque.shape)
-        _integrate(self.scene.time, torque, self._initial * (1 + points[:, 5]), self.motor * (1 + points[:, 3]),
-                   self.scene.given_torque - self.coulomb * (1 + points[:, 1]), self.viscous * (1 + points[:, 2]),
-                   np.ones(len(speed)), self.inertia * (1 + points[:, 0]), self._curves, _STEPS, speed)
+        integrate(self.scene.time, torque, self._initial * (1 + points[:, 5]), self.motor * (1 + points[:, 3]),
+                  self.scene.given_torque - self.coulomb * (1 + points[:, 1]), self.viscous * (1 + points[:, 2]),
+                  np.ones(len(speed)), self.inertia * (1 + points[:, 0]), self._curves, _STEPS, speed)
         return speed
 
     def _respond(self, torque: np.ndarray) -> np.ndarray:
