@@ -100,6 +100,11 @@ class LoadBlock:
         """Changes (n, p, k) in rad/s with the clock and what the conditions state."""
         return self.columns(points, laws, predicted)[1]
 
+    def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
+        """Relative errors (n,) of the stated inertias (of their inverse) and brake torques."""
+        first = 1 + self._inertias.shape[1]
+        return {"load_inertia": self._inertias @ shared[1:first], "brake_torque": self._brakes @ shared[first:]}
+
     def pairs(self) -> list[Pair]:
         """Laws of the load torque and of both sensors."""
         return [*(("load torque", on) for on in _SIGNALS),

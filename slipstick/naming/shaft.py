@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipstick.bench.converter import Converter
 from slipstick.blocks.input import curves_of, integrate
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
@@ -82,6 +83,7 @@ class InputBlock:
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
         self._about = self._linearised(np.zeros((len(scene), len(self.random))))
+        self._largest_pump = _LEAST  # N m
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Input speed (n, k) in rad/s at `points` (n, 6)."""
@@ -128,7 +130,8 @@ class InputBlock:
         ratio = speed / self.motor[:, None]
         # A motor that sags does so with the torque of the pump, which is that of the turbine over the torque ratio.
         pump = about.converter / np.maximum(np.interp(ratio, *self._curves[[0, 1]]), _LEAST)
-        sag = -about.motor * pump / max(float(pump.max()), _LEAST)
+        self._largest_pump = max(float(pump.max()), _LEAST)
+        sag = -about.motor * pump / self._largest_pump
         converter = about.converter[:, None] * bases.hats(ratio, self._knots)
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
         clock = bases.late(speed, self.scene.time)
@@ -139,6 +142,24 @@ class InputBlock:
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""
         return self.columns(points, laws, predicted)[1]
+
+    def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
+        """Relative errors (n,) of the stated motor speeds."""
+        return {"motor_speed": self._levels @ shared[2:2 + self._levels.shape[1]]}
+
+    def converter(self, shared: np.ndarray) -> Converter:
+        """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
+        given, first = self._curves, 2 + self._levels.shape[1]
+        ratio = np.union1d(given[0], self._knots)
+        torque, capacity = (np.interp(ratio, given[0], row) for row in given[1:])
+        motor = np.full(ratio.shape, np.sqrt(np.mean(self.motor**2)))
+        torque_given = self._converter(ratio * motor, motor)
+        pump = (motor / capacity) ** 2
+        sagged = self._converter(ratio * motor, motor * (1 - shared[1] * pump / self._largest_pump))
+        factor = np.where(torque_given > 0, sagged / np.maximum(torque_given, _LEAST), 1.0)
+        factor = factor * (1 + bases.hats(ratio[None], self._knots)[0].T @ shared[first:])
+        return Converter(tuple(ratio.tolist()), tuple(np.maximum(torque * factor, 0.0).tolist()),
+                         tuple(capacity.tolist()))
 
     def pairs(self) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
