@@ -44,7 +44,7 @@ class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
     `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise. `laws`
-    are the coefficients of the pairs by block, `measured` the laws of load and friction as values. `seconds` is the
+    are the coefficients of the pairs by block, `measured` the law of each pair as values with units. `seconds` is the
     time that it took.
     """
 
@@ -95,7 +95,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     everything: dict[str, BlockFit] = {"valve": start.valve, **fits, "clutch": clutch}
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
-                  {key: one.coefficients for key, one in everything.items()}, measured(fits),
+                  {key: one.coefficients for key, one in everything.items()}, measured(everything),
                   time.perf_counter() - began)
 
 
