@@ -9,14 +9,15 @@ import numpy as np
 from slipstick.clutch.laws import DEPENDENCES, MOST_POINTS, QUANTITIES, MeasuredLaw
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Pair
-from slipstick.naming.fit import BlockFit
+from slipstick.naming.curved import CurvedFit
+from slipstick.naming.fit import LAW_PRECISION, BlockFit
 from slipstick.naming.law_map import UpTo
 from slipstick.naming.thinning import thinned
 
 _IN_SIMULATOR = {"input torque": "converter torque"}
 """Quantities of pairs that the simulator has under another name: an input torque adds to the converter's."""
-_LAST = "clutch"
-"""The block whose laws are taken only where no other block has them: its covariance is that of a linearisation."""
+_SEEN = 0.5
+"""Largest standard error of a point, over that of the prior: friction is not seen at a slip of 0, for instance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,9 @@ class LawPoints:
     `change` (m,) is at `x` (m,) in `x_unit`; a law that is a single number, such as a lag, has m = 1 and no x. Where
     `relative` the change is a share of the quantity, with the unit "1"; else it is in `unit`. `covariance` (m, m) is
     that of the changes. A law known `up_to` a constant, or a straight line, has a part that parameters of the model
-    take as well: its changes are chosen with mean 0 over the recordings, or with 0 at one or both ends.
+    take as well: its changes are chosen with mean 0 over the recordings, or with 0 at one or both ends. The errors of
+    `linearised` laws, those of the closing piston, are of a linear model about the fit, and may be several times too
+    small.
 
     Over the run order and the motor speed x are the levels, or quantiles of many. A gain is a relative error of a
     sensor over its signal. The `Block.law` of each block states signs.
@@ -40,6 +43,7 @@ class LawPoints:
     relative: bool
     covariance: np.ndarray
     up_to: UpTo = "nothing"
+    linearised: bool = False
 
     def __post_init__(self) -> None:
         """Reject arrays that do not belong together."""
@@ -74,7 +78,7 @@ class LawPoints:
         """The law as JSON, with units."""
         return {"pair": list(self.pair), "x": None if self.x is None else self.x.tolist(), "x_unit": self.x_unit,
                 "change": self.change.tolist(), "unit": self.unit, "relative": self.relative,
-                "covariance": self.covariance.tolist(), "up_to": self.up_to}
+                "covariance": self.covariance.tolist(), "up_to": self.up_to, "linearised": self.linearised}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "LawPoints":
@@ -82,31 +86,34 @@ class LawPoints:
         quantity, depends_on = values["pair"]
         return cls((quantity, depends_on), None if values["x"] is None else np.array(values["x"], float),
                    values["x_unit"], np.array(values["change"], float), values["unit"], values["relative"],
-                   np.array(values["covariance"], float), values["up_to"])
+                   np.array(values["covariance"], float), values["up_to"], values["linearised"])
 
 
 def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
-    """The law of one of the pairs of a fit."""
+    """The law of one of the pairs of a fit, without points at which the recordings do not determine it."""
     first = len(fit.block.random) + len(fit.block.fixed)
     sizes = [len(fit.coefficients[law]) for law in fit.laws]
     first += sum(sizes[:fit.laws.index(pair)])
     places = np.arange(first, first + len(fit.coefficients[pair]))
     values = fit.block.law(pair)
     covariance = values.onto @ fit.fitted.covariance[np.ix_(places, places)] @ values.onto.T
-    return LawPoints(pair, values.x, values.x_unit, values.onto @ fit.coefficients[pair], values.unit,
-                     values.relative, covariance, values.up_to)
+    prior = (values.onto**2).sum(axis=1) / LAW_PRECISION
+    seen = np.diag(covariance) <= _SEEN**2 * prior
+    if seen.sum() < 2 or values.x is None:
+        seen[:] = True
+    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit,
+                     (values.onto @ fit.coefficients[pair])[seen], values.unit, values.relative,
+                     covariance[np.ix_(seen, seen)], values.up_to, isinstance(fit, CurvedFit))
 
 
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
     """All laws in `fits`, by their pairs, each from the block that determines it best.
 
-    That is the one with the smallest sum of variances, which all refer to the same unit. A mean over blocks would count
-    samples twice that two blocks share, and blocks of which one has an error of the model.
+    That is the one with the smallest mean variance, and a linear block before one whose errors are `linearised`. A mean
+    over blocks would count samples twice that two blocks share.
     """
-    found: dict[Pair, LawPoints] = {}
-    for one in sorted(fits.values(), key=lambda one: one.block.name == _LAST):
+    found: dict[Pair, list[LawPoints]] = {}
+    for one in fits.values():
         for pair in one.laws:
-            law = law_points(one, pair)
-            if pair not in found or (one.block.name != _LAST and law.std @ law.std < found[pair].std @ found[pair].std):
-                found[pair] = law
-    return found
+            found.setdefault(pair, []).append(law_points(one, pair))
+    return {pair: min(laws, key=lambda law: (law.linearised, (law.std**2).mean())) for pair, laws in found.items()}

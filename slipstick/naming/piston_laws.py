@@ -35,9 +35,9 @@ class PistonLaw:
     (relative, over m/s) and "place" (in m/s, over m); a rate (1,) in m/s for "drag"; empty for a "reading".
 
     Changes of friction, film torque and piston gain are relative. Friction has a mean of 0 over the samples in full
-    contact, other laws are 0 at the first knot where that belongs to a parameter; a chamber pressure is 0 at rest. A
-    clearance delays the contact. The piston rate is taken off by the drag of its direction. A contact pressure that
-    lags does so as the torque of a slow sensor: the film torque is small.
+    contact. Other laws are 0 at a first knot where nothing shows, which is no point of the law. A larger clearance
+    delays the contact. The drag of the direction is taken off the piston rate. A contact pressure that lags does so
+    like the torque of a slow sensor, which is right for a lag of the whole friction torque.
     """
 
     kind: str
@@ -74,12 +74,12 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     if quantity == "friction coefficient":
         return _friction(pair, given)
     stroke, rate = scene.value("contact_position"), scene.bench.scales.piston_rate
-    values = np.eye(bases.KNOTS)
+    whole, others = np.eye(bases.KNOTS), np.eye(bases.KNOTS - 1)
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
         knots = bases.evenly(x, given.counted, bases.KNOTS)
         hats = bases.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
-        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * values))
+        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * whole))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
         knots = bases.from_zero(x, given.counted, bases.KNOTS)
@@ -87,15 +87,15 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         if quantity == "clearance":
             # Without the first hat: a clearance at no pressure is an initial position.
             return PistonLaw.signal("clearance", hats[:, 1:] * stroke,
-                                    over(pair, knots, stroke * values[:, 1:], up_to="constant"))
-        return PistonLaw.signal("rate_extra", hats * rate * _RATE, over(pair, knots, _RATE * rate * values))
+                                    over(pair, knots[1:], stroke * others, up_to="constant"))
+        return PistonLaw.signal("rate_extra", hats * rate * _RATE, over(pair, knots, _RATE * rate * whole))
     knots = np.linspace(0, 1, bases.KNOTS)
     if pair == ("piston rate", "piston rate"):
-        law = over(pair, knots * rate, values[:, 1:], relative=True, up_to="constant")
+        law = over(pair, knots[1:] * rate, others, relative=True, up_to="constant")
         return PistonLaw("rate", bases.KNOTS - 1, knots * rate, law)
     if pair == ("piston rate", "piston position"):
         # The kernel's table is over the state of the piston, which the gain turns into its position.
-        law = over(pair, knots * stroke * scene.value("temperature_gain"), values[:, 1:], up_to="constant")
+        law = over(pair, knots[1:] * stroke * scene.value("temperature_gain"), others, up_to="constant")
         return PistonLaw("place", bases.KNOTS - 1, knots * stroke, law)
     if pair == ("piston rate", "direction"):
         return PistonLaw("drag", 1, np.array([_DRAG * rate]), single(_DRAG * rate, "m/s"))
