@@ -18,6 +18,7 @@ from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.filters import first_order
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
 from slipstick.naming.scene import Scene
 
@@ -173,9 +174,24 @@ class InputBlock:
         speed = self.clean(points, laws)
         return self._reading(pair, speed) if _is_reading(pair) else self._respond(self._torque(pair, speed))
 
+    def law(self, pair: Pair) -> LawMap:
+        """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
+
+        A law of the converter over the run order is relative.
+        """
+        scene, (quantity, on) = self.scene, pair
+        if quantity.endswith("sensor"):
+            return of_sensor(pair, scene)
+        if quantity == "converter torque":
+            return single(scene.lag * _LAGS, "s") if on == "lag" else over_runs(pair, scene, relative=True)
+        unit = scene.typical_torque / scene.gear
+        if on in ("run order", "motor speed"):
+            return over_runs(pair, scene, unit)
+        return over(pair, self._knots_of(on), -unit * np.eye(self.fine))
+
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return np.asarray(bases.sensor_basis(pair[1], speed, self.scene.time, self.scene.value("current_delay")))
+        return self.scene.reading(*pair, speed)
 
     def _torque(self, pair: Pair, speed: np.ndarray | None) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
@@ -192,11 +208,20 @@ class InputBlock:
             size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"
                     else np.full(measured.shape, unit))
             return np.asarray(size[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])
-        x = {"input speed": measured, "time": np.broadcast_to(scene.time, measured.shape),
-             "pressure": np.maximum(0, scene.smooth["pressure"]),
-             "output speed": np.maximum(0, scene.smooth["output_speed"])}[on]
-        knots = (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, np.ones(x.shape, bool), self.fine)
-        return np.asarray(-bases.hats(x, knots) * unit)
+        return np.asarray(-bases.hats(self._abscissa(on), self._knots_of(on)) * unit)
+
+    def _knots_of(self, on: str) -> np.ndarray:
+        """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""
+        x = self._abscissa(on)
+        return (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, np.ones(x.shape, bool), self.fine)
+
+    def _abscissa(self, on: str) -> np.ndarray:
+        """The signal (n, k) that a law depends on."""
+        smooth, shape = self.scene.smooth, self.torque.shape
+        signals: dict[str, np.ndarray] = {
+            "input speed": smooth["input_speed"], "time": np.broadcast_to(self.scene.time, shape),
+            "pressure": np.maximum(0, smooth["pressure"]), "output speed": np.maximum(0, smooth["output_speed"])}
+        return signals[on]
 
     def _converter(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
         """T_conv in N m."""

@@ -46,10 +46,9 @@ class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
     `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise. `laws`
-    are the coefficients of the pairs by block, `measured` the laws of load and friction as values. `parameters` (n,) of
-    the engagements that are not set aside are relative to nominal, `clocks` are the delays of the signals' clocks in s,
-    and `converter` is that of the bench with the errors of its curve.
-    `seconds` is the time that it took.
+    are the coefficients of the pairs by block, `measured` the law of each pair as values with units. `parameters` (n,)
+    of the engagements that are not set aside are relative to nominal, `clocks` are the delays of the signals' clocks in
+    s, and `converter` is that of the bench with the errors of its curve. `seconds` is the time that it took.
     """
 
     findings: tuple[Finding, ...]
@@ -102,7 +101,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     everything: dict[str, BlockFit] = {"valve": start.valve, **fits, "clutch": clutch}
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
-                  {key: one.coefficients for key, one in everything.items()}, measured(fits),
+                  {key: one.coefficients for key, one in everything.items()}, measured(everything),
                   parameters_of(everything), clocks_of(everything), converter_of(everything),
                   time.perf_counter() - began)
 
