@@ -55,6 +55,11 @@ class Loading:
     counted: np.ndarray
     fine: int
 
+    def is_same(self, other: "Loading") -> bool:
+        """Whether both hold the same arrays, so that laws over them are the same."""
+        return (self.scene is other.scene and self.pressure is other.pressure and self.in_contact is other.in_contact
+                and self.counted is other.counted and self.fine == other.fine)
+
 
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
