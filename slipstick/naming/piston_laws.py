@@ -74,7 +74,7 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return PistonLaw.signal("clearance", _between(on, given) * stroke)
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
-        knots = np.concatenate([[0.0], bases.evenly(x, given.counted, bases.KNOTS)])
+        knots = np.concatenate([[0.0], bases.evenly(x, given.counted, given.fine)])
         return PistonLaw.signal("chamber", bases.hats(x, knots)[:, 1:] * _CHAMBER)
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
