@@ -1,9 +1,9 @@
-"""The study by score tests and whole simulations, and a one-shot regression, on every eighth final case of hidden effects.
+"""The study by score tests, and a one-shot regression, on every eighth final case of hidden effects.
 
     python -m benchmarks.earlier_study
 
-writes earlier_study.csv. Each finished case is a line of var/earlier-study.jsonl, so that a killed run goes on where it was; entries are those of
-`benchmarks.naming`, for comparison by the same rules.
+writes earlier_study.csv. Each finished case is a line of var/earlier-study.jsonl, so that a killed run goes on where it
+was; entries are those of `benchmarks.naming`, for comparison by the same rules.
 """
 
 import json

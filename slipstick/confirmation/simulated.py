@@ -15,6 +15,7 @@ from slipstick.clutch import ensemble
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import Traces
 from slipstick.naming.block import Laws, Pair
+from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN
 
 CONDITIONS = ("motor_speed", "load_inertia", "brake_torque")
@@ -121,5 +122,9 @@ class SimulatedBench:
         raise KeyError(pair)
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """No pair has a law here."""
+        raise KeyError(pair)
+
+    def law(self, pair: Pair) -> LawMap:
         """No pair has a law here."""
         raise KeyError(pair)

@@ -61,6 +61,11 @@ class Loading:
     counted: np.ndarray
     fine: int
 
+    def is_same(self, other: "Loading") -> bool:
+        """Whether both hold the same arrays, so that laws over them are the same."""
+        return (self.scene is other.scene and self.pressure is other.pressure and self.in_contact is other.in_contact
+                and self.counted is other.counted and self.fine == other.fine)
+
 
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
@@ -77,9 +82,9 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     whole, others = np.eye(bases.KNOTS), np.eye(bases.KNOTS - 1)
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
-        knots = bases.evenly(x, given.counted, bases.KNOTS)
+        knots = bases.evenly(x, given.counted, given.fine)
         hats = bases.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
-        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * whole))
+        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(given.fine)))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
         knots = bases.from_zero(x, given.counted, bases.KNOTS)

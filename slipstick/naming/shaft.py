@@ -83,12 +83,14 @@ class InputBlock:
         self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
-        self._about = self._linearised(np.zeros((len(scene), len(self.random))))
         self._largest_pump = _LEAST  # N m
+        self._torques: dict[tuple[Pair, int], np.ndarray] = {}
+        nominal = np.zeros((len(scene), len(self.random)))
+        self._about, self._speed = self._linearised(nominal), self.clean(nominal)
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Input speed (n, k) in rad/s at `points` (n, 6)."""
-        reference = self.clean(points, laws)
+        self._speed = reference = self.clean(points, laws)
         torque = self.torque / self.scene.gear
         for pair, coefficients in laws:
             if not _is_reading(pair):
@@ -105,7 +107,7 @@ class InputBlock:
         torque = self.scene.smooth["output_torque"] / self.scene.gear
         for pair, coefficients in laws:
             if pair[0] == "input torque":
-                torque = torque - np.einsum("m,nmk->nk", coefficients, self._torque(pair, None))
+                torque = torque - np.einsum("m,nmk->nk", coefficients, self._given_by(pair))
         return self._integrated(points, torque)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
@@ -121,7 +123,7 @@ class InputBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
-        speed, about, one = self.clean(points, laws), self._about, np.ones(self.torque.shape)
+        speed, about, one = self._speed, self._about, np.ones(self.torque.shape)
         net = (about.converter + self.scene.given_torque[:, None] - self.coulomb - self.viscous * speed
                - self.scene.smooth["output_torque"] / self.scene.gear)
         own = self._respond(np.stack([-net, -self.coulomb * one, -self.viscous * speed, about.motor,
@@ -171,8 +173,7 @@ class InputBlock:
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
-        speed = self.clean(points, laws)
-        return self._reading(pair, speed) if _is_reading(pair) else self._respond(self._torque(pair, speed))
+        return self._reading(pair, self._speed) if _is_reading(pair) else self._respond(self._torque(pair, self._speed))
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
@@ -193,16 +194,26 @@ class InputBlock:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
         return self.scene.reading(*pair, speed)
 
-    def _torque(self, pair: Pair, speed: np.ndarray | None) -> np.ndarray:
+    def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
+        if pair == ("converter torque", "lag"):
+            torque = self._converter(speed, self.motor[:, None])
+            lags = self.scene.value("current_delay") * _LAGS
+            return np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],
+                            axis=1)
+        return self._given_by(pair)
+
+    def _given_by(self, pair: Pair) -> np.ndarray:
+        """Torques (n, m, k) in N m that only depend on the signals of the scene, each computed once."""
+        if (pair, self.fine) not in self._torques:
+            self._torques[pair, self.fine] = self._over_signals(pair)
+        return self._torques[pair, self.fine]
+
+    def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
         measured = scene.smooth["input_speed"]
         if quantity == "output torque sensor":
             return scene.torque_error(on, scene.smooth["output_torque"]) / scene.gear
-        if quantity == "converter torque" and on == "lag":
-            torque = self._converter(measured if speed is None else speed, self.motor[:, None])
-            lags = scene.value("current_delay") * _LAGS
-            return np.stack([lagged_signal(torque, scene.time, np.full((1,), lag)) - torque for lag in lags], axis=1)
         unit = scene.typical_torque / scene.gear
         if on in ("run order", "motor speed"):
             size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"
