@@ -1,5 +1,6 @@
 """The words of an answer: what a finding is called, from the catalogue of effects."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
@@ -29,12 +30,13 @@ class Answer:
     others: tuple[str, ...]
 
 
-def names(pair: Pair) -> tuple[str, ...]:
-    """The effects of the catalogue that change this quantity in dependence on this: none where it has none."""
+def names(pair: Pair, catalogue: Collection[str] | None = None) -> tuple[str, ...]:
+    """The effects that change this quantity in dependence on this: those of the `catalogue` where it is given."""
     quantity, depends_on = pair
     if quantity not in {**QUANTITIES, **SENSORS} or depends_on not in DEPENDENCES:
         return ()  # blocks are asked for more pairs than effects can have
-    return tuple(effect.name for effect in matching(quantity, depends_on))
+    return tuple(effect.name for effect in matching(quantity, depends_on)
+                 if catalogue is None or effect.name in catalogue)
 
 
 def _has_shape(name: str, law: LawPoints) -> bool:
@@ -49,13 +51,14 @@ def _has_shape(name: str, law: LawPoints) -> bool:
     return effect.shape.is_met(law.x, law.change, covariance)
 
 
-def answer(finding: Finding, law: LawPoints | None = None) -> Answer:
+def answer(finding: Finding, law: LawPoints | None = None, catalogue: Collection[str] | None = None) -> Answer:
     """The words for a finding. Pairs without a name count in a tie by the pair itself.
 
-    Where its `law` is given, an effect must have its shape.
+    Where its `law` is given, an effect must have its shape; where a `catalogue` is, it must be in it.
     """
-    own = tuple(name for name in names(finding.pair) if law is None or _has_shape(name, law))
-    others = [*own[1:], *(name for rival in finding.rivals for name in names(rival.pair) or (" ~ ".join(rival.pair),))]
+    own = tuple(name for name in names(finding.pair, catalogue) if law is None or _has_shape(name, law))
+    others = [*own[1:], *(name for rival in finding.rivals
+                          for name in names(rival.pair, catalogue) or (" ~ ".join(rival.pair),))]
     others = [name for name in dict.fromkeys(others) if name not in own[:1]][:MOST_TIED - 1]
     if not own:
         return Answer("tie" if others else "unlisted", finding.pair, "", tuple(others))

@@ -45,16 +45,15 @@ _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other bl
 class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
-    `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise. `laws`
-    are the coefficients of the pairs by block, `measured` the law of each pair as values with units. `parameters` (n,)
-    of the engagements that are not set aside are relative to nominal, `clocks` are the delays of the signals' clocks in
-    s, and `converter` is that of the bench with the errors of its curve. `seconds` is the time that it took.
+    `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise.
+    `measured` has the law of each pair as values with units. `parameters` (n,) of the engagements that are not set
+    aside are relative to nominal, `clocks` are the delays of the signals' clocks in s, and `converter` is that of the
+    bench with the errors of its curve. `seconds` is the time that it took.
     """
 
     findings: tuple[Finding, ...]
     set_aside: tuple[int, ...]
     chi_square: dict[str, float]
-    laws: dict[str, dict[Pair, np.ndarray]]
     measured: dict[Pair, LawPoints]
     parameters: dict[str, np.ndarray]
     clocks: dict[str, float]
@@ -101,7 +100,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     everything: dict[str, BlockFit] = {"valve": start.valve, **fits, "clutch": clutch}
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
-                  {key: one.coefficients for key, one in everything.items()}, measured(everything),
+                  measured(everything),
                   parameters_of(everything), clocks_of(everything), converter_of(everything),
                   time.perf_counter() - began)
 

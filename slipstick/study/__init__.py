@@ -1,1 +1,7 @@
-"""Studies: which physical effect recordings show and the model lacks, and the gap before and after it is added."""
+"""The study: what recordings ask for beside the model of their bench, named, measured, confirmed and worth."""
+
+from slipstick.study.result import StudyResult
+from slipstick.study.settings import StudySettings
+from slipstick.study.study import conclude, examine
+
+__all__ = ["StudyResult", "StudySettings", "conclude", "examine"]

@@ -1,28 +1,29 @@
-"""How often a name is right: the share of right ones among studies of hidden effects with evidence of the same kind.
+"""How often a name is right: the share of right ones among findings with evidence of the same kind.
 
-`benchmarks.study_blind` measured them, and writes confidence.json; `benchmarks/study_confidence.csv` has the counts,
-with intervals and in two halves. A name counts as right where the hidden effect is it, or is tied with it.
+`benchmarks.naming` counts them on recordings of hidden effects (confidence.json), on one half of the forms; the other
+half is the test (`benchmarks/naming_confidence.csv`).
 """
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
-from slipstick.study.ranking import APART, Ranked, rivals
+from slipstick.naming.selection import Finding
 
-KINDS = ("clear", "a rival near", "something left over")
-SHARES: dict[str, float] = json.loads(Path(__file__).with_name("confidence.json").read_text())
-"""Kind of evidence -> share of right names."""
-_NEAR = 3.0
-"""Standard errors within which an effect that is not tied with the first is still a rival."""
+COUNTS: dict[str, list[int]] = json.loads(Path(__file__).with_name("confidence.json").read_text())
+"""Kind of evidence -> how many names were right, and of how many."""
+_LARGE = 8.0
+"""Standard errors from which evidence is large: twice the least that names anything."""
 
 
-def evidence(ranking: Sequence[Ranked], name: str, others: Sequence[str], over: bool) -> str:
-    """The kind of evidence for the first effect named, by the ranking of its round.
+def evidence(finding: Finding) -> str:
+    """The kind of evidence for a finding."""
+    if finding.rivals:
+        return "rivals near"
+    return "alone, large" if finding.errors >= _LARGE else "alone, small"
 
-    `others` were added later. `over`: something is left. What is nearer than a tie is one, or was told apart since.
-    """
-    if over:
-        return "something left over"
-    near, tied = (len(rivals(ranking, name, others, within)) for within in (_NEAR, APART))
-    return "a rival near" if near > tied else "clear"
+
+def confidence(finding: Finding) -> tuple[float, str]:
+    """The share of right names with this kind of evidence, by Laplace's rule of succession, and the kind in words."""
+    kind = evidence(finding)
+    right, of = COUNTS[kind]
+    return (right + 1) / (of + 2), f"{kind}: {right} of {of}"

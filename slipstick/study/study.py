@@ -1,166 +1,142 @@
-"""The study: which effect the recordings ask for, one after the other, until nothing more is missing or known.
+"""The study: what recordings ask for beside the model of their bench, and what it changes to add it.
 
-    state = start(settings, comparison)
-    while not finished(state):
-        state = advance(settings, comparison, state)
-    result = conclude(settings, comparison, state)
+    named = examine(settings, bench, recordings)
+    result, figures = conclude(settings, bench, recordings, named)
 
-A state is JSON, complete, and the same after a restart. A step is one fit or one screening, or a few of
-them where a path ends: some seconds.
+Both take some seconds to a minute. What `examine` returns is JSON, complete, and the same after a restart.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import asdict, replace
 from typing import Any
 
+import numpy as np
+
+from slipstick.bench import Bench
+from slipstick.bench import parameters as names_of
 from slipstick.clutch import effects
-from slipstick.study import mixed, paths
-from slipstick.study.candidates import SURE, SURE_OF_HIDDEN, SURE_OF_MORE, add, fit_candidate, much, ranked
-from slipstick.study.comparison import Comparison
-from slipstick.study.ranking import gained, in_errors
-from slipstick.study.rounds import (
-    Round,
-    bent,
-    design,
-    explained,
-    left,
-    pending,
-    restore,
-    screening,
-    stored,
-    taken,
-    wide,
-)
-from slipstick.study.score import score
+from slipstick.clutch.laws import MOST_LAWS
+from slipstick.confirmation.control import control
+from slipstick.confirmation.fit import SimulationFit, fit_simulation, nested
+from slipstick.confirmation.further import further
+from slipstick.confirmation.gap import Prediction, closures, predict
+from slipstick.confirmation.simulated import CONDITIONS, RANDOM
+from slipstick.confirmation.terms import Terms
+from slipstick.confirmation.traces import CHANNELS, Traces
+from slipstick.naming import answer, name
+from slipstick.naming.answer import Answer
+from slipstick.naming.record import from_json, to_json
+from slipstick.naming.scene import Scene
+from slipstick.naming.study import Naming
+from slipstick.recordings import Recordings
+from slipstick.study.figures import Figures, figures
+from slipstick.study.findings import finding_result
+from slipstick.study.result import BlockResult, ClosureResult, Control, FurtherExperiment, Gap, SimulationResult
+from slipstick.study.result import StudyResult as Result
 from slipstick.study.settings import StudySettings
+from slipstick.study.words import SIGNALS, sentence
 
-State = dict[str, Any]
-
-_ROUGH = 100.0
-"""Log-likelihood to which the first fit of all converges: it only shows the noise."""
-_EXPLAINED, _ABOUT = 0.9, 0.4
-"""Share of what is left in a signal that all names together must take away where something visible stays, and an open
-term, which is only about right."""
-_VISIBLE = 0.05
-"""Significance that is enough where the residuals themselves say that something is missing."""
-OPEN = tuple(effect.name for effect in effects.CATALOGUE if not effect.listed)
-"""Open terms, one for each quantity: what is tried where no name will do."""
-_OPEN_TRIED = 2
-"""Open terms that are fitted."""
-_WORTH = 0.8
-"""Share of an open term's held-out gain that a named effect must reach: its form need not be quite the true one."""
+Log = Callable[[str], None]
+_NOMINAL_LOSSES = ("input_inertia", "input_coulomb", "input_viscous")
+"""Parameters that start at nominal: those that the input block finds also stand for other small errors of it, and with
+losses that are too small the converter drives the input shaft beyond the motor."""
 
 
-def start(settings: StudySettings, comparison: Comparison) -> State:
-    """The state after the fit without any effect."""
-    rough = mixed.fit(comparison, design(settings, comparison), tolerance=_ROUGH, profiled=False)
-    # The residuals show the sensors' noise better than the signals do, whose own bends add to it.
-    sharp = comparison.with_noise(rough.about.residuals)
-    first = {"added": [], "fit": stored(mixed.fit(sharp, design(settings, comparison)))}
-    return {"noise": sharp.noise, "rounds": [first], "others": [], "stopped": None}
+def examine(settings: StudySettings, bench: Bench, recordings: Recordings,
+            log: Log = lambda _: None) -> dict[str, Any]:
+    """Name what the blocks ask for, as JSON; raises `InvalidValue` for recordings that say too little."""
+    log("asking every block")
+    return to_json(name(bench, recordings, settings.naming))
 
 
-def finished(state: State) -> bool:
-    """Whether nothing more is asked."""
-    return state["stopped"] is not None
+def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, named: dict[str, Any],
+             log: Log = lambda _: None) -> tuple[Result, Figures]:
+    """Confirm in the simulation what `examine` has named, and say what it is worth."""
+    found = from_json(named)
+    answers = [answer(one, found.measured.get(one.pair), settings.catalogue) for one in found.findings]
+    traces, points = _traces(bench, recordings, found)
+    terms = _terms(bench, found, answers)
+    log("fitting the simulation without and with the findings")
+    before, after = nested(traces, terms, points)
+    experiments = []
+    for one in answers:
+        log("comparing with what is tied" if one.others else "")
+        experiments.append(_experiments(one, after))
+    results = [finding_result(settings, finding, one, found.measured.get(finding.pair), after, its)
+               for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
+    log("predicting held-out conditions")
+    predictions = {"before": predict(before, settings.seed)}
+    gap = None
+    if terms.unknowns:
+        predictions["after"] = predict(after, settings.seed)
+        gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
+    unexplained: tuple[str, ...] = getattr(found, "unexplained", ())
+    kind = "none" if not results and not unexplained else "unlisted" if not results else \
+        "several" if len(results) > 1 else results[0].kind
+    result = Result(
+        kind, sentence(results, unexplained), results,
+        [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
+                     block in unexplained) for block, value in found.chi_square.items()],
+        list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
+        {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
+         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest)
+    return result, figures(before, after if terms.unknowns else None, predictions)
 
 
-def advance(settings: StudySettings, comparison: Comparison, state: State) -> State:
-    """Screen the catalogue, fit the next candidate, or settle on the best of those fitted."""
-    comparison = observed(comparison, state)
-    *before, last = state["rounds"]
-    if "screening" not in last:
-        tried = {*last["added"], *paths.begun(state["others"])}
-        known = [name for name in settings.catalogue if name not in tried]
-        last = {**last, "screening": _screened(settings, comparison, last, known), "candidates": {}, "hidden": False}
-        state = {**state, "rounds": [*before, last]}
-        return state if last["screening"]["shortlist"] else _ended(settings, comparison, state, "nothing more")
-    waiting = pending(last)
-    if waiting and not waiting[0]["asked_for"] and not last["hidden"]:
-        # What scatter hides is worth its time only where nothing that is asked for will do.
-        will_do = _best(settings, comparison, last) is not None if last["added"] else explained(last)
-        waiting, last = [] if will_do else waiting, {**last, "hidden": True}
-    if waiting:
-        one = waiting[0]
-        found = fit_candidate(settings, comparison, last, one)
-        fitted = {**last["candidates"], one["effect"]: stored(found)}
-        return {**state, "rounds": [*before, {**last, "candidates": fitted}]}
-    return _settled(settings, comparison, state)
+def _traces(bench: Bench, recordings: Recordings, found: Naming) -> tuple[Traces, np.ndarray]:
+    """The recordings that were not set aside, and the parameters (n, q) at which their simulations start."""
+    whole = Scene.of(bench, recordings)
+    scene = whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside))
+    starts = {name: np.zeros(len(scene)) if name in _NOMINAL_LOSSES else found.parameters[name] for name in RANDOM}
+    return Traces.of(scene, found.clocks, found.converter), np.stack(list(starts.values()), axis=1)
 
 
-def _screened(settings: StudySettings, comparison: Comparison, last: Round, known: list[str]) -> Round:
-    """The screening of a round: of the catalogue and, in the first where something is asked for, of open terms."""
-    if not known:
-        return {"p_value": 1.0, "probes": [], "shortlist": []}
-    found = restore(settings, comparison, last)
-    level = max(settings.significance, _VISIBLE if left(last["fit"]) else 0.0)
-    suspicious = wide(last["fit"]) or (not last["added"] and (left(last["fit"]) or bent(settings, last["fit"])))
-    screened = screening(settings, score(comparison, found, known, settings.seed), comparison, level, suspicious)
-    if not last["added"] and screened["shortlist"]:
-        opened = screening(settings, score(comparison, found, OPEN, settings.seed), comparison, level, False)
-        both = [*screened["shortlist"], *opened["shortlist"][:_OPEN_TRIED]]
-        screened |= {"open": opened, "shortlist": sorted(both, key=lambda one: not one["asked_for"])}
-    return screened
+def _terms(bench: Bench, found: Naming, answers: list[Answer]) -> Terms:
+    """The named effects, and the measured laws of what has no name."""
+    named = dict.fromkeys(one.effect for one in answers if one.effect)
+    laws = [found.measured[one.pair].simulated() for one in answers if not one.effect and one.pair in found.measured]
+    return Terms(bench, tuple(named), tuple(law for law in laws if law is not None)[:MOST_LAWS])
 
 
-def observed(comparison: Comparison, state: State) -> Comparison:
-    """The comparison with the sensors' noise that the study has found."""
-    return replace(comparison, noise=state["noise"])
+def _experiments(one: Answer, after: SimulationFit) -> list[FurtherExperiment]:
+    """Experiments that tell the effect of an answer from those that are tied with it."""
+    found, terms = [], after.block.terms
+    known = {effect.name for effect in effects.CATALOGUE}
+    for rival in one.others:
+        if not one.effect or rival not in known or rival in terms.effects:
+            continue
+        swapped = replace(terms, effects=tuple(rival if name == one.effect else name for name in terms.effects))
+        other = fit_simulation(after.block.traces, swapped, after.fitted.points)
+        found += [FurtherExperiment(rival, **asdict(its)) for its in further(after, other)]
+    return found
 
 
-def _settled(settings: StudySettings, comparison: Comparison, state: State) -> State:
-    """Add the best candidate of the last round, if it is good enough."""
-    last = state["rounds"][-1]
-    best = _best(settings, comparison, last)
-    if best is None:
-        return _ended(settings, comparison, state, "nothing that predicts better")
-    return _longer(settings, comparison, {**state, "rounds": [*state["rounds"],
-                                                              add(settings, comparison, last, best)]})
+def _gap(settings: StudySettings, before: SimulationFit, predictions: dict[str, Prediction],
+         quantities: list[str]) -> Gap:
+    """The gap before and after, and what the best effect on another quantity closes of it."""
+    wide, narrow = predictions["before"], predictions["after"]
+    spent = control(before, quantities)
+    its = None
+    if spent is not None:
+        other = predict(spent[1], settings.seed)
+        # What a right model would leave is the findings' to say, of the control as well.
+        judged = Prediction(other.square, narrow.variance, other.time)
+        its = Control(spent[0], _closures(wide, judged, settings.seed))
+    return Gap(_closures(wide, narrow, settings.seed), wide.time.tolist(), narrow.time.tolist(), its)
 
 
-def _longer(settings: StudySettings, comparison: Comparison, state: State) -> State:
-    """The state with an effect more; the path ends where it has as many as it may."""
-    return _ended(settings, comparison, state, "enough") if len(state["rounds"]) > settings.most_effects else state
+def _closures(before: Prediction, after: Prediction, seed: int) -> dict[str, ClosureResult]:
+    return {channel: ClosureResult(**asdict(one)) for channel, one in closures(before, after, seed).items()}
 
 
-def _best(settings: StudySettings, comparison: Comparison, last: Round) -> str | None:
-    """The best of the candidates fitted that are good enough to be added."""
-    hidden = {one["effect"] for one in last["screening"]["shortlist"] if not one["asked_for"]}
-    for one in ranked(settings, comparison, last):
-        enough = SURE_OF_MORE if last["added"] else SURE_OF_HIDDEN if one.effect in hidden else SURE
-        drift = one.effect not in hidden and effects.find(one.effect).uses_run_order
-        first = not last["added"] and one.effect not in hidden
-        takes = first or drift or much(settings, last["fit"], last["candidates"][one.effect])
-        if one.sure >= enough and not one.at_bound and takes:
-            return one.effect
-    return None
-
-
-def _ended(settings: StudySettings, comparison: Comparison, state: State, why: str) -> State:
-    """Begin another path where this one asks for it; else judge the best path."""
-    tried, begun = paths.another(settings, comparison, [*state["others"], paths.ended(state["rounds"], why)])
-    if begun is not None:
-        return _longer(settings, comparison, {**state, "rounds": begun, "others": tried})
-    best = tried.pop(paths.best(settings, comparison, tried))
-    return _judge(settings, comparison, {**state, "rounds": best["rounds"], "stopped": best["stopped"],
-                                         "others": tried})
-
-
-def _judge(settings: StudySettings, comparison: Comparison, state: State) -> State:
-    """Take back all names where they explain too little; put an open term in their place where one explains more."""
-    first, last = state["rounds"][0], state["rounds"][-1]
-    visible = left(first["fit"])
-    opened = [one for one in ranked(settings, comparison, first, listed=False) if one.sure >= SURE and not one.at_bound
-              and not (visible and taken(first["fit"], first["candidates"][one.effect]) < _ABOUT)]
-    named = bool(last["added"]) and not (left(last["fit"]) and taken(first["fit"], last["fit"]) < _EXPLAINED)
-    if named and opened:
-        without, found = (restore(settings, comparison, one) for one in (first, last))
-        gain = gained(comparison, without, found, settings.seed)
-        worth = _WORTH if len(last["added"]) == 1 else 1.0
-        named = bool(gain.sum() >= worth * opened[0].gain.sum() or in_errors(opened[0].gain - gain) < SURE)
-    if named:
-        return state
-    if opened:
-        term = {"added": [opened[0].effect], "fit": first["candidates"][opened[0].effect]}
-        return {**state, "rounds": [first, term], "stopped": "unlisted"}
-    unexplained = visible and first["screening"]["shortlist"]
-    return {**state, "rounds": [first], "stopped": "unlisted" if unexplained else state["stopped"]}
+def _simulation(one: SimulationFit) -> SimulationResult:
+    """A fit as a result; its model has the mean parameters."""
+    block = one.block
+    values = block.scene.base.copy()
+    for parameter, change in one.parameters.items():
+        if parameter not in CONDITIONS:
+            values[names_of.index(parameter)] *= 1 + change
+    squares = block.traces.mean_squares(block.measured - one.fitted.predicted)
+    chi_square = {channel: squares[channel] * block.traces.noise[channel] ** 2 for channel in CHANNELS}
+    return SimulationResult(one.parameters, one.scatter, chi_square, float(one.evidence.sum()),
+                            block.terms.model(one.values, tuple(values.tolist())).spec())

@@ -1,0 +1,34 @@
+"""A finished naming as JSON, so that a durable job keeps it."""
+
+from typing import Any
+
+import numpy as np
+
+from slipstick.bench.converter import Converter
+from slipstick.naming.measured import LawPoints
+from slipstick.naming.selection import Finding, Rival
+from slipstick.naming.study import Naming
+
+
+def to_json(found: Naming) -> dict[str, Any]:
+    """The naming as JSON."""
+    return {
+        "findings": [{"blocks": list(one.blocks), "pair": list(one.pair), "gain": one.gain.tolist(),
+                      "rivals": [[list(rival.pair), rival.nats, rival.behind] for rival in one.rivals]}
+                     for one in found.findings],
+        "set_aside": list(found.set_aside), "chi_square": found.chi_square,
+        "measured": [law.to_dict() for law in found.measured.values()],
+        "parameters": {name: values.tolist() for name, values in found.parameters.items()},
+        "clocks": found.clocks, "converter": found.converter.spec(), "seconds": found.seconds}
+
+
+def from_json(values: dict[str, Any]) -> Naming:
+    """The naming of `to_json`."""
+    findings = tuple(
+        Finding(tuple(one["blocks"]), tuple(one["pair"]), np.array(one["gain"]),
+                tuple(Rival(tuple(pair), nats, behind) for pair, nats, behind in one["rivals"]))
+        for one in values["findings"])
+    laws = [LawPoints.from_dict(law) for law in values["measured"]]
+    return Naming(findings, tuple(values["set_aside"]), values["chi_square"], {law.pair: law for law in laws},
+                  {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
+                  Converter.from_spec(values["converter"]), values["seconds"])

@@ -1,0 +1,86 @@
+"""What the pictures of a study show beyond its result, as typed values."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.gap import Prediction
+from slipstick.recordings.processing import block_means
+from slipstick.recordings.signals import SIGNAL_UNITS
+
+_CONDITIONS = ("current_profile", "motor_speed", "load_inertia", "brake_torque", "run_order")
+_WIDTH = 8
+"""Samples averaged to a point of a curve: 16 ms at 500 Hz, finer than a picture resolves."""
+_WORST = 3
+"""Engagements whose signals are shown, each of another current profile."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """Held-out shifting times in s: `mean` and `std` of each engagement."""
+
+    mean: list[float]
+    std: list[float]
+
+
+@dataclass(frozen=True)
+class Engagement:
+    """Signals of an engagement: averages of what was `measured`, and of each of the `models`, at `time` in s.
+
+    `condition` is its place among the engagements that count, `lock` its measured shifting time in s.
+    """
+
+    condition: int
+    gear_ratio: float
+    lock: float
+    time: list[float]
+    measured: dict[str, list[float]]
+    models: dict[str, dict[str, list[float]]]
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Data of pictures. Models are `before` and, where something was added, `after`.
+
+    `conditions` has the columns of the conditions of the engagements that count (run order may be None), `measured`
+    their shifting times in s, `predicted` those of each model on held-out conditions, and `engagements` those that the
+    model before describes worst, simulated with the mean parameters of each model.
+    """
+
+    conditions: dict[str, list[float] | None]
+    measured: list[float]
+    predicted: dict[str, Times]
+    engagements: list[Engagement]
+
+
+def figures(before: SimulationFit, after: SimulationFit | None, predictions: dict[str, Prediction]) -> Figures:
+    """All of it, from the fits and their held-out predictions."""
+    scene = before.block.scene
+    conditions = {name: None if (column := getattr(scene.recordings.conditions, name)) is None else _row(column)
+                  for name in _CONDITIONS}
+    predicted = {who: Times(_row(one.time), _row(np.sqrt(one.variance[:, -1]))) for who, one in predictions.items()}
+    models = {"before": before} | ({} if after is None else {"after": after})
+    return Figures(conditions, _row(scene.recordings.measured_time), predicted,
+                   _engagements(models, predictions["before"]))
+
+
+def _engagements(models: dict[str, SimulationFit], before: Prediction) -> list[Engagement]:
+    scene = models["before"].block.scene
+    noise = np.array([scene.noise[name][0] for name in SIGNAL_UNITS])
+    order = np.argsort(-(before.square[:, :-1] / noise**2).sum(axis=1), kind="stable")
+    profiles = scene.recordings.conditions.current_profile[order]
+    worst = order[sorted(np.unique(profiles, return_index=True)[1])[:_WORST]]
+    simulated = {who: one.block.respond(np.tile(one.fitted.mean, (len(scene), 1)), one.fitted.shared)
+                 for who, one in models.items()}
+
+    def curves(source: object, place: int) -> dict[str, list[float]]:
+        return {name: _row(block_means(np.asarray(getattr(source, name))[place], _WIDTH)) for name in SIGNAL_UNITS}
+
+    return [Engagement(int(place), scene.gear, float(scene.recordings.measured_time[place]),
+                       _row(block_means(scene.time, _WIDTH)), curves(scene.signals, place),
+                       {who: curves(one, place) for who, one in simulated.items()}) for place in worst]
+
+
+def _row(values: np.ndarray) -> list[float]:
+    return [float(f"{value:.6g}") for value in np.nan_to_num(values)]

@@ -1,0 +1,71 @@
+"""One finding as a result: its measured law, its coefficients in the simulation, its worth and its confidence."""
+
+import numpy as np
+from scipy.special import ndtri
+
+from slipstick.clutch import effects
+from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.worth import worth
+from slipstick.naming.answer import Answer, names
+from slipstick.naming.measured import LawPoints
+from slipstick.naming.selection import Finding
+from slipstick.study.confidence import confidence
+from slipstick.study.formula import formula
+from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law, Worth
+from slipstick.study.settings import StudySettings
+from slipstick.study.words import title
+
+_AT_BOUND = 1e-3
+"""Distance from a bound, over the width of the bounds, below which a coefficient is at it."""
+
+
+def finding_result(settings: StudySettings, finding: Finding, said: Answer, law: LawPoints | None,
+                   after: SimulationFit, experiments: list[FurtherExperiment]) -> FindingResult:
+    """The finding with all that was found out about it."""
+    term = _term(said, law)
+    at = [place for place, one in enumerate(after.block.terms.unknowns) if one.term == term]
+    share, kind = confidence(finding) if said.effect else (None, None)
+    rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
+              for one in finding.rivals]
+    drawn = None if law is None else _law(settings, law, said.effect, after.values[at] if said.effect else None)
+    return FindingResult(
+        said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
+        finding.nats, finding.errors, rivals, drawn,
+        _confirmation(settings, after, at, "formula" if said.effect else "measured law"),
+        Worth(**vars(worth(after, term))) if at else None, share, kind, experiments)
+
+
+def _term(said: Answer, law: LawPoints | None) -> str:
+    """The name of what stands for the finding in the simulation."""
+    if said.effect:
+        return said.effect
+    simulated = None if law is None else law.simulated()
+    return "" if simulated is None else f"{simulated.quantity} ~ {simulated.depends_on}"
+
+
+def _law(settings: StudySettings, law: LawPoints, effect: str, values: np.ndarray | None) -> Law:
+    """The law with its band, and the formula of the effect beside it."""
+    error = float(ndtri((1 + settings.level) / 2)) * law.std
+    its = None if values is None else formula(effect, values.tolist(), law)
+    return Law(None if law.x is None else law.x.tolist(), law.x_unit, law.change.tolist(),
+               (law.change - error).tolist(), (law.change + error).tolist(), law.unit, law.relative, law.up_to,
+               law.linearised, None if its is None else its.tolist())
+
+
+def _confirmation(settings: StudySettings, after: SimulationFit, at: list[int], how: str) -> Confirmation:
+    """Coefficients with intervals, and whether one that is an amplitude differs from neutral."""
+    if not at:
+        return Confirmation("no", [], None)
+    deviation, wide = np.sqrt(np.diag(after.covariance)), float(ndtri((1 + settings.level) / 2))
+    coefficients, agrees = [], False
+    for place in at:
+        one, value, error = after.block.terms.unknowns[place], float(after.values[place]), float(deviation[place])
+        bound = min(value - one.lower, one.upper - value) < _AT_BOUND * one.span
+        coefficients.append(Coefficient(one.name, one.unit, value, value - wide * error, value + wide * error, bound))
+        agrees |= _is_amplitude(one.term, one.name) and abs(value - one.neutral) > settings.naming.apart * error
+    return Confirmation("formula" if how == "formula" else "measured law", coefficients, agrees)
+
+
+def _is_amplitude(term: str, name: str) -> bool:
+    """Whether the effect is absent where this coefficient is neutral."""
+    return name == "factor" or not next(c for c in effects.find(term).coefficients if c.name == name).shape

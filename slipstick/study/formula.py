@@ -1,0 +1,36 @@
+"""The formula of a named effect over what it depends on, beside the measured law."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slipstick.clutch.effects import find
+from slipstick.clutch.effects.effect import Signals
+from slipstick.naming.measured import LawPoints
+
+_FIELDS = {"motor speed": "motor_speed", "input speed": "input_speed", "output speed": "output_speed",
+           "slip": "plate_slip", "pressure": "pressure", "time": "time", "run order": "run"}
+"""Dependence -> field of the signals of a formula that holds it."""
+_RUN = 100.0
+"""Runs in a unit of `Signals.run`."""
+
+
+def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | None:
+    """Changes (m,) by an effect with coefficients `values` at the points of a measured law, in the unit of the law.
+
+    A law that is known up to a constant or a line is compared with the formula after the same part is fitted. None
+    where the formula is not one over the points: that of a sensor, of a memory, or found under another pair.
+    """
+    effect = find(name)
+    if law.x is None or effect.memory is not None or law.pair != effect.pairs[0] or law.pair[1] not in _FIELDS:
+        return None
+    x = law.x / _RUN if law.pair[1] == "run order" else law.x
+    base = 1.0 if law.relative else 0.0
+    blank = Signals(*[0.0] * len(Signals._fields))
+    signals = [blank._replace(**{_FIELDS[law.pair[1]]: float(at)}) for at in x]
+    change = np.array([effect.formula(base, one, tuple(values)) - base for one in signals])
+    columns = {"nothing": [], "constant": [np.ones_like(x)], "line": [np.ones_like(x), x]}[law.up_to]
+    if columns:
+        design = np.stack(columns, axis=1)
+        change = change + design @ np.linalg.lstsq(design, law.change - change, rcond=None)[0]
+    return np.asarray(change)

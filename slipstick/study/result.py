@@ -1,0 +1,292 @@
+"""The result of a study as typed values. Reports, pictures and the service read them; the service adds nothing."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, Literal
+
+_CONFIG: dict[str, Any] = {"use_attribute_docstrings": True}
+"""Tells pydantic, and so the OpenAPI page, to take the docstrings of fields as their descriptions."""
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A coefficient of a named effect, fitted to all signals at once."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    name: str
+    """Name of the coefficient; `factor` for the multiple of a measured law."""
+    unit: str
+    """Unit."""
+    value: float
+    """Estimate."""
+    lower: float
+    """Lower end of the interval, which is conditional on the name."""
+    upper: float
+    """Upper end of the interval."""
+    at_bound: bool
+    """Whether the estimate is at a bound of the coefficient, so that the interval has no meaning."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A measured law: how a quantity changes with what it depends on, without a formula."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    x: list[float] | None
+    """Points at which the change was measured; null for a single number, such as a lag."""
+    x_unit: str
+    """Unit of the points."""
+    change: list[float]
+    """Change of the quantity at the points."""
+    lower: list[float]
+    """Lower end of the band at each point."""
+    upper: list[float]
+    """Upper end of the band at each point."""
+    unit: str
+    """Unit of the change, "1" if it is relative."""
+    relative: bool
+    """Whether the change is a share of the quantity."""
+    up_to: Literal["nothing", "constant", "line"]
+    """What may be added to the law because parameters of the model take it as well: a constant, or a straight line."""
+    linearised: bool
+    """Whether the band is that of a linear model about the fit, and may be several times too narrow."""
+    formula: list[float] | None
+    """The same change by the formula of the named effect with its fitted coefficients; null without one."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A pair of quantity and dependence that the recordings do not tell apart from the finding."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    effect: str | None
+    """Effect of the catalogue; null if it has none for this pair."""
+    quantity: str
+    """Quantity of the model that changes."""
+    depends_on: str
+    """What the change depends on."""
+    nats: float
+    """Gain of the natural log-likelihood by the pair."""
+    behind: float
+    """Standard errors over engagements by which it trails the finding."""
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """What the simulation of the whole bench says about a finding of the blocks."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    simulated: Literal["formula", "measured law", "no"]
+    """What stands for the finding in the simulation. `no`: the simulation has no such quantity or dependence."""
+    coefficients: list[Coefficient]
+    """Coefficients, of all findings at once; empty if nothing stands for the finding."""
+    agrees: bool | None
+    """Whether the simulation asks for the finding as well; null if nothing stands for it."""
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What a finding changes under the recorded conditions."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    shifting_time: float
+    """Root-mean-square change of the shifting time in ms."""
+    largest: float
+    """Change of largest magnitude of a shifting time in ms, with its sign."""
+    signals: dict[str, float]
+    """Root-mean-square change of each signal, in standard deviations of its noise."""
+
+
+@dataclass(frozen=True)
+class FurtherExperiment:
+    """A proposed experiment in which two tied effects predict different results."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    rival: str
+    """The effect that it tells apart from the finding."""
+    current_profile: int
+    """Index of the current profile in the recordings."""
+    motor_speed: float
+    """Motor speed in rad/s."""
+    load_inertia: float
+    """Load inertia in kg m^2."""
+    brake_torque: float
+    """Brake torque in N m."""
+    recorded: bool
+    """Whether the recordings contain this condition."""
+    apart: float
+    """Distance of both predictions in standard deviations, beyond what the scatter of the parameters can hide."""
+    signal: str
+    """Signal, or `shifting_time`, that contributes most."""
+    repetitions: int | None
+    """Expected number of runs until five standard errors; null for more than 1000."""
+
+
+@dataclass(frozen=True)
+class FindingResult:
+    """Something that the recordings ask for beside the model."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    kind: Literal["effect", "tie", "unlisted"]
+    """`effect`: the catalogue has it. `tie`: one of several. `unlisted`: the catalogue has no effect of this pair with
+    a law of this shape."""
+    effect: str | None
+    """Effect of the catalogue, the first of a tie; null if unlisted."""
+    title: str
+    """The finding in words."""
+    quantity: str
+    """Quantity of the model that changes."""
+    depends_on: str
+    """What the change depends on."""
+    blocks: list[str]
+    """Blocks of the model that show it."""
+    nats: float
+    """Gain of the natural log-likelihood of held-out engagements in these blocks."""
+    errors: float
+    """Mean gain in its standard errors over engagements."""
+    rivals: list[Candidate]
+    """Pairs that the recordings do not tell apart from it."""
+    law: Law | None
+    """The measured law."""
+    confirmation: Confirmation
+    worth: Worth | None
+    """What it is worth; null if nothing stands for it in the simulation."""
+    confidence: float | None
+    """Share of right names among findings with evidence of this kind, in recordings of known hidden effects; null if
+    unlisted. It is not the probability that the name is right on your test bench."""
+    evidence: str | None
+    """Kind of the evidence, and on how many findings the confidence rests."""
+    experiments: list[FurtherExperiment]
+    """Experiments that would break a tie, the best first."""
+
+
+@dataclass(frozen=True)
+class BlockResult:
+    """What a block of the model says: between the signals at its input and the one at its output."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    name: str
+    """Name of the block."""
+    signals: str
+    """The measured signals that it connects."""
+    chi_square: float
+    """Reduced chi-square with all findings; 1 if only noise is left."""
+    findings: list[str]
+    """Titles of the findings in this block; empty if it asks for nothing."""
+    unexplained: bool
+    """Whether something is left that no pair explains."""
+
+
+@dataclass(frozen=True)
+class ClosureResult:
+    """The gap in one signal (in its unit) or in the shifting time (in s), on held-out conditions."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    rms_before: float
+    """Root-mean-square error without the findings."""
+    rms_after: float
+    """Root-mean-square error with the findings."""
+    rms_expected: float
+    """Root-mean-square error of a right model, due to noise and scatter."""
+    closure: float | None
+    """Share of the gap that the findings close; null if there is no significant gap without them."""
+    lower: float | None
+    """Lower end of the 90 % bootstrap interval of `closure`."""
+    upper: float | None
+    """Upper end of the 90 % bootstrap interval of `closure`."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """What the best effect on another quantity closes: a wrong effect must not close the gap."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    effect: str
+    """Name of that effect."""
+    closures: dict[str, ClosureResult]
+    """Closure by signal or `shifting_time`."""
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The gap between model and recordings without and with the findings."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    closures: dict[str, ClosureResult]
+    """Closure by signal or `shifting_time`."""
+    before: list[float]
+    """Held-out prediction of each shifting time in s, without the findings."""
+    after: list[float]
+    """Held-out prediction of each shifting time in s, with the findings."""
+    control: Control | None
+    """Control for comparison; null if every effect acts on a quantity of the findings."""
+
+
+@dataclass(frozen=True)
+class SimulationResult:
+    """A fit of the simulation of the whole bench to all signals."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    parameters: dict[str, float]
+    """Mean of each parameter and stated condition, relative to its nominal value (0: as stated)."""
+    scatter: dict[str, float]
+    """Standard deviation of each from engagement to engagement, relative to nominal."""
+    chi_square: dict[str, float]
+    """Mean squared residual of each signal and of the shifting time, in units of its noise."""
+    log_likelihood: float
+    """Natural log-likelihood, up to a constant of the recordings."""
+    model: dict[str, Any]
+    """The model in the format that `python -m worker build --model` reads."""
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a study has found."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+
+    kind: Literal["none", "effect", "tie", "several", "unlisted"]
+    """`none`: the recordings show no missing effect. `effect`: one effect is missing. `tie`: one of several.
+    `several`: there is more than one finding. `unlisted`: something is missing that the catalogue does not have."""
+    sentence: str
+    """The answer in words."""
+    findings: list[FindingResult]
+    """What is missing, in the order of the blocks."""
+    blocks: list[BlockResult]
+    """What each block says."""
+    set_aside: list[int]
+    """Engagements, numbered from 0 as in the recordings, that are far worse than all others and count nothing."""
+    before: SimulationResult
+    """The fit without the findings."""
+    after: SimulationResult
+    """The fit with those findings that the simulation takes."""
+    gap: Gap | None
+    """The gap without and with the findings; null if the simulation takes none."""
+    experiments: int
+    """Number of engagements that count; each is one observation of all tests."""
+    noise: dict[str, float]
+    """Standard deviation of the noise of each signal in its unit, and of the shifting time in s."""
+    recordings_digest: str
+    """SHA-256 of the recordings."""
+    settings_digest: str
+    """SHA-256 of the settings."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON."""
+        return asdict(self)
+
+    @property
+    def effects(self) -> list[str]:
+        """The named effects of the catalogue."""
+        return [one.effect for one in self.findings if one.effect is not None]

@@ -1,0 +1,45 @@
+"""What findings are called, and the answer in one sentence."""
+
+from collections.abc import Sequence
+
+from slipstick.clutch import effects
+from slipstick.naming.block import Pair
+from slipstick.study.result import FindingResult
+
+_FORMS = {"lag": "lag of the {0}", "offset": "offset of the {0}", "gain": "gain error of the {0}",
+          "past current": "{0} that depends on the past of the current",
+          "direction": "{0} that depends on the direction of motion", "twist": "twist of the shafts by the {0}"}
+SIGNALS = {"valve": "current → pressure", "contact": "pressure, slip → torque in full contact",
+           "clutch": "pressure, speeds → torque while the plates close", "load": "torque → output speed",
+           "input": "torque → input speed", "lock": "output speed → input speed after lock-up"}
+"""Block of the study -> the signals that it connects."""
+NOTHING = "Nothing is missing that these recordings could show"
+
+
+def title(pair: Pair, effect: str | None) -> str:
+    """A finding in words: the title of its effect, or else what depends on what."""
+    if effect is not None:
+        return effects.find(effect).title
+    words = _FORMS.get(pair[1], "{0} that depends on the {1}").format(*pair)
+    return words[0].upper() + words[1:]
+
+
+def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> str:
+    """The answer."""
+    left = " and ".join(f"“{SIGNALS[block]}”" for block in unexplained)
+    if not findings:
+        return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING
+    parts = [_phrase(one) for one in findings]
+    more = f". Something more is missing in the block {left}, and no law that was tried explains it" if left else ""
+    return f"Missing: {'; and '.join(parts)}{more}"
+
+
+def _phrase(one: FindingResult) -> str:
+    name = one.title[0].lower() + one.title[1:]
+    if one.kind == "unlisted":
+        return f"{name}, which no effect of the catalogue explains"
+    if one.kind == "tie":
+        others = [title((other.quantity, other.depends_on), other.effect) for other in one.rivals]
+        rest = ", ".join(other[0].lower() + other[1:] for other in others)
+        return f"one of {1 + len(others)} that these recordings do not tell apart: {name}, {rest}"
+    return name
