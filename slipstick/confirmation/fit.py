@@ -75,7 +75,8 @@ def nested(traces: Traces, terms: Terms, points: np.ndarray) -> tuple[Simulation
     """
     first = fit_simulation(traces, terms, points)
     traces = traces.with_noise(traces.mean_squares(traces.measured - first.fitted.predicted))
-    after = fit_simulation(traces, terms, first.fitted.points, first.fitted.shared)
+    after = SimulationFit(block := SimulatedBench(traces, terms),
+                          fit_curved(block, start=first.fitted, iterations=_ITERATIONS))
     if not terms.unknowns:
         return after, after
     bare = replace(terms, effects=(), laws=())
@@ -85,8 +86,9 @@ def nested(traces: Traces, terms: Terms, points: np.ndarray) -> tuple[Simulation
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     """The fit `after`, or one that starts where `before` ended, whose model is nested in it."""
-    neutral = np.zeros(len(after.fitted.shared))
-    found = best([after, fit_simulation(after.block.traces, after.block.terms, before.fitted.points, neutral)])
+    block, neutral = after.block, np.zeros(len(after.fitted.shared))
+    again = fit_curved(block, start=before.fitted, shared=neutral, iterations=_ITERATIONS)
+    found = best([after, SimulationFit(block, again)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
     return found

@@ -34,5 +34,5 @@ def worth(found: SimulationFit, term: str) -> Worth:
     change = 1e3 * (there.shifting_time - gone.shifting_time)
     change = change[np.isfinite(change)] if np.isfinite(change).any() else np.zeros(1)
     squares = {name: np.nanmean((getattr(there, name) - getattr(gone, name)) ** 2) for name in SIGNAL_UNITS}
-    signals = {name: float(np.sqrt(square)) / scene.noise[name][0] for name, square in squares.items()}
+    signals = {name: float(np.sqrt(square) / scene.noise[name][0]) for name, square in squares.items()}
     return Worth(float(np.sqrt((change**2).mean())), float(change[np.abs(change).argmax()]), signals)

@@ -103,13 +103,15 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
     """Fit a block with `laws`, from the fit `start` or else from `points` (n, q), nominal where neither is given.
 
     `coefficients` are starts of those of the laws, before those of `start`; a law begins with 0 otherwise. `shared`
-    (p,) are starts of the shared values where there is no fit to start from.
+    (p,) are starts of the shared values. A fit that starts from another one, with laws or shared values that begin
+    with 0, is never below it.
     """
     known = {**({} if start is None else start.coefficients), **(coefficients or {})}
     begun = {pair: known[pair] if pair in known else np.zeros(block.size(pair)) for pair in laws}
     n, q = len(block.measured), len(block.random)
     if start is not None:
-        values, variance = _Values(start.points, start.mean, start.shared, begun), start.variance
+        shared = start.shared if shared is None else shared
+        values, variance = _Values(start.points, start.mean, shared, begun), start.variance
     else:
         points = np.zeros((n, q)) if points is None else points
         shared = np.zeros(len(block.fixed)) if shared is None else shared
@@ -119,17 +121,18 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
     for iteration in range(iterations + 1):
         predicted, gram = _linearised(block, values, noise)
         information = gram.products[:, :q, :q]
-        mean, variance = _spread(values.points, information, gram.precision[:q], block.widest, variance)
-        values = replace(values, mean=mean)
+        if iteration or start is None:
+            mean, variance = _spread(values.points, information, gram.precision[:q], block.widest, variance)
+            values = replace(values, mean=mean)
         squares = _squares(block, predicted, noise)
         cost = squares + _scatter(values, variance)
         logdet = np.linalg.slogdet(np.eye(q) + information * variance)[1]
-        prior = (np.concatenate([mean, values.shared, *values.coefficients.values()]) ** 2 * gram.precision).sum()
+        prior = (np.concatenate([values.mean, values.shared, *values.coefficients.values()]) ** 2 * gram.precision).sum()
         evidence = -0.5 * (cost + logdet + prior / n)
         fitted = estimate(gram, variance, fixed=True)
         if best is None or evidence.sum() > best.evidence.sum():
             best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients, fitted, predicted,
-                             noise, mean, variance, evidence, squares)
+                             noise, values.mean, variance, evidence, squares)
         if iteration == iterations or (iteration > 1 and abs(evidence.sum() - last) < _SETTLED):
             break
         last = evidence.sum()

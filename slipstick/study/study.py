@@ -58,10 +58,8 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     terms = _terms(bench, found, answers)
     log("fitting the simulation without and with the findings")
     before, after = nested(traces, terms, points)
-    experiments = []
-    for one in answers:
-        log("comparing with what is tied" if one.others else "")
-        experiments.append(_experiments(one, after))
+    log("comparing with effects that are tied")
+    experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), after, its)
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
     log("predicting held-out conditions")
