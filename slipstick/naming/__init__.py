@@ -4,7 +4,8 @@ It takes the place of `slipstick.study` once confirmation, reports and the servi
 """
 
 from slipstick.naming.answer import Answer, answer
+from slipstick.naming.measured import LawPoints
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 
-__all__ = ["Answer", "Naming", "NamingSettings", "answer", "name"]
+__all__ = ["Answer", "LawPoints", "Naming", "NamingSettings", "answer", "name"]

@@ -53,24 +53,36 @@ def between(values: np.ndarray) -> np.ndarray:
     Each column has mean 0 over the runs, and the first level has none: what all runs have in common belongs to the
     parameters of the block. Where all runs have the same value there is no column.
     """
-    levels = np.unique(values)
-    knots = levels if len(levels) <= KNOTS else np.unique(np.quantile(values, np.linspace(0, 1, KNOTS - 1)))
-    basis = hats(values, knots)[:, 1:]
+    basis = hats(values, between_knots(values))[:, 1:]
     return np.asarray(basis - basis.mean(axis=0))
 
 
-def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
+def between_knots(values: np.ndarray) -> np.ndarray:
+    """Knots (m + 1,) of `between`, in the unit of the values."""
+    levels = np.unique(values)
+    return levels if len(levels) <= KNOTS else np.unique(np.quantile(values, np.linspace(0, 1, KNOTS - 1)))
+
+
+def lags(scale: float) -> np.ndarray:
+    """Lags (4,) in s of which that of a sensor is a mixture, about the time `scale` in s of a block."""
+    return scale * _LAGS
+
+
+def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
+                 largest: float | None = None) -> np.ndarray:
     """Errors (n, m, k) of a sensor of `signal` (n, k) at `time` (k,) in s: its "offset", "gain" or "lag".
 
     An offset is in the unit of the signal. A gain is a share of the signal, and one that grows with the signal up
-    to its largest value. Lags are those of first-order sensors, at multiples of `scale` in s.
+    to its `largest` value, if none is given that of `signal`. Lags are those of first-order sensors, at multiples of
+    `scale` in s.
     """
     if on == "offset":
         return np.ones_like(signal)[:, None]
     if on == "gain":
-        return np.stack([signal, signal * np.abs(signal) / np.abs(signal).max()], axis=1)
+        largest = float(np.abs(signal).max()) if largest is None else largest
+        return np.stack([signal, signal * np.abs(signal) / largest], axis=1)
     if on == "lag":
-        return np.stack([lagged_signal(signal, time, np.array([lag])) - signal for lag in scale * _LAGS], axis=1)
+        return np.stack([lagged_signal(signal, time, np.array([lag])) - signal for lag in lags(scale)], axis=1)
     raise KeyError(on)
 
 

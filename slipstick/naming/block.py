@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming.law_map import LawMap
 from slipstick.naming.scene import Pair, Scene
 
 Laws = Sequence[tuple[Pair, np.ndarray]]
@@ -59,6 +60,9 @@ class Block(Protocol):
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Derivatives (n, m, k) with respect to the coefficients of the law of a pair."""
+
+    def law(self, pair: Pair) -> LawMap:
+        """How the coefficients of the law of a pair become values."""
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """The noise of the residual `measured` - prediction."""

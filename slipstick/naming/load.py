@@ -13,6 +13,7 @@ from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.filters import first_order
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
 from slipstick.naming.scene import Scene
 
@@ -102,6 +103,11 @@ class LoadBlock:
         """Changes (n, p, k) in rad/s with the clock and what the conditions state."""
         return self.columns(points, laws, predicted)[1]
 
+    def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
+        """Relative errors (n,) of the stated inertias (of their inverse) and brake torques."""
+        first = 1 + self._inertias.shape[1]
+        return {"load_inertia": self._inertias @ shared[1:first], "brake_torque": self._brakes @ shared[first:]}
+
     def pairs(self) -> list[Pair]:
         """Laws of the load torque and of both sensors."""
         return [*(("load torque", on) for on in _SIGNALS),
@@ -114,9 +120,18 @@ class LoadBlock:
             return self._reading(pair, self._speed)
         return self._respond(points, self._torque(pair))
 
+    def law(self, pair: Pair) -> LawMap:
+        """The values of a law: a load torque is against the motion, an error is what a sensor reads too much."""
+        scene, (quantity, on) = self.scene, pair
+        if quantity.endswith("sensor"):
+            return of_sensor(pair, scene)
+        if on in ("run order", "motor speed"):
+            return over_runs(pair, scene, scene.typical_torque)
+        return over(pair, self.knots(pair), scene.typical_torque * np.eye(self.fine))
+
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return np.asarray(bases.sensor_basis(pair[1], speed, self.scene.time, self.scene.value("current_delay")))
+        return self.scene.reading(*pair, speed)
 
     def _torque(self, pair: Pair) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the load, over signals of the scene: each is computed once."""

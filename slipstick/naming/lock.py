@@ -9,6 +9,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
+from slipstick.naming.law_map import LawMap, of_sensor, single
 from slipstick.naming.scene import Scene
 
 _TWIST = 1e-3
@@ -64,10 +65,13 @@ class LockBlock:
         if quantity == "stick torque":
             rate = np.gradient(scene.smooth["output_torque"], scene.time, axis=1) / scene.gear
             return np.asarray((rate * _TWIST)[:, None])
-        scale = scene.value("current_delay")
         if quantity.startswith("output"):
-            return np.asarray(-scene.gear * bases.sensor_basis(on, self.output, scene.time, scale))
+            return np.asarray(-scene.gear * scene.reading(quantity, on, self.output))
         # A lag of the sensor keeps what it read before lock-up for a while.
         slipping = scene.time < scene.recordings.measured_time[:, None]
         signal = np.where(slipping, scene.smooth["input_speed"], scene.gear * self.output)
-        return np.asarray(bases.sensor_basis(on, signal, scene.time, scale))
+        return scene.reading(quantity, on, signal)
+
+    def law(self, pair: Pair) -> LawMap:
+        """The values of a law: an error is what a sensor reads too much, a twist a compliance on the input side."""
+        return single(_TWIST, "rad/(N m)") if pair[0] == "stick torque" else of_sensor(pair, self.scene)

@@ -1,42 +1,119 @@
-"""The measured law of a finding: its values at knots, and how well they are known."""
+"""The measured law of a finding: its values, how well they are known, and what of it the simulator takes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from slipstick.clutch.laws import DEPENDENCES, MOST_POINTS, QUANTITIES, MeasuredLaw
+from slipstick.errors import InvalidValue
 from slipstick.naming.block import Pair
-from slipstick.naming.contact import ContactBlock
-from slipstick.naming.fit import BlockFit
-from slipstick.naming.load import LoadBlock
+from slipstick.naming.curved import CurvedFit
+from slipstick.naming.fit import LAW_PRECISION, BlockFit
+from slipstick.naming.law_map import UpTo
+from slipstick.naming.thinning import thinned
 
-_OVER_SIGNALS = {"load torque": ("output speed", "time", "input speed", "pressure", "output position"),
-                 "friction coefficient": ("slip", "pressure", "heat", "time in contact")}
-"""Laws whose coefficients are values at knots."""
+_IN_SIMULATOR = {"input torque": "converter torque"}
+"""Quantities of pairs that the simulator has under another name: an input torque adds to the converter's."""
+_SEEN = 0.5
+"""Largest standard error of a point, over that of the prior: friction is not seen at a slip of 0, for instance."""
 
 
 @dataclass(frozen=True, eq=False)
 class LawPoints:
-    """A law measured at `x` (m,), in the unit of what it depends on: `change` (m,) with its `covariance` (m, m).
+    """A law of a `pair` (quantity, depends on), measured at m points.
 
-    Of the load torque the change is in N m; that of the friction coefficient is relative, and known but for a constant.
+    `change` (m,) is at `x` (m,) in `x_unit`; a law that is a single number, such as a lag, has m = 1 and no x. Where
+    `relative` the change is a share of the quantity, with the unit "1"; else it is in `unit`. `covariance` (m, m) is
+    that of the changes. A law known `up_to` a constant, or a straight line, has a part that parameters of the model
+    take as well: its changes are chosen with mean 0 over the recordings, or with 0 at one or both ends. The errors of
+    `linearised` laws, those of the closing piston, are of a linear model about the fit, and may be several times too
+    small.
+
+    Over the run order and the motor speed x are the levels, or quantiles of many. A gain is a relative error of a
+    sensor over its signal. The `Block.law` of each block states signs.
     """
 
-    x: np.ndarray
+    pair: Pair
+    x: np.ndarray | None
+    x_unit: str
     change: np.ndarray
+    unit: str
+    relative: bool
     covariance: np.ndarray
+    up_to: UpTo = "nothing"
+    linearised: bool = False
+
+    def __post_init__(self) -> None:
+        """Reject arrays that do not belong together."""
+        m = len(self.change)
+        shapes = [self.change.shape, self.covariance.shape, (m,) if self.x is None else self.x.shape]
+        if shapes != [(m,), (m, m), (m,)] or (self.x is None and m != 1):
+            raise InvalidValue(f"The law of the {' over the '.join(self.pair)} has arrays of the shapes {shapes}",
+                               "Give m points and changes with a covariance (m, m), or one change without a point")
+
+    @property
+    def std(self) -> np.ndarray:
+        """Standard errors (m,) of the changes."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def up_to_constant(self) -> bool:
+        """Whether a constant may be added to the law without a change of what is predicted."""
+        return self.up_to != "nothing"
+
+    def simulated(self) -> MeasuredLaw | None:
+        """The law for the simulator, with at most 16 points; None where it is not a law of a quantity over a number.
+
+        A law known up to a constant or a line belongs to the parameters of the fit that measured it.
+        """
+        quantity = _IN_SIMULATOR.get(self.pair[0], self.pair[0])
+        if quantity not in QUANTITIES or self.pair[1] not in DEPENDENCES or self.x is None or len(self.x) < 2:
+            return None
+        kept = thinned(self.x, self.change, MOST_POINTS)
+        return MeasuredLaw(quantity, self.pair[1], tuple(self.x[kept]), tuple(self.change[kept]), self.relative)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The law as JSON, with units."""
+        return {"pair": list(self.pair), "x": None if self.x is None else self.x.tolist(), "x_unit": self.x_unit,
+                "change": self.change.tolist(), "unit": self.unit, "relative": self.relative,
+                "covariance": self.covariance.tolist(), "up_to": self.up_to, "linearised": self.linearised}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> "LawPoints":
+        """The law of `to_dict`."""
+        quantity, depends_on = values["pair"]
+        return cls((quantity, depends_on), None if values["x"] is None else np.array(values["x"], float),
+                   values["x_unit"], np.array(values["change"], float), values["unit"], values["relative"],
+                   np.array(values["covariance"], float), values["up_to"], values["linearised"])
+
+
+def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
+    """The law of one of the pairs of a fit, without points at which the recordings do not determine it."""
+    first = len(fit.block.random) + len(fit.block.fixed)
+    sizes = [len(fit.coefficients[law]) for law in fit.laws]
+    first += sum(sizes[:fit.laws.index(pair)])
+    places = np.arange(first, first + len(fit.coefficients[pair]))
+    values = fit.block.law(pair)
+    covariance = values.onto @ fit.fitted.covariance[np.ix_(places, places)] @ values.onto.T
+    prior = (values.onto**2).sum(axis=1) / LAW_PRECISION
+    seen = np.diag(covariance) <= _SEEN**2 * prior
+    if seen.sum() < 2 or values.x is None:
+        seen[:] = True
+    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit,
+                     (values.onto @ fit.coefficients[pair])[seen], values.unit, values.relative,
+                     covariance[np.ix_(seen, seen)], values.up_to, isinstance(fit, CurvedFit))
 
 
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
-    """The laws of load and friction in `fits`, by their pairs."""
-    found = {}
+    """All laws in `fits`, by their pairs, each from the block that determines it best.
+
+    That is the one with the smallest mean variance, and a linear block before one whose errors are `linearised`. A mean
+    over blocks would count samples twice that two blocks share.
+    """
+    found: dict[Pair, list[LawPoints]] = {}
     for one in fits.values():
-        first = len(one.block.random) + len(one.block.fixed)
         for pair in one.laws:
-            places = np.arange(first, first + len(one.coefficients[pair]))
-            first += len(places)
-            if isinstance(one.block, LoadBlock | ContactBlock) and pair[1] in _OVER_SIGNALS.get(pair[0], ()):
-                unit = one.block.scene.typical_torque if isinstance(one.block, LoadBlock) else 1.0
-                found[pair] = LawPoints(one.block.knots(pair), unit * one.coefficients[pair],
-                                        unit**2 * one.fitted.covariance[np.ix_(places, places)])
-    return found
+            found.setdefault(pair, []).append(law_points(one, pair))
+    return {pair: min(laws, key=lambda law: (law.linearised, (law.std**2).mean())) for pair, laws in found.items()}

@@ -10,9 +10,10 @@ from slipstick.bench import parameters
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
+from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
-from slipstick.naming.piston_laws import ADDED, PAIRS, Loading, PistonLaw, friction_knots, law_of
+from slipstick.naming.piston_laws import ADDED, PAIRS, Loading, PistonLaw, law_of
 from slipstick.naming.scene import Scene
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
@@ -117,9 +118,9 @@ class ClutchBlock:
             laws[pair] = law_of(pair, given)
         return laws[pair]
 
-    def knots(self, pair: Pair) -> np.ndarray:
-        """Where the coefficients of a law of the friction are its values, but for a constant: (m,)."""
-        return friction_knots(pair[1], self._loading())
+    def law(self, pair: Pair) -> LawMap:
+        """The values of a law, as `piston_laws` states them."""
+        return self._law(pair).values
 
     def _loading(self) -> Loading:
         return Loading(self.scene, self.pressure, self.in_contact, self.counted, self.fine)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.naming import bases
-from slipstick.naming.block import Pair
-from slipstick.naming.scene import Scene
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
+from slipstick.naming.scene import Pair, Scene
 
 PAIRS: tuple[Pair, ...] = (
     *(("friction coefficient", on)
@@ -29,20 +29,26 @@ _RATE, _DRAG = 0.1, 0.05
 
 @dataclass(frozen=True, eq=False)
 class PistonLaw:
-    """The `kind` of input that a law changes, its number of coefficients `size`, and its `basis`.
+    """The `kind` of input that a law changes, its number of coefficients `size`, its `basis` and its `values`.
 
     The basis is (n, m, k) for the kinds in `ADDED`; the knots (m + 1,) of a table that is 0 at the first one for "rate"
     (relative, over m/s) and "place" (in m/s, over m); a rate (1,) in m/s for "drag"; empty for a "reading".
+
+    Changes of friction, film torque and piston gain are relative. Friction has a mean of 0 over the samples in full
+    contact. Other laws are 0 at a first knot where nothing shows, which is no point of the law. A larger clearance
+    delays the contact. The drag of the direction is taken off the piston rate. A contact pressure that lags does so
+    like the torque of a slow sensor, which is right for a lag of the whole friction torque.
     """
 
     kind: str
     size: int
     basis: np.ndarray
+    values: LawMap
 
     @classmethod
-    def signal(cls, kind: str, basis: np.ndarray) -> "PistonLaw":
+    def signal(cls, kind: str, basis: np.ndarray, values: LawMap) -> "PistonLaw":
         """A law that adds a basis (n, m, k)."""
-        return cls(kind, basis.shape[1], basis)
+        return cls(kind, basis.shape[1], basis, values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,58 +70,67 @@ class Loading:
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
     scene, (quantity, on) = given.scene, pair
+    if quantity == "output torque sensor":
+        return PistonLaw("reading", _READINGS[on], np.zeros(0), of_sensor(pair, scene))
+    if pair == ("contact pressure", "lag"):
+        return PistonLaw("reading", _READINGS[on], np.zeros(0), of_sensor(pair, scene))
+    if on in ("run order", "motor speed"):
+        return _between(pair, given)
+    if quantity == "friction coefficient":
+        return _friction(pair, given)
     stroke, rate = scene.value("contact_position"), scene.bench.scales.piston_rate
-    if quantity in ("friction coefficient", "film torque"):
-        kind = "friction" if quantity == "friction coefficient" else "film"
-        return PistonLaw.signal(kind, _relative(on, given))
-    if quantity == "piston gain":
-        return PistonLaw.signal("gain", _between("run order", given))
-    if pair == ("clearance", "run order"):
-        return PistonLaw.signal("clearance", _between(on, given) * stroke)
+    whole, others = np.eye(bases.KNOTS), np.eye(bases.KNOTS - 1)
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
-        knots = np.concatenate([[0.0], bases.evenly(x, given.counted, given.fine)])
-        return PistonLaw.signal("chamber", bases.hats(x, knots)[:, 1:] * _CHAMBER)
+        knots = bases.evenly(x, given.counted, given.fine)
+        hats = bases.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
+        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(given.fine)))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
-        hats = bases.hats(x, bases.from_zero(x, given.counted, bases.KNOTS))
+        knots = bases.from_zero(x, given.counted, bases.KNOTS)
+        hats = bases.hats(x, knots)
         if quantity == "clearance":
             # Without the first hat: a clearance at no pressure is an initial position.
-            return PistonLaw.signal("clearance", hats[:, 1:] * stroke)
-        return PistonLaw.signal("rate_extra", hats * rate * _RATE)
+            return PistonLaw.signal("clearance", hats[:, 1:] * stroke,
+                                    over(pair, knots[1:], stroke * others, up_to="constant"))
+        return PistonLaw.signal("rate_extra", hats * rate * _RATE, over(pair, knots, _RATE * rate * whole))
+    knots = np.linspace(0, 1, bases.KNOTS)
     if pair == ("piston rate", "piston rate"):
-        return PistonLaw("rate", bases.KNOTS - 1, np.linspace(0, 1, bases.KNOTS) * rate)
+        law = over(pair, knots[1:] * rate, others, relative=True, up_to="constant")
+        return PistonLaw("rate", bases.KNOTS - 1, knots * rate, law)
     if pair == ("piston rate", "piston position"):
-        return PistonLaw("place", bases.KNOTS - 1, np.linspace(0, 1, bases.KNOTS) * stroke)
+        # The kernel's table is over the state of the piston, which the gain turns into its position.
+        law = over(pair, knots[1:] * stroke * scene.value("temperature_gain"), others, up_to="constant")
+        return PistonLaw("place", bases.KNOTS - 1, knots * stroke, law)
     if pair == ("piston rate", "direction"):
-        return PistonLaw("drag", 1, np.array([_DRAG * rate]))
-    if quantity in ("output torque sensor", "contact pressure"):
-        return PistonLaw("reading", _READINGS[on], np.zeros(0))
+        return PistonLaw("drag", 1, np.array([_DRAG * rate]), single(_DRAG * rate, "m/s"))
     raise KeyError(pair)
 
 
-def _between(on: str, given: Loading) -> np.ndarray:
-    """Basis (n, m, k) over what is constant in an engagement."""
-    between = bases.between(given.scene.constant_in_run(on))
-    return np.asarray(between[:, :, None] * np.ones(given.pressure.shape)[:, None])
+_KINDS = {"friction coefficient": "friction", "film torque": "film", "piston gain": "gain", "clearance": "clearance"}
+"""Inputs of the kernel that laws over what is constant in an engagement change."""
 
 
-def _relative(on: str, given: Loading) -> np.ndarray:
-    """Basis (n, m, k) of relative changes of friction or film torque."""
-    if on in ("run order", "motor speed"):
-        return _between(on, given)
+def _between(pair: Pair, given: Loading) -> PistonLaw:
+    """A law over what is constant in an engagement: of the clearance in m, of the others relative."""
+    scene, (quantity, on) = given.scene, pair
+    absolute = quantity == "clearance"
+    size = scene.value("contact_position") if absolute else 1.0
+    between = bases.between(scene.constant_in_run(on))
+    basis = between[:, :, None] * np.full(given.pressure.shape, size)[:, None]
+    return PistonLaw.signal(_KINDS[quantity], basis, over_runs(pair, scene, size, relative=not absolute))
+
+
+def _friction(pair: Pair, given: Loading) -> PistonLaw:
+    """A relative law of the friction over a signal."""
     loaded = given.counted & (given.in_contact > 0)
-    hats = bases.hats(_abscissa(on, given), friction_knots(on, given))
+    x = _abscissa(pair[1], given)
+    knots = (bases.evenly if pair[1] == "pressure" else bases.from_zero)(x, loaded, given.fine)
+    hats = bases.hats(x, knots)
     # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
     centre = np.einsum("nmk,nk->m", hats, loaded) / max(1, loaded.sum())
-    return np.asarray(hats - centre[:, None])
-
-
-def friction_knots(on: str, given: Loading) -> np.ndarray:
-    """Where the coefficients of a law of the friction are its values, but for a constant: (m,)."""
-    loaded = given.counted & (given.in_contact > 0)
-    spaced = bases.evenly if on == "pressure" else bases.from_zero
-    return np.asarray(spaced(_abscissa(on, given), loaded, given.fine))
+    values = over(pair, knots, np.eye(len(knots)) - centre, relative=True, up_to="constant")
+    return PistonLaw.signal("friction", hats - centre[:, None], values)
 
 
 def _abscissa(on: str, given: Loading) -> np.ndarray:

@@ -94,8 +94,26 @@ class Scene:
         if on == "pressure":
             x = np.maximum(0, self.smooth["pressure"])
             # Without the first hat: an error at no pressure is an offset.
-            return np.asarray(hats(x, from_zero(x, np.ones(x.shape, bool), KNOTS))[:, 1:] * self.typical_torque)
-        return np.asarray(sensor_basis(on, torque, self.time, self.value("current_delay")))
+            return np.asarray(hats(x, self.pressure_knots())[:, 1:] * self.typical_torque)
+        return self.reading("output torque sensor", on, torque)
+
+    def pressure_knots(self) -> np.ndarray:
+        """Knots (m,) in bar of errors of the torque sensor over the pressure."""
+        x = np.maximum(0, self.smooth["pressure"])
+        return from_zero(x, np.ones(x.shape, bool), KNOTS)
+
+    def reading(self, sensor: str, on: str, signal: np.ndarray) -> np.ndarray:
+        """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit."""
+        return np.asarray(sensor_basis(on, signal, self.time, self.lag, self.largest(sensor)))
+
+    def largest(self, sensor: str) -> float:
+        """The largest magnitude of the signal of a `sensor`, in its unit."""
+        return float(np.abs(self.smooth[sensor.removesuffix(" sensor").replace(" ", "_")]).max())
+
+    @property
+    def lag(self) -> float:
+        """Time scale in s of the lags of sensors."""
+        return self.value("current_delay")
 
     def constant_in_run(self, on: str) -> np.ndarray:
         """The "run order" or the "motor speed" in rad/s of each engagement, (n,)."""
@@ -146,7 +164,12 @@ class Scene:
     @property
     def margin(self) -> float:
         """Time in s before and after the measured lock-up whose samples are not counted."""
-        return _ERRORS * (self.bench.sensors["shifting_time"].noise or _TIMER_NOISE) + _SAMPLES * self.step
+        return _ERRORS * self.timer_noise + _SAMPLES * self.step
+
+    @property
+    def timer_noise(self) -> float:
+        """Standard deviation in s of the measured shifting time."""
+        return self.bench.sensors["shifting_time"].noise or _TIMER_NOISE
 
     @property
     def slipping(self) -> np.ndarray:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipstick.bench.converter import Converter
 from slipstick.blocks.input import curves_of, integrate
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
@@ -17,6 +18,7 @@ from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.filters import first_order
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
 from slipstick.naming.scene import Scene
 
@@ -81,6 +83,7 @@ class InputBlock:
         self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
+        self._largest_pump = _LEAST  # N m
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
         nominal = np.zeros((len(scene), len(self.random)))
         self._about, self._speed = self._linearised(nominal), self.clean(nominal)
@@ -130,7 +133,8 @@ class InputBlock:
         ratio = speed / self.motor[:, None]
         # A motor that sags does so with the torque of the pump, which is that of the turbine over the torque ratio.
         pump = about.converter / np.maximum(np.interp(ratio, *self._curves[[0, 1]]), _LEAST)
-        sag = -about.motor * pump / max(float(pump.max()), _LEAST)
+        self._largest_pump = max(float(pump.max()), _LEAST)
+        sag = -about.motor * pump / self._largest_pump
         converter = about.converter[:, None] * bases.hats(ratio, self._knots)
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
         clock = bases.late(speed, self.scene.time)
@@ -141,6 +145,24 @@ class InputBlock:
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""
         return self.columns(points, laws, predicted)[1]
+
+    def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
+        """Relative errors (n,) of the stated motor speeds."""
+        return {"motor_speed": self._levels @ shared[2:2 + self._levels.shape[1]]}
+
+    def converter(self, shared: np.ndarray) -> Converter:
+        """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
+        given, first = self._curves, 2 + self._levels.shape[1]
+        ratio = np.union1d(given[0], self._knots)
+        torque, capacity = (np.interp(ratio, given[0], row) for row in given[1:])
+        motor = np.full(ratio.shape, np.sqrt(np.mean(self.motor**2)))
+        torque_given = self._converter(ratio * motor, motor)
+        pump = (motor / capacity) ** 2
+        sagged = self._converter(ratio * motor, motor * (1 - shared[1] * pump / self._largest_pump))
+        factor = np.where(torque_given > 0, sagged / np.maximum(torque_given, _LEAST), 1.0)
+        factor = factor * (1 + bases.hats(ratio[None], self._knots)[0].T @ shared[first:])
+        return Converter(tuple(ratio.tolist()), tuple(np.maximum(torque * factor, 0.0).tolist()),
+                         tuple(capacity.tolist()))
 
     def pairs(self) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
@@ -153,9 +175,24 @@ class InputBlock:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
         return self._reading(pair, self._speed) if _is_reading(pair) else self._respond(self._torque(pair, self._speed))
 
+    def law(self, pair: Pair) -> LawMap:
+        """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
+
+        A law of the converter over the run order is relative.
+        """
+        scene, (quantity, on) = self.scene, pair
+        if quantity.endswith("sensor"):
+            return of_sensor(pair, scene)
+        if quantity == "converter torque":
+            return single(scene.lag * _LAGS, "s") if on == "lag" else over_runs(pair, scene, relative=True)
+        unit = scene.typical_torque / scene.gear
+        if on in ("run order", "motor speed"):
+            return over_runs(pair, scene, unit)
+        return over(pair, self._knots_of(on), -unit * np.eye(self.fine))
+
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return np.asarray(bases.sensor_basis(pair[1], speed, self.scene.time, self.scene.value("current_delay")))
+        return self.scene.reading(*pair, speed)
 
     def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
@@ -182,11 +219,20 @@ class InputBlock:
             size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"
                     else np.full(measured.shape, unit))
             return np.asarray(size[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])
-        x = {"input speed": measured, "time": np.broadcast_to(scene.time, measured.shape),
-             "pressure": np.maximum(0, scene.smooth["pressure"]),
-             "output speed": np.maximum(0, scene.smooth["output_speed"])}[on]
-        knots = (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, np.ones(x.shape, bool), self.fine)
-        return np.asarray(-bases.hats(x, knots) * unit)
+        return np.asarray(-bases.hats(self._abscissa(on), self._knots_of(on)) * unit)
+
+    def _knots_of(self, on: str) -> np.ndarray:
+        """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""
+        x = self._abscissa(on)
+        return (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, np.ones(x.shape, bool), self.fine)
+
+    def _abscissa(self, on: str) -> np.ndarray:
+        """The signal (n, k) that a law depends on."""
+        smooth, shape = self.scene.smooth, self.torque.shape
+        signals: dict[str, np.ndarray] = {
+            "input speed": smooth["input_speed"], "time": np.broadcast_to(self.scene.time, shape),
+            "pressure": np.maximum(0, smooth["pressure"]), "output speed": np.maximum(0, smooth["output_speed"])}
+        return signals[on]
 
     def _converter(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
         """T_conv in N m."""

@@ -17,6 +17,7 @@ from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.filters import play, valve_response
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.scene import Scene
 
 _FINE = 2
@@ -102,7 +103,7 @@ class ValveBlock:
         """
         scene, (quantity, on) = self.scene, pair
         if quantity == "pressure sensor":
-            return np.asarray(bases.sensor_basis(on, predicted, scene.time, scene.value("current_delay")))
+            return scene.reading(quantity, on, predicted)
         if on in ("motor speed", "run order"):
             # A line pressure times the prediction: the gain's own column leaves out the other laws.
             column = (predicted if quantity == "line pressure"
@@ -110,20 +111,53 @@ class ValveBlock:
             return np.asarray(column[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])
         gain = self._vectors(points)[:, self._places[2], None, None]
         if on == "current":
-            knots = np.linspace(self.current.min(), self.current.max(), self.fine + 2)
-            hats = bases.hats(self.current, knots)
+            hats = bases.hats(self.current, self._currents())
             # From the current at the command on, where the pressure is at rest. Without the outer hats, which
             # current bias and gain replace.
             return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
         if on == "past current":
-            change = [play(self.current, width) - self.current for width in self.current.max() * _PLAY]
+            change = [play(self.current, width) - self.current for width in self._widths()]
             return self._respond(points, gain * np.stack(change, axis=1))
         if on == "time":
-            knots = np.linspace(0, self.times[-1], self.fine)
-            hats = bases.hats(np.broadcast_to(self.times, self.current.shape), knots)
+            hats = bases.hats(np.broadcast_to(self.times, self.current.shape), self._instants())
             # Without the first hat, which at the command only the gain could be told from.
             return self._respond(points, self._demand(points)[:, None] * hats[:, 1:])
         raise KeyError(pair)
+
+    def law(self, pair: Pair) -> LawMap:
+        """The values of a law: currents in A, line pressure and delay relative.
+
+        Over past current it is the half-width of the hysteresis in A: half the distance of the rising from the falling
+        branch, once the current has turned by twice the width of each play operator.
+        """
+        scene, (quantity, on) = self.scene, pair
+        if quantity == "pressure sensor":
+            return of_sensor(pair, scene)
+        if on in ("motor speed", "run order"):
+            if quantity == "valve current":  # a coefficient is a relative bias, which is taken off the current
+                return over_runs(pair, scene, -scene.value("current_bias"))
+            return over_runs(pair, scene, relative=True)
+        if on == "past current":
+            return single(self._widths(), "A")
+        if on == "current":
+            knots = self._currents()
+            first = bases.hats(self.current[:, 0], knots).mean(axis=0)
+            return over(pair, knots, (np.eye(len(knots)) - first)[:, 1:-1], up_to="line")
+        if on == "time":
+            return over(pair, self._instants(), np.eye(self.fine)[:, 1:], relative=True, up_to="constant")
+        raise KeyError(pair)
+
+    def _currents(self) -> np.ndarray:
+        """Knots in A of laws over the current."""
+        return np.linspace(self.current.min(), self.current.max(), self.fine + 2)
+
+    def _instants(self) -> np.ndarray:
+        """Knots in s of laws over time."""
+        return np.linspace(0, self.times[-1], self.fine)
+
+    def _widths(self) -> np.ndarray:
+        """Half-widths in A of the play operators."""
+        return np.asarray(self.current.max() * _PLAY)
 
     def _vectors(self, points: np.ndarray) -> np.ndarray:
         """Parameter vectors (n, 20)."""

@@ -85,7 +85,9 @@ def test_a_tie_names_what_is_tied_and_a_pair_without_a_name_by_the_pair() -> Non
 def test_a_measured_law_must_have_the_shape_of_an_effect(change: Callable[[np.ndarray], np.ndarray],
                                                          effect: str) -> None:
     x = np.linspace(0, 50, 9)
-    found = answer(Finding(("load",), ("load torque", "output speed"), gain(1.0)), LawPoints(x, change(x), np.eye(9)))
+    pair = ("load torque", "output speed")
+    law = LawPoints(pair, x, "rad/s", change(x), "N m", False, np.eye(9))
+    found = answer(Finding(("load",), pair, gain(1.0)), law)
     assert (found.kind, found.effect) == ("effect" if effect else "unlisted", effect)
 
 

@@ -1,0 +1,73 @@
+"""How the coefficients of a law become values: what a block states about the basis of each of its pairs."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from slipstick.clutch.effects.effect import QUANTITIES, SCALAR_DEPENDENCES, SENSORS
+from slipstick.naming import bases
+from slipstick.naming.scene import Pair, Scene
+
+UpTo = Literal["nothing", "constant", "line"]
+"""What a block cannot tell from its own parameters: it may be added to a law without a change of the prediction."""
+
+UNITS = {**QUANTITIES, **SENSORS, "input torque": "N m", "valve delay": "s"}
+"""Units of the quantities of all pairs. Blocks have two that no effect changes."""
+_X_UNITS = {**SCALAR_DEPENDENCES, "output position": "rad"}
+_GAIN_POINTS = 5
+"""Points of the relative error of a sensor over its signal, which is a line: enough to draw its error."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawMap:
+    """The values of a law with coefficients (c,): onto @ coefficients, with `onto` (m, c).
+
+    They are changes in `unit` at `x` (m,) in `x_unit`, or a single number (m = 1) where `x` is None. Where `relative`
+    they are shares of the quantity, and the unit is "1". The law is known `up_to` what it states.
+    """
+
+    onto: np.ndarray
+    unit: str
+    relative: bool = False
+    x: np.ndarray | None = None
+    x_unit: str = ""
+    up_to: UpTo = "nothing"
+
+
+def over(pair: Pair, x: np.ndarray, onto: np.ndarray, relative: bool = False, up_to: UpTo = "nothing") -> LawMap:
+    """A law at points x (m,) of what a quantity depends on; without `relative` in the unit of the quantity."""
+    return LawMap(onto, "1" if relative else UNITS[pair[0]], relative, x, _X_UNITS[pair[1]], up_to)
+
+
+def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = False) -> LawMap:
+    """A law over the run order or the motor speed, of mean 0 over the runs; coefficients are in units of `size`."""
+    values = scene.constant_in_run(pair[1])
+    knots = bases.between_knots(values)
+    centre = bases.hats(values, knots)[:, 1:].mean(axis=0)
+    return over(pair, knots, size * (np.eye(len(knots))[:, 1:] - centre), relative, "constant")
+
+
+def single(row: np.ndarray | float, unit: str) -> LawMap:
+    """A single number: the sum of the coefficients, weighted with `row` (c,) in `unit`."""
+    return LawMap(np.atleast_2d(row), unit)
+
+
+def of_sensor(pair: Pair, scene: Scene) -> LawMap:
+    """The error of a sensor.
+
+    An offset is a number in the unit of the signal. A lag is a number in s: the mean of the impulse response, by which
+    a slow ramp is read late. A gain is the relative error over the signal, constant for a sensor whose slope is wrong.
+    The error of the torque sensor over the pressure is 0 at no pressure, where it would be an offset.
+    """
+    sensor, on = pair
+    if on == "offset":
+        return single(1.0, UNITS[sensor])
+    if on == "lag":
+        return single(bases.lags(scene.lag), "s")
+    if on == "gain":
+        share = np.linspace(0, 1, _GAIN_POINTS)
+        onto = np.stack([np.ones_like(share), share], axis=1)
+        return LawMap(onto, "1", True, scene.largest(sensor) * share, UNITS[sensor])
+    knots = scene.pressure_knots()
+    return over(pair, knots, scene.typical_torque * np.eye(len(knots))[:, 1:])
