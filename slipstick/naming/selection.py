@@ -54,7 +54,7 @@ def in_errors(gain: np.ndarray) -> float:
     law gains much in some engagements and far more in others, and their spread must not speak against it.
     """
     gain = np.clip(np.sign(gain) * np.sqrt(2 * np.abs(gain)), -CERTAIN, CERTAIN)
-    deviation = max(float(gain.std(ddof=1)), 1e-12)  # where all are equal, a mean that is not 0 is beyond doubt
+    deviation = max(float(gain.std(ddof=1)), 0.1 * CERTAIN)  # where all are beyond doubt, so is the mean
     return float(gain.mean()) * float(np.sqrt(len(gain))) / deviation
 
 
