@@ -12,8 +12,6 @@ from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.settings import NamingSettings
 
 Log = Callable[..., None]
-_LEAST_DEVIATION = 0.1
-"""Least standard deviation of the roots of gains, whose noise is about 1: where all are cut at `CERTAIN` it is 0."""
 CERTAIN = 3.0
 """Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
 FINER = 17
@@ -56,7 +54,7 @@ def in_errors(gain: np.ndarray) -> float:
     law gains much in some engagements and far more in others, and their spread must not speak against it.
     """
     gain = np.clip(np.sign(gain) * np.sqrt(2 * np.abs(gain)), -CERTAIN, CERTAIN)
-    deviation = max(float(gain.std(ddof=1)), _LEAST_DEVIATION)
+    deviation = max(float(gain.std(ddof=1)), 0.1 * CERTAIN)  # where all are beyond doubt, so is the mean
     return float(gain.mean()) * float(np.sqrt(len(gain))) / deviation
 
 
