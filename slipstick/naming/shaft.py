@@ -179,7 +179,7 @@ class InputBlock:
         if quantity == "output torque sensor":
             return scene.torque_error(on, scene.smooth["output_torque"]) / scene.gear
         if quantity == "converter torque" and on == "lag":
-            torque = self._converter(measured if speed is None else speed, self.motor[:, None])
+            torque = self._converter(measured, self.motor[:, None])
             lags = scene.value("current_delay") * _LAGS
             return np.stack([lagged_signal(torque, scene.time, np.full((1,), lag)) - torque for lag in lags], axis=1)
         unit = scene.typical_torque / scene.gear

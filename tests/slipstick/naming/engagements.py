@@ -1,12 +1,12 @@
 """Simulated engagements for tests of naming: without noise, or with noise and scatter of the parameters."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from slipstick.bench import Bench, parameters
-from slipstick.clutch import ensemble
+from slipstick.clutch import effects, ensemble
+from slipstick.clutch.effects.effect import SENSORS
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Block
 from slipstick.naming.contact import ContactBlock
@@ -27,7 +27,7 @@ TIMER = 0.001  # s
 def scene_of(bench: Bench, model: Model, count: int, seed: int | None = None) -> Scene:
     """`count` engagements of a model in a random order; with a `seed` parameters scatter and sensors have noise.
 
-    The smooth signals are the true ones.
+    The smooth signals are the true ones, before the sensors.
     """
     random = np.random.default_rng(seed)
     conditions = bench.conditions.take(np.linspace(0, len(bench.conditions) - 1, count).astype(int))
@@ -36,15 +36,20 @@ def scene_of(bench: Bench, model: Model, count: int, seed: int | None = None) ->
     for name, std in SCATTER.items() if seed is not None else ():
         vectors[:, parameters.index(name)] *= 1 + std * random.standard_normal(count)
     time = np.arange(0.0, 1.7, bench.sample_time)
-    response = ensemble.simulate(bench.physics.curves, vectors, np.tile(model.coefficients(), (count, 1)), conditions,
+    def simulated(model: Model) -> ensemble.Response:
+        return ensemble.simulate(bench.physics.curves, vectors, np.tile(model.coefficients(), (count, 1)), conditions,
                                  time, paired=True, laws=model.laws)
-    true: Mapping[str, np.ndarray] = {name: getattr(response, name) for name in SIGNAL_UNITS}
+
+    exact = {name: values for name, values in model.effects.items() if effects.find(name).quantity not in SENSORS}
+    true, response = simulated(replace(model, effects=exact)), simulated(model)
     noise = {name: bench.sensors[name].noise or 0.0 for name in SIGNAL_UNITS}
-    measured, lock = list(true.values()), response.shifting_time
+    measured, lock = [getattr(response, name) for name in SIGNAL_UNITS], response.shifting_time
     if seed is not None:
-        measured = [values + noise[name] * random.standard_normal(values.shape) for name, values in true.items()]
+        measured = [values + noise[name] * random.standard_normal(values.shape)
+                    for name, values in zip(SIGNAL_UNITS, measured, strict=True)]
         lock = lock + TIMER * random.standard_normal(count)
-    return Scene(bench, Recordings(conditions, lock, Signals(time, *measured)), dict(true),
+    return Scene(bench, Recordings(conditions, lock, Signals(time, *measured)),
+                 {name: getattr(true, name) for name in SIGNAL_UNITS},
                  {name: (std, 0.0) for name, std in noise.items()}, np.array(bench.physics.nominal))
 
 

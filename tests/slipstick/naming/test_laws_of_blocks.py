@@ -111,8 +111,6 @@ def test_an_effect_of_the_simulator_is_a_law_of_its_strength(bench: Bench, name:
             coefficients = np.linalg.lstsq(law.onto, np.full(len(law.onto), strength))[0]
         scene = scene_of(bench, Model(bench.physics).with_effect(effect.name, {effect.coefficients[0].name: strength}),
                          COUNT)
-        if pair[0].endswith("sensor"):  # the smooth signals are the true ones
-            scene = replace(scene, smooth=nominal(bench, name).scene.smooth)
         found[pair] = left(block_of(name, scene), pair, coefficients)
     assert not {pair: share for pair, share in found.items() if share > LOOSE.get(pair, CLOSE)}
 
