@@ -127,7 +127,8 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         squares = _squares(block, predicted, noise)
         cost = squares + _scatter(values, variance)
         logdet = np.linalg.slogdet(np.eye(q) + information * variance)[1]
-        prior = (np.concatenate([values.mean, values.shared, *values.coefficients.values()]) ** 2 * gram.precision).sum()
+        common = np.concatenate([values.mean, values.shared, *values.coefficients.values()])
+        prior = (common**2 * gram.precision).sum()
         evidence = -0.5 * (cost + logdet + prior / n)
         fitted = estimate(gram, variance, fixed=True)
         if best is None or evidence.sum() > best.evidence.sum():

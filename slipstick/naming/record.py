@@ -29,6 +29,7 @@ def from_json(values: dict[str, Any]) -> Naming:
                 tuple(Rival(tuple(pair), nats, behind) for pair, nats, behind in one["rivals"]))
         for one in values["findings"])
     laws = [LawPoints.from_dict(law) for law in values["measured"]]
-    return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"], {law.pair: law for law in laws},
+    return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"],
+                  {law.pair: law for law in laws},
                   {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
                   Converter.from_spec(values["converter"]), values["seconds"])

@@ -46,9 +46,10 @@ class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
     In the blocks `unexplained` something is missing that no pair explains. `chi_square` is the reduced chi-square of
-    every block with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values
-    with units. `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the
-    delays of the signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `seconds` is the time that it took.
+    every block with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with
+    units. `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays
+    of the signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `seconds` is the
+    time that it took.
     """
 
     findings: tuple[Finding, ...]
