@@ -59,6 +59,8 @@ MAY_IMPORT = {
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
                         "slipstick.calibration.noise slipstick.clutch slipstick.recordings",
+    "slipstick.confirmation": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks.whitening "
+                              "slipstick.clutch slipstick.naming slipstick.recordings",
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",

@@ -91,7 +91,7 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
                            "Give one point per condition")
     active = active_effects(coefficients, laws)
     terms = law_kernels.terms(laws)
-    initial, column = initial_input_speed(converter, vectors, conditions)
+    initial, column = (_paired_input_speed if paired else initial_input_speed)(converter, vectors, conditions)
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
     given = np.zeros(len(conditions)) if conditions.input_torque is None else conditions.input_torque
     columns = np.column_stack([conditions.motor_speed, conditions.load_inertia, conditions.brake_torque, order, given])
@@ -165,6 +165,20 @@ def initial_input_speed(converter: Converter, vectors: np.ndarray,
     initial = np.empty((len(vectors), len(speeds)))
     initial_speeds(np.ascontiguousarray(vectors, float), speeds, converter.terms, initial)
     return initial, column
+
+
+def _paired_input_speed(converter: Converter, vectors: np.ndarray,
+                        conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:
+    """As `initial_input_speed` for pairs of points and conditions, (n, 1): without the speeds of all other pairs."""
+    if conditions.initial_input_speed is not None:
+        return initial_input_speed(converter, vectors, conditions)
+    initial = np.empty((len(vectors), 1))
+    for speed in np.unique(conditions.motor_speed):
+        rows = conditions.motor_speed == speed
+        found = np.empty((int(rows.sum()), 1))
+        initial_speeds(vectors[rows], np.array([speed]), converter.terms, found)
+        initial[rows] = found
+    return initial, np.zeros(len(vectors), np.int64)
 
 
 def _scaled(model: Model, axes: Sequence[str], points: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:

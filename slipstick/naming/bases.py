@@ -25,7 +25,14 @@ def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
 
     Each is 1 at its own knot and 0 at the others; together they are 1 everywhere.
     """
-    return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
+    if len(knots) == 1:
+        return np.ones((len(x), 1, *x.shape[1:]))
+    below = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
+    share = np.clip((x - knots[below]) / np.diff(knots)[below], 0.0, 1.0)
+    out = np.zeros((len(x), len(knots), *x.shape[1:]))
+    np.put_along_axis(out, below[:, None], 1 - share[:, None], axis=1)
+    np.put_along_axis(out, below[:, None] + 1, share[:, None], axis=1)
+    return out
 
 
 def from_zero(x: np.ndarray, seen: np.ndarray, count: int = FINE) -> np.ndarray:

@@ -43,20 +43,22 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
     now, findings = start, list[Finding]()
     for _ in range(_MOST):
         tried = _tried(block, now)
-        if tried and is_enough(tried[0][0], settings):
+        enough = [one for one in tried if is_enough(one[0], settings)]
+        if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
-            points = retimed(block, tried[0][2].points, now.held)
+            points = retimed(block, enough[0][2].points, now.held)
             again = fit_curved(block, now.laws, points=points, coefficients=now.coefficients, iterations=12)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
                 tried = _tried(block, now)
+                enough = [one for one in tried if is_enough(one[0], settings)]
         log("piston", round(float(now.chi2.mean()), 3),
             [(" ~ ".join(pair), round(float(gain.sum())), round(in_errors(gain), 1)) for gain, pair, _ in tried])
         further = settings.further * sum(one.nats for one in findings)
-        if not tried or not is_enough(tried[0][0], settings) or tried[0][0].sum() < max(least, further):
+        if not enough or enough[0][0].sum() < max(least, further):
             break
-        gain, pair, now = tried[0]
-        findings.append(Finding(("clutch",), pair, gain, rivals(gain, [(g, p) for g, p, _ in tried[1:]], settings)))
+        gain, pair, now = enough[0]
+        findings.append(Finding(("clutch",), pair, gain, rivals(gain, [(g, p) for g, p, _ in enough[1:]], settings)))
     return now, findings
 
 

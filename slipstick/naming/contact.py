@@ -13,8 +13,9 @@ from slipstick.naming.scene import Scene
 
 _AFTER = 0.02
 """Time in s after the onset that is counted."""
-_WAIT = 0.02
-"""Time in s after full contact from which on it is counted: the piston may be late by less."""
+WAIT, LONG_WAIT = 0.02, 0.05
+"""Times in s after full contact from which on it is counted: the piston may be late by less. The long one is for
+recordings whose onset is not explained, so that the piston is known less well."""
 _HALF, _VISIBLE = 0.5, 5
 """The onset is where the torque exceeds this share of that in full contact, and so many noise levels."""
 _QUIET = 0.01
@@ -59,7 +60,7 @@ class ContactBlock(ClutchBlock):
     fixed: tuple[str, ...] = ()
 
     def __init__(self, scene: Scene, pressure: np.ndarray, points: np.ndarray, laws: Laws = (),
-                 wait: float = _WAIT) -> None:
+                 wait: float = WAIT) -> None:
         """`points` (n, 7) and `laws` are those of the clutch or onset block."""
         super().__init__(scene, pressure)
         self._piston = points[:, 1:].copy()

@@ -98,11 +98,12 @@ class _Values:
 
 
 def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit | None = None, iterations: int = 12,
-               points: np.ndarray | None = None,
-               coefficients: Mapping[Pair, np.ndarray] | None = None) -> CurvedFit:
+               points: np.ndarray | None = None, coefficients: Mapping[Pair, np.ndarray] | None = None,
+               shared: np.ndarray | None = None) -> CurvedFit:
     """Fit a block with `laws`, from the fit `start` or else from `points` (n, q), nominal where neither is given.
 
-    `coefficients` are starts of those of the laws, before those of `start`; a law begins with 0 otherwise.
+    `coefficients` are starts of those of the laws, before those of `start`; a law begins with 0 otherwise. `shared`
+    (p,) are starts of the shared values where there is no fit to start from.
     """
     known = {**({} if start is None else start.coefficients), **(coefficients or {})}
     begun = {pair: known[pair] if pair in known else np.zeros(block.size(pair)) for pair in laws}
@@ -110,7 +111,9 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
     if start is not None:
         values, variance = _Values(start.points, start.mean, start.shared, begun), start.variance
     else:
-        values = _Values(np.zeros((n, q)) if points is None else points, np.zeros(q), np.zeros(len(block.fixed)), begun)
+        points = np.zeros((n, q)) if points is None else points
+        shared = np.zeros(len(block.fixed)) if shared is None else shared
+        values = _Values(points, points.mean(axis=0), shared, begun)
         variance = np.array([_FIRST_SCATTER, *[_OTHER_SCATTER] * (q - 1)]) ** 2
     noise, last, best = block.noise(values.points), np.inf, None
     for iteration in range(iterations + 1):

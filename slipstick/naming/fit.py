@@ -1,24 +1,31 @@
-"""The mixed-effects fit of one block with given laws, by Gauss-Newton steps.
+"""The mixed-effects fit of blocks with given laws, by Gauss-Newton steps.
 
 A block is linearised about the parameters of each engagement. With z = residual + columns @ values, the linear mixed
 model of `grams` has the parameters themselves as coefficients, and not their changes.
+
+A law that several blocks have, such as the error of a sensor that drives them, has the same coefficients in all of
+them. These blocks are then fitted together: their residuals are independent given their inputs, so that the products
+add up.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Block, Laws, Pair
-from slipstick.naming.grams import Fitted, Gram, estimate
+from slipstick.naming.grams import Fitted, Gram, estimate, marginalise
 
 LAW_PRECISION = 1 / 3**2
 """Precision of the normal prior of a law's coefficients, whose units are chosen so that 1 is a large change."""
 _LOOSE = 0.3
 """Standard deviation, relative to nominal, of the prior of a parameter that is to be calibrated."""
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
-_SETTLED = 1e-5  # change of relative parameters at which the fit ends
+_STEPS = 12
+"""Most steps; nearly all fits settle before."""
+_SETTLED, _SETTLED_NATS = 1e-5, 0.05
+"""Changes of relative parameters, or of the likelihood, at which a fit ends: no decision depends on them."""
 _RISE = 1.03
 """Factor by which the sum of squares may rise in a step: random effects give up squares for likelihood."""
 _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gains and times keep their sign
@@ -76,65 +83,168 @@ def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: B
     return Gram(white @ white.transpose(0, 2, 1), len(block.random), precision, np.zeros_like(precision), block.widest)
 
 
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What a block brings into a joint linear model: its products `gram`, and `places` of laws among its fixed columns.
+
+    The first `shared` fixed columns are those of its own shared parameters.
+    """
+
+    gram: Gram
+    shared: int
+    places: dict[Pair, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """The `gram` of several parts in which laws have common coefficients at `places`.
+
+    `rows` are the places of each part's own coefficients and of those laws that it has.
+    """
+
+    gram: Gram
+    places: dict[Pair, np.ndarray]
+    rows: list[np.ndarray]
+
+
 def linearised(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws, noise: BlockNoise,
-               predicted: np.ndarray, further: Sequence[Pair] = ()) -> tuple[Gram, dict[Pair, np.ndarray]]:
-    """The products about these parameters, and the columns (n, m, k) of each law and of `further` pairs."""
+               predicted: np.ndarray, pairs: Sequence[Pair]) -> Part:
+    """The products about these parameters, with the columns of `pairs`, among which are those of `laws`."""
     own, fixed = block.columns(points, laws, predicted)
-    basis = {pair: block.basis(pair, points, laws, predicted) for pair in [*(pair for pair, _ in laws), *further]}
+    basis = {pair: block.basis(pair, points, laws, predicted) for pair in pairs}
     basis = {pair: columns for pair, columns in basis.items() if columns.shape[1]}
     z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + np.einsum("p,npk->nk", shared, fixed)
     for pair, values in laws:
         if pair in basis:
             z = z + np.einsum("m,nmk->nk", values, basis[pair])
-    return gram_of(block, [own, fixed, *basis.values()], z, noise, sum(x.shape[1] for x in basis.values())), basis
+    ends = len(shared) + np.cumsum([0, *(columns.shape[1] for columns in basis.values())])
+    gram = gram_of(block, [own, fixed, *basis.values()], z, noise, int(ends[-1] - ends[0]))
+    return Part(gram, len(shared), {pair: np.arange(ends[i], ends[i + 1]) for i, pair in enumerate(basis)})
 
 
-def split(fitted: Fitted, shared: int, sizes: dict[Pair, int]) -> tuple[np.ndarray, np.ndarray, dict[Pair, np.ndarray]]:
-    """Means (q,), shared parameters (p,) and coefficients of the laws from those of a linear fit."""
-    first = fitted.gram.random + shared
-    means, common, laws = fitted.coefficients[:fitted.gram.random], fitted.coefficients[fitted.gram.random:first], {}
-    for pair, size in sizes.items():
-        laws[pair] = fitted.coefficients[first:first + size]
+def joined(parts: Sequence[Part], laws: Sequence[Pair]) -> Joint:
+    """The joint linear model of several parts, in which `laws` have the same coefficients."""
+    random, shared = [one.gram.random for one in parts], [one.shared for one in parts]
+    places, first = {}, sum(random) + sum(shared)
+    for law in laws:
+        size = max((len(one.places[law]) for one in parts if law in one.places), default=0)
+        places[law] = np.arange(first, first + size)
         first += size
-    return means, common, laws
+    products = np.zeros((len(parts[0].gram), first + 1, first + 1))
+    precision, rows = np.full(first, LAW_PRECISION), []
+    for b, one in enumerate(parts):
+        own = np.arange(random[b] + shared[b])
+        to = np.concatenate([sum(random[:b]) + np.arange(random[b]), sum(random) + sum(shared[:b])
+                             + np.arange(shared[b])])
+        precision[to] = one.gram.precision[own]
+        mine = [law for law in laws if law in one.places]
+        here = np.concatenate([own, *(random[b] + one.places[law] for law in mine), [one.gram.products.shape[1] - 1]])
+        rows.append(np.concatenate([to, *(places[law][:len(one.places[law])] for law in mine)]))
+        there = np.append(rows[b], first)
+        products[:, there[:, None], there] += one.gram.products[:, here[:, None], here]
+    widest = np.concatenate([one.gram.widest for one in parts])
+    return Joint(Gram(products, sum(random), precision, np.zeros(first), widest), places, rows)
 
 
-def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None, iterations: int = 5) -> BlockFit:
-    """Fit `block` with `laws` from another fit on, or from nominal values. A step that makes it worse is halved."""
-    n, q = len(block.measured), len(block.random)
-    points = np.zeros((n, q)) if start is None else start.points
-    shared = np.zeros(len(block.fixed)) if start is None else start.shared
-    known = {} if start is None else start.coefficients
-    variance = np.full(q, _FIRST) if start is None else np.maximum(start.fitted.variance, 1e-8)
-    bare = block.base(points, ())
-    values = {pair: known[pair] if pair in known else np.zeros(block.basis(pair, points, (), bare).shape[1])
-              for pair in laws}
-    best: BlockFit | None = None
-    least = np.inf
+def _alone(parts: Sequence[Part], joint: Joint, fitted: Fitted) -> list[Fitted]:
+    """The fit of each part by itself, at the coefficients and variances of the joint one."""
+    found, first = [], 0
+    for one, rows in zip(parts, joint.rows, strict=True):
+        q = one.gram.random
+        variance = fitted.variance[first:first + q]
+        first += q
+        marginal, logdet, spread = marginalise(one.gram, variance)
+        coefficients = fitted.coefficients[rows]
+        pull = one.gram.products[:, :q, -1] - one.gram.products[:, :q, :-1] @ coefficients
+        found.append(Fitted(one.gram, coefficients, fitted.covariance[np.ix_(rows, rows)], variance, marginal, logdet,
+                            (spread @ pull[..., None])[..., 0]))
+    return found
+
+
+def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None, iterations: int = _STEPS) -> BlockFit:
+    """Fit `block` with `laws` from another fit on, or from nominal values."""
+    return fit_together([block], [laws], [start], iterations)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Where a block is in a fit: `points` (n, q), `shared` (p,), and what it predicts there."""
+
+    points: np.ndarray
+    shared: np.ndarray
+    predicted: np.ndarray
+    noise: BlockNoise
+
+
+def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], starts: Sequence[BlockFit | None],
+                 iterations: int = _STEPS) -> list[BlockFit]:
+    """Fit several blocks with `laws` each, from other fits on. Those that blocks share have the same coefficients.
+
+    A step that makes it worse is halved.
+    """
+    everything = list(dict.fromkeys(law for its in laws for law in its))
+    points = [np.zeros((len(block.measured), len(block.random))) if start is None else start.points
+              for block, start in zip(blocks, starts, strict=True)]
+    shared = [np.zeros(len(block.fixed)) if start is None else start.shared
+              for block, start in zip(blocks, starts, strict=True)]
+    variance = np.concatenate([np.full(len(block.random), _FIRST) if start is None
+                               else np.maximum(start.fitted.variance, 1e-8)
+                               for block, start in zip(blocks, starts, strict=True)])
+    widest = np.concatenate([block.widest for block in blocks])
+    known = {law: c for start in starts if start is not None for law, c in start.coefficients.items()}
+    values = {law: known[law] for law in everything if law in known}
+
+    def predicted() -> tuple[list[_Place], float]:
+        places = []
+        for block, its, own, common in zip(blocks, laws, points, shared, strict=True):
+            held = [(law, values[law]) for law in its if law in values]
+            places.append(_Place(own, common, predict(block, own, common, held), block.noise(own)))
+        return places, sum(_squares(block, place.predicted, place.noise)
+                           for block, place in zip(blocks, places, strict=True))
+
+    best: list[BlockFit] | None = None
+    least, likely, allowed = np.inf, -np.inf, 2 * sum(len(block.measured) for block in blocks)
     for _ in range(iterations):
-        held = [(pair, values[pair]) for pair in laws]
-        predicted, noise = predict(block, points, shared, held), block.noise(points)
-        cost = _squares(block, predicted, noise)
-        if best is not None and not cost < _RISE * least + 2 * n:
-            points, shared = 0.5 * (points + best.points), 0.5 * (shared + best.shared)
-            values = {pair: 0.5 * (values[pair] + best.coefficients[pair]) for pair in laws}
+        places, cost = predicted()
+        if best is not None and not cost < _RISE * least + allowed:
+            points = [0.5 * (own + one.points) for own, one in zip(points, best, strict=True)]
+            shared = [0.5 * (common + one.shared) for common, one in zip(shared, best, strict=True)]
+            before = {law: c for one in best for law, c in one.coefficients.items()}
+            values = {law: 0.5 * (c + before[law]) for law, c in values.items()}
             continue
-        gram, basis = linearised(block, points, shared, held, noise, predicted)
-        fitted = estimate(gram, variance)
-        variance, least = np.clip(fitted.variance, _LEAST, block.widest**2), cost
-        best = BlockFit(block, tuple(laws), points, shared, values, fitted, predicted, noise)
-        means, shared, values = split(fitted, len(shared), {pair: x.shape[1] for pair, x in basis.items()})
-        moved = np.clip(means + fitted.each, _LOWEST, _HIGHEST)
-        change, points = float(np.abs(moved - points).max(initial=0)), moved
-        if change < _SETTLED:
+        parts = [linearised(block, place.points, place.shared, [(law, values[law]) for law in its if law in values],
+                            place.noise, place.predicted, its)
+                 for block, its, place in zip(blocks, laws, places, strict=True)]
+        joint = joined(parts, everything)
+        fitted = estimate(joint.gram, variance)
+        variance, least = np.clip(fitted.variance, _LEAST, widest**2), cost
+        alone = [fitted] if len(parts) == 1 else _alone(parts, joint, fitted)
+        now = {law: values[law] if law in values else np.zeros(len(at)) for law, at in joint.places.items()}
+        best = _fits(blocks, laws, places, now, alone)
+        values = {law: fitted.coefficients[at] for law, at in joint.places.items()}
+        change = 0.0
+        for b, one in enumerate(alone):
+            q = one.gram.random
+            moved = np.clip(one.coefficients[:q] + one.each, _LOWEST, _HIGHEST)
+            change = max(change, float(np.abs(moved - points[b]).max(initial=0)))
+            points[b], shared[b] = moved, one.coefficients[q:q + parts[b].shared]
+        rise, likely = float(fitted.likelihood.sum()) - likely, float(fitted.likelihood.sum())
+        if change < _SETTLED or abs(rise) < _SETTLED_NATS:
             break
     assert best is not None
-    held = [(pair, values[pair]) for pair in laws]
-    predicted = predict(block, points, shared, held)
-    if _squares(block, predicted, best.noise) < _RISE * least + 2 * n:
-        return BlockFit(block, tuple(laws), points, shared, values, best.fitted, predicted, best.noise)
-    predict(block, best.points, best.shared, best.held)  # the block holds what was predicted last
+    places, cost = predicted()
+    if cost < _RISE * least + allowed:
+        return _fits(blocks, laws, places, values, [one.fitted for one in best])
+    for its in best:
+        predict(its.block, its.points, its.shared, its.held)  # the block holds what was predicted last
     return best
+
+
+def _fits(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place],
+          values: Mapping[Pair, np.ndarray], fitted: Sequence[Fitted]) -> list[BlockFit]:
+    return [BlockFit(block, tuple(its), place.points, place.shared, {law: values[law] for law in its}, one,
+                     place.predicted, place.noise)
+            for block, its, place, one in zip(blocks, laws, places, fitted, strict=True)]
 
 
 def _squares(block: Block, predicted: np.ndarray, noise: BlockNoise) -> float:

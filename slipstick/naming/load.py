@@ -47,11 +47,13 @@ class LoadBlock:
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / self.inertia  # rad/s^2
         self._moving = np.ones((len(scene), len(scene.time) - 1), bool)
+        self._torques: dict[tuple[Pair, int], np.ndarray] = {}
+        self._speed = self.clean(np.zeros((len(scene), len(self.random))))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Output speed (n, k) in rad/s at `points` (n, 5)."""
         torque = self.torque - (self.brake * (1 + points[:, 1]))[:, None]
-        reference = self.clean(points, laws)
+        self._speed = reference = self.clean(points, laws)
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque + np.einsum("m,nmk->nk", coefficients, self._torque(pair))
@@ -87,7 +89,7 @@ class LoadBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in rad/s (n, 5, k) with the parameters, and (n, p, k) with clock and stated conditions."""
-        speed = self.clean(points, laws)
+        speed = self._speed
         viscous = -self.viscous * speed
         brake = np.broadcast_to(-self.brake[:, None], speed.shape)
         net = self.scene.smooth["output_torque"] - self.brake[:, None] - self.viscous * speed
@@ -101,6 +103,11 @@ class LoadBlock:
         """Changes (n, p, k) in rad/s with the clock and what the conditions state."""
         return self.columns(points, laws, predicted)[1]
 
+    def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
+        """Relative errors (n,) of the stated inertias (of their inverse) and brake torques."""
+        first = 1 + self._inertias.shape[1]
+        return {"load_inertia": self._inertias @ shared[1:first], "brake_torque": self._brakes @ shared[first:]}
+
     def pairs(self) -> list[Pair]:
         """Laws of the load torque and of both sensors."""
         return [*(("load torque", on) for on in _SIGNALS),
@@ -110,7 +117,7 @@ class LoadBlock:
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law, which are torques against the load."""
         if _is_reading(pair):
-            return self._reading(pair, self.clean(points, laws))
+            return self._reading(pair, self._speed)
         return self._respond(points, self._torque(pair))
 
     def law(self, pair: Pair) -> LawMap:
@@ -127,7 +134,12 @@ class LoadBlock:
         return self.scene.reading(*pair, speed)
 
     def _torque(self, pair: Pair) -> np.ndarray:
-        """Torques (n, m, k) in N m that drive the load."""
+        """Torques (n, m, k) in N m that drive the load, over signals of the scene: each is computed once."""
+        if (pair, self.fine) not in self._torques:
+            self._torques[pair, self.fine] = self._over_signals(pair)
+        return self._torques[pair, self.fine]
+
+    def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
         if quantity == "output torque sensor":
             return -scene.torque_error(on, scene.smooth["output_torque"])

@@ -53,6 +53,7 @@ class ClutchBlock:
         self.random_std = np.array([np.inf, np.inf, np.inf, np.inf, KNOWN, KNOWN, KNOWN])
         self._nominal = scene.base[[parameters.index(name) for name in NAMES]]
         self._own = [NAMES.index(name) for name in OWN]
+        self._known: tuple[Loading, dict[Pair, PistonLaw]] = self._loading(), {}
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m at `points` (n, q), 0 after the samples that are counted."""
@@ -108,7 +109,14 @@ class ClutchBlock:
         return points
 
     def _law(self, pair: Pair) -> PistonLaw:
-        return law_of(pair, self._loading())
+        """The law of a pair, computed once as long as what laws depend on is the same."""
+        given = self._loading()
+        if not given.is_same(self._known[0]):
+            self._known = given, {}
+        laws = self._known[1]
+        if pair not in laws:
+            laws[pair] = law_of(pair, given)
+        return laws[pair]
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law, as `piston_laws` states them."""

@@ -63,6 +63,11 @@ class Loading:
     counted: np.ndarray
     fine: int
 
+    def is_same(self, other: "Loading") -> bool:
+        """Whether both hold the same arrays, so that laws over them are the same."""
+        return (self.scene is other.scene and self.pressure is other.pressure and self.in_contact is other.in_contact
+                and self.counted is other.counted and self.fine == other.fine)
+
 
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
@@ -79,9 +84,9 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     values = np.eye(bases.KNOTS)
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
-        knots = bases.evenly(x, given.counted, bases.KNOTS)
+        knots = bases.evenly(x, given.counted, given.fine)
         hats = bases.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
-        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * values))
+        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(given.fine)))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
         knots = bases.from_zero(x, given.counted, bases.KNOTS)
@@ -148,4 +153,4 @@ def _friction_heat(given: Loading) -> np.ndarray:
     full = np.argmax(given.in_contact > 0, axis=1)  # 0 without full contact: then no heat is taken off
     below = (torque < _MEETING * torque[rows, full][:, None]) & (np.arange(heat.shape[1]) < full[:, None])
     last = np.where(below.any(axis=1), heat.shape[1] - 1 - np.argmax(below[:, ::-1], axis=1), 0)
-    return np.maximum(heat - heat[rows, last][:, None], 0.0)
+    return np.asarray(np.maximum(heat - heat[rows, last][:, None], 0.0))

@@ -164,7 +164,12 @@ class Scene:
     @property
     def margin(self) -> float:
         """Time in s before and after the measured lock-up whose samples are not counted."""
-        return _ERRORS * (self.bench.sensors["shifting_time"].noise or _TIMER_NOISE) + _SAMPLES * self.step
+        return _ERRORS * self.timer_noise + _SAMPLES * self.step
+
+    @property
+    def timer_noise(self) -> float:
+        """Standard deviation in s of the measured shifting time."""
+        return self.bench.sensors["shifting_time"].noise or _TIMER_NOISE
 
     @property
     def slipping(self) -> np.ndarray:

@@ -8,13 +8,14 @@ import numpy as np
 
 from slipstick.naming.block import Pair
 from slipstick.naming.evidence import Gain, Table, gains, table
-from slipstick.naming.fit import BlockFit, fit
+from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.settings import NamingSettings
 
 Log = Callable[..., None]
+CERTAIN = 3.0
+"""Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
 FINER = 17
 """Knots of a law in a block that is far off: what few knots leave of a strong law would look like another one."""
-_STEPS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,12 @@ class Finding:
 
 
 def in_errors(gain: np.ndarray) -> float:
-    """Mean of gains (n,) in its standard errors."""
+    """Mean of the signed roots of gains (n,), each at most `CERTAIN`, in its standard errors.
+
+    A gain is quadratic in the size of what an engagement shows, and its root (of the deviance) nearly normal. A strong
+    law gains much in some engagements and far more in others, and their spread must not speak against it.
+    """
+    gain = np.clip(np.sign(gain) * np.sqrt(2 * np.abs(gain)), -CERTAIN, CERTAIN)
     deviation = max(float(gain.std(ddof=1)), 1e-12)  # where all are equal, a mean that is not 0 is beyond doubt
     return float(gain.mean()) * float(np.sqrt(len(gain))) / deviation
 
@@ -79,10 +85,10 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings,
     for one in fits.values():
         if one.chi2.mean() > settings.strong:
             one.block.fine = FINER
-    for _ in range(settings.most):
-        tables = {name: table(one) for name, one in fits.items() if name not in closed}
-        if not tables:
-            break
+    tables: dict[str, Table] = {}
+    while len(closed) < len(fits):
+        tables = {name: tables[name] if name in tables and tables[name].fit is one else table(one)
+                  for name, one in fits.items() if name not in closed}
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
         offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
         pairs = [pair for pair in offered if pair not in current]
@@ -90,50 +96,94 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings,
         log(_shown(fits), [(" ~ ".join(one.pair), round(float(one.nats.sum()))) for one in ranked[:4]])
         touched = set[str]()
         for best in ranked:
-            if touched & set(best.blocks):
-                continue
-            touched |= set(best.blocks)
             others = [one for one in ranked if one is not best and set(one.blocks) & set(best.blocks)]
-            finding, its = _settled(fits, tables, best, others, settings)
+            near = _near(best, others, settings)
+            # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
+            if touched & {block for one in (best, *near) for block in one.blocks}:
+                continue
+            finding, its = _settled(fits, best, near, ranked, settings)
             log("   ", " ~ ".join(finding.pair), round(finding.nats), [one.pair for one in finding.rivals])
-            earlier = max((one.nats for one in findings if set(one.blocks) & set(its)), default=0.0)
+            touched |= set(best.blocks) | set(its)
+            earlier = max((one.nats for one in findings if set(one.blocks) & set(finding.blocks)), default=0.0)
             if not is_enough(finding.gain, settings) or finding.nats < settings.further * earlier:
                 closed |= set(best.blocks)
                 continue
-            touched |= set(its)
             findings.append(finding)
             fits |= its
-        if not touched - closed:
+            closed |= {name for name in finding.blocks if len(fits[name].laws) >= settings.most}
+        if not touched:
             break
     return fits, findings
 
 
-def _settled(fits: Mapping[str, BlockFit], tables: Mapping[str, Table], best: Gain, others: Sequence[Gain],
-             settings: NamingSettings) -> tuple[Finding, dict[str, BlockFit]]:
-    """The finding among the best pair and others near it, and the fits of the blocks that it changes.
-
-    Within a block the pairs are fitted anew, because a strong law is far from the linearisation. Where a pair acts on
-    several blocks its coefficients are common to them, which only the joint linear model knows: its gains then decide.
-    """
-    near = [one for one in others if one.nats.sum() > 0.5 * best.nats.sum()
+def _near(best: Gain, others: Sequence[Gain], settings: NamingSettings) -> list[Gain]:
+    """Those of `others` that a full fit may put before the best one of the linear model."""
+    return [one for one in others if one.nats.sum() > 0.5 * best.nats.sum()
             or in_errors(best.nats - one.nats) < 2 * settings.apart][:settings.rivals]
-    tried: list[tuple[np.ndarray, Gain, dict[str, BlockFit]]] = []
-    is_joint = len({one.blocks for one in (best, *near)}) > 1 or len(best.blocks) > 1
-    def refitted(one: Gain) -> dict[str, BlockFit]:
-        return {name: fit(fits[name].block, (*fits[name].laws, one.pair), fits[name], _STEPS) for name in one.blocks}
 
-    for one in (best, *near):
-        if is_joint:
-            tried.append((one.nats, one, {}))
-            continue
-        its = refitted(one)
-        rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
-        tried.append((priced(np.asarray(rise), len(tables[one.blocks[0]].places[one.pair])), one, its))
-    tried.sort(key=lambda one: -float(one[0].sum()))
-    gain, chosen, its = tried[0]
-    its = its or refitted(chosen)
-    tied = rivals(gain, [(other, one.pair) for other, one, _ in tried[1:]], settings)
-    return Finding(chosen.blocks, chosen.pair, gain, tied), its
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A pair fitted in full: its priced `rise` (n,) in the likelihood, and the fits of the blocks that it changes."""
+
+    one: Gain
+    rise: np.ndarray
+    its: dict[str, BlockFit]
+
+
+def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ranked: Sequence[Gain],
+             settings: NamingSettings) -> tuple[Finding, dict[str, BlockFit]]:
+    """The finding among the best pair and others `near` it, and the fits of the blocks that it changes.
+
+    Every pair is fitted anew in all its blocks at once, because a strong law is far from the linearisation. Rises of
+    the likelihood are summed over all blocks, where a pair changes nothing in a block that it does not act on. A pair
+    that acts on several blocks must do better than pairs of their own: two names are asked for where they explain
+    enough more than one.
+    """
+    known: dict[Pair, _Tried] = {}
+
+    def tried(one: Gain) -> _Tried:
+        if one.pair not in known:
+            its = _fitted(fits, one)
+            rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
+            known[one.pair] = _Tried(one, priced(np.asarray(rise), len(one.places)), its)
+        return known[one.pair]
+
+    those = sorted((tried(one) for one in (best, *near)), key=lambda one: -float(one.rise.sum()))
+    chosen = those[0]
+    apart = [tried(one) for one in _apart(chosen.one, ranked)] if len(chosen.one.blocks) > 1 else []
+    if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, settings):
+        chosen = max(apart, key=lambda one: float(one.rise.sum()))
+        those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks) and one is not chosen]
+    else:
+        those = those[1:]
+    tied = rivals(chosen.rise, [(other.rise, other.one.pair) for other in those], settings)
+    return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied), chosen.its
+
+
+def _apart(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:
+    """The best pairs of the blocks of a `joint` one that do not share a block with each other."""
+    found, taken = list[Gain](), set[str]()
+    for one in ranked:
+        if one is not joint and set(one.blocks) < set(joint.blocks) and not set(one.blocks) & taken:
+            found.append(one)
+            taken |= set(one.blocks)
+    return found
+
+
+def _fitted(fits: Mapping[str, BlockFit], one: Gain) -> dict[str, BlockFit]:
+    """The fits of the blocks that a further pair changes: its own, and those that share a law with one of them."""
+    names, laws = set(one.blocks), set[Pair]()
+    while True:
+        laws |= {law for name in names for law in fits[name].laws}
+        wider = names | {name for name, its in fits.items() if laws & set(its.laws)}
+        if wider == names:
+            break
+        names = wider
+    order = [name for name in fits if name in names]
+    its = [(*fits[name].laws, *([one.pair] if name in one.blocks else [])) for name in order]
+    found = fit_together([fits[name].block for name in order], its, [fits[name] for name in order])
+    return dict(zip(order, found, strict=True))
 
 
 def _shown(fits: Mapping[str, BlockFit]) -> dict[str, Any]:

@@ -11,9 +11,9 @@ from slipstick.errors import InvalidValue
 class NamingSettings:
     """What a pair of quantity and dependence must show to be named.
 
-    - `nats`, `errors`: least gain in log-likelihood, and in standard errors over engagements. One odd engagement can
-      give nats, and noise a few standard errors: both are asked for. With 60 pairs tried, Student's distribution of 53
-      degrees of freedom exceeds 3.8 once in a hundred sets of 54 recordings.
+    - `nats`, `errors`: least gain in log-likelihood, and in standard errors of its signed roots over engagements. One
+      odd engagement can give nats, and noise a few standard errors: both are asked for. With 60 pairs tried, Student's
+      distribution of 53 degrees of freedom exceeds 3.8 once in a hundred sets of 54 recordings.
     - `apart`: standard errors by which the best pair must lead another one, or both are told as a tie.
     - `further`: share of what the first pair of a block explains that a further one must add. Less may be no more than
       what a free law with few knots leaves of the first.

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipstick.bench.converter import Converter
 from slipstick.blocks.input import curves_of, integrate
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
@@ -32,6 +33,8 @@ _SLOPE_STEP = 1e-3
 """Relative step of the derivatives of the converter's torque: far below the distance of the points of its curve."""
 _LAGS = np.array([0.2, 0.6, 2.0, 6.0])
 """Lags of the converter over the delay of the valve: a factor 3 apart, any between them is nearly a sum of two."""
+_LAG, _ROUNDS = ("converter torque", "lag"), 4
+"""The pair of a lag of the converter, and rounds in which the speed under it is found."""
 _LEAST = 1e-6
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
 _FROM_ZERO = ("output speed", "pressure")
@@ -82,11 +85,14 @@ class InputBlock:
         self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
-        self._about = self._linearised(np.zeros((len(scene), len(self.random))))
+        self._largest_pump = _LEAST  # N m
+        self._torques: dict[tuple[Pair, int], np.ndarray] = {}
+        nominal = np.zeros((len(scene), len(self.random)))
+        self._about, self._speed = self._linearised(nominal), self.clean(nominal)
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Input speed (n, k) in rad/s at `points` (n, 6)."""
-        reference = self.clean(points, laws)
+        self._speed = reference = self.clean(points, laws)
         torque = self.torque / self.scene.gear
         for pair, coefficients in laws:
             if not _is_reading(pair):
@@ -103,8 +109,14 @@ class InputBlock:
         torque = self.scene.smooth["output_torque"] / self.scene.gear
         for pair, coefficients in laws:
             if pair[0] == "input torque":
-                torque = torque - np.einsum("m,nmk->nk", coefficients, self._torque(pair, None))
-        return self._integrated(points, torque)
+                torque = torque - np.einsum("m,nmk->nk", coefficients, self._given_by(pair))
+        speed = self._integrated(points, torque)
+        for coefficients in (c for pair, c in laws if pair == _LAG):
+            # The lagging torque is that at the speed that it leads to, which is found by iteration.
+            for _ in range(_ROUNDS):
+                lagging = np.einsum("m,nmk->nk", coefficients, self._torque(_LAG, speed))
+                speed = self._integrated(points, torque - lagging)
+        return speed
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the speed sensor, and the integrated one of the torque sensor, where `base` was called last."""
@@ -119,7 +131,7 @@ class InputBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
-        speed, about, one = self.clean(points, laws), self._about, np.ones(self.torque.shape)
+        speed, about, one = self._speed, self._about, np.ones(self.torque.shape)
         net = (about.converter + self.scene.given_torque[:, None] - self.coulomb - self.viscous * speed
                - self.scene.smooth["output_torque"] / self.scene.gear)
         own = self._respond(np.stack([-net, -self.coulomb * one, -self.viscous * speed, about.motor,
@@ -129,7 +141,8 @@ class InputBlock:
         ratio = speed / self.motor[:, None]
         # A motor that sags does so with the torque of the pump, which is that of the turbine over the torque ratio.
         pump = about.converter / np.maximum(np.interp(ratio, *self._curves[[0, 1]]), _LEAST)
-        sag = -about.motor * pump / max(float(pump.max()), _LEAST)
+        self._largest_pump = max(float(pump.max()), _LEAST)
+        sag = -about.motor * pump / self._largest_pump
         converter = about.converter[:, None] * bases.hats(ratio, self._knots)
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
         clock = bases.late(speed, self.scene.time)
@@ -141,6 +154,24 @@ class InputBlock:
         """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""
         return self.columns(points, laws, predicted)[1]
 
+    def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
+        """Relative errors (n,) of the stated motor speeds."""
+        return {"motor_speed": self._levels @ shared[2:2 + self._levels.shape[1]]}
+
+    def converter(self, shared: np.ndarray) -> Converter:
+        """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
+        given, first = self._curves, 2 + self._levels.shape[1]
+        ratio = np.union1d(given[0], self._knots)
+        torque, capacity = (np.interp(ratio, given[0], row) for row in given[1:])
+        motor = np.full(ratio.shape, np.sqrt(np.mean(self.motor**2)))
+        torque_given = self._converter(ratio * motor, motor)
+        pump = (motor / capacity) ** 2
+        sagged = self._converter(ratio * motor, motor * (1 - shared[1] * pump / self._largest_pump))
+        factor = np.where(torque_given > 0, sagged / np.maximum(torque_given, _LEAST), 1.0)
+        factor = factor * (1 + bases.hats(ratio[None], self._knots)[0].T @ shared[first:])
+        return Converter(tuple(ratio.tolist()), tuple(np.maximum(torque * factor, 0.0).tolist()),
+                         tuple(capacity.tolist()))
+
     def pairs(self) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
         return [*(("input torque", on) for on in _SIGNALS),
@@ -150,8 +181,7 @@ class InputBlock:
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
-        speed = self.clean(points, laws)
-        return self._reading(pair, speed) if _is_reading(pair) else self._respond(self._torque(pair, speed))
+        return self._reading(pair, self._speed) if _is_reading(pair) else self._respond(self._torque(pair, self._speed))
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
@@ -172,16 +202,26 @@ class InputBlock:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
         return self.scene.reading(*pair, speed)
 
-    def _torque(self, pair: Pair, speed: np.ndarray | None) -> np.ndarray:
+    def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
+        if pair == _LAG:
+            torque = self._converter(speed, self.motor[:, None])
+            lags = self.scene.value("current_delay") * _LAGS
+            return np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],
+                            axis=1)
+        return self._given_by(pair)
+
+    def _given_by(self, pair: Pair) -> np.ndarray:
+        """Torques (n, m, k) in N m that only depend on the signals of the scene, each computed once."""
+        if (pair, self.fine) not in self._torques:
+            self._torques[pair, self.fine] = self._over_signals(pair)
+        return self._torques[pair, self.fine]
+
+    def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
         measured = scene.smooth["input_speed"]
         if quantity == "output torque sensor":
             return scene.torque_error(on, scene.smooth["output_torque"]) / scene.gear
-        if quantity == "converter torque" and on == "lag":
-            torque = self._converter(measured, self.motor[:, None])
-            lags = scene.value("current_delay") * _LAGS
-            return np.stack([lagged_signal(torque, scene.time, np.full((1,), lag)) - torque for lag in lags], axis=1)
         unit = scene.typical_torque / scene.gear
         if on in ("run order", "motor speed"):
             size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"

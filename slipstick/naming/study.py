@@ -12,15 +12,17 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from slipstick.bench import Bench
+from slipstick.bench.converter import Converter
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Pair
 from slipstick.naming.closing import closing, settled
-from slipstick.naming.contact import ContactBlock, OnsetBlock
+from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.measured import LawPoints, measured
+from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
@@ -44,8 +46,9 @@ class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
     `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise. `laws`
-    are the coefficients of the pairs by block, `measured` the law of each pair as values with units. `seconds` is the
-    time that it took.
+    are the coefficients of the pairs by block, `measured` the law of each pair as values with units. `parameters` (n,)
+    of the engagements that are not set aside are relative to nominal, `clocks` are the delays of the signals' clocks in
+    s, and `converter` is that of the bench with the errors of its curve. `seconds` is the time that it took.
     """
 
     findings: tuple[Finding, ...]
@@ -53,6 +56,9 @@ class Naming:
     chi_square: dict[str, float]
     laws: dict[str, dict[Pair, np.ndarray]]
     measured: dict[Pair, LawPoints]
+    parameters: dict[str, np.ndarray]
+    clocks: dict[str, float]
+    converter: Converter
     seconds: float
 
 
@@ -96,6 +102,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   {key: one.coefficients for key, one in everything.items()}, measured(everything),
+                  parameters_of(everything), clocks_of(everything), converter_of(everything),
                   time.perf_counter() - began)
 
 
@@ -135,7 +142,8 @@ def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
     shaft = fit(shaft_block)
     scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
     lock = fit(LockBlock(scene, load_block.clean(load.points)))
-    contact = fit(ContactBlock(scene, pressure, onset.points))
+    wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
+    contact = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
     return Start(valve, {one.block.name: one for one in (load, shaft, lock, contact)}, onset, clutch, findings)
 
 

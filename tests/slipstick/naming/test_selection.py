@@ -26,7 +26,7 @@ def gain(mean: float, scatter: float = 1.0, n: int = 54) -> np.ndarray:
 @pytest.mark.parametrize(("mean", "scatter", "enough"), [
     (1.0, 1.0, True),
     (0.2, 0.1, False),  # 10.8 nats
-    (1.0, 2.0, False),  # 54 nats, 3.7 standard errors
+    (1.0, 4.0, False),  # 54 nats, 2.2 standard errors
     (0.23, 0.01, True),  # 12.4 nats in every engagement alike
     (-1.0, 0.1, False),
 ])
@@ -39,6 +39,14 @@ def test_one_odd_engagement_is_not_enough() -> None:
     odd[7] = 500.0
     assert not is_enough(odd, SETTINGS)
     assert in_errors(odd) == pytest.approx(1.0)
+
+
+def test_a_strong_law_is_not_harder_to_name_than_a_weak_one() -> None:
+    shown = np.random.default_rng(3).lognormal(0.0, 1.0, 54)  # of a law, by the engagements, in standard errors
+    noise = np.random.default_rng(4).standard_normal(54)
+    errors = [in_errors(strength * shown * noise + 0.5 * (strength * shown) ** 2) for strength in (0.5, 2.0, 8.0, 80.0)]
+    assert np.all(np.diff(errors) > 0)
+    assert errors[-1] > SETTINGS.errors
 
 
 def test_a_tie_is_what_would_do_and_trails_by_little_in_nats_or_in_errors() -> None:

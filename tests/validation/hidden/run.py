@@ -7,7 +7,7 @@ import numpy as np
 from . import sensors
 from .bench import STICK, Bench, Quantities
 from .nominal import HEAVY
-from .stepping import integrate
+from .stepping import Solution, integrate
 
 SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque")
 TIME = HEAVY.time
@@ -37,12 +37,22 @@ def observe(bench: Bench, conditions: np.ndarray, order: np.ndarray, relative: f
     sticking = (solution.phase[:, 1] == STICK) & (solution.length > 0)
     lock_time = np.min(np.where(sticking, solution.start, np.inf), axis=0)
     locked = np.flatnonzero(np.isfinite(lock_time))
-    states, phase = (sampled[:, locked] for sampled in solution.at(time))
+    bench, order = bench.take(locked), order[locked]
+    phase, quantities = _quantities(bench, solution, locked, time)
+    readings = {}
+    for name in SIGNALS:
+        late = bench.clocks.get(name, 0.0) * bench.setup.period
+        # Before the command everything is as at the command.
+        seen = _quantities(bench, solution, locked, np.maximum(time - late, 0.0))[1] if late else quantities
+        readings |= sensors.read({name: seen[name]}, seen, bench)
+    return Run(bench, conditions[locked], np.argsort(np.argsort(order)), lock_time[locked], phase, quantities, readings)
+
+
+def _quantities(bench: Bench, solution: Solution, lanes: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, Quantities]:
+    """Return phases (3, n, k) and quantities (n, k) of the engagements in `lanes` (n,) at `time` (k,)."""
+    states, phase = (sampled[:, lanes] for sampled in solution.at(time))
     n, k = states.shape[1:]
-    samples = bench.take(np.repeat(locked, k))
+    samples = bench.take(np.repeat(np.arange(n), k))
     flat = samples.quantities(np.tile(time, n), states.reshape(-1, n * k), phase.reshape(-1, n * k))
     del flat["rates"]
-    quantities = {name: values.reshape(n, k) for name, values in flat.items()}
-    readings = sensors.read({name: quantities[name] for name in SIGNALS}, quantities, bench.take(locked))
-    ranks = np.argsort(np.argsort(order[locked]))
-    return Run(bench.take(locked), conditions[locked], ranks, lock_time[locked], phase, quantities, readings)
+    return phase, {name: values.reshape(n, k) for name, values in flat.items()}

@@ -1,0 +1,115 @@
+"""The fit of the whole simulation without and with what was named, from the estimates of the blocks."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipstick.confirmation.simulated import SimulatedBench
+from slipstick.confirmation.terms import Terms
+from slipstick.confirmation.traces import Traces
+from slipstick.naming.curved import CurvedFit, fit_curved
+
+_MULTIPLES = (-3.0, -1.0, -0.3, 0.0, 0.1, 0.3, 1.0, 3.0)
+"""Of the typical value of an amplitude, from which the best one starts the fit."""
+_ITERATIONS = 25
+_ROUNDING = 1e-6
+"""Nats by which a fit may be below the one that is nested in it: rounding errors."""
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationFit:
+    """A fit of the simulation: `values` (p,) of the coefficients of its terms, and the mixed model about them.
+
+    `points` (n, q) are the parameters of the engagements relative to nominal, `mean` and `variance` (q,) how they are
+    distributed, `evidence` (n,) the log-likelihood of each engagement in nats with them integrated out.
+    """
+
+    block: SimulatedBench
+    fitted: CurvedFit
+
+    @property
+    def values(self) -> np.ndarray:
+        """Coefficients (p,) of the terms in their units."""
+        return self.block.values(self.fitted.shared)
+
+    @property
+    def evidence(self) -> np.ndarray:
+        """Log-likelihood (n,) of the engagements in nats."""
+        return self.fitted.evidence
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance (p, p) of the coefficients: a sandwich estimator over engagements."""
+        gram, q = self.fitted.fitted.marginal, len(self.block.random)
+        bread, solution = self.fitted.fitted.covariance, self.fitted.fitted.coefficients
+        scores = gram[:, :-1, -1] - gram[:, :-1, :-1] @ solution
+        found = (bread @ (scores.T @ scores) @ bread)[q:, q:]
+        spans = np.array([one.span for one in self.block.terms.unknowns])
+        return np.asarray(found * np.outer(spans, spans))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Mean of each parameter and condition, relative to nominal."""
+        return dict(zip(self.block.random, self.fitted.mean.tolist(), strict=True))
+
+    @property
+    def scatter(self) -> dict[str, float]:
+        """Standard deviation of each parameter and condition between engagements, relative to nominal."""
+        return dict(zip(self.block.random, np.sqrt(self.fitted.variance).tolist(), strict=True))
+
+
+def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray,
+                   shared: np.ndarray | None = None) -> SimulationFit:
+    """Fit from `points` (n, q), and from coefficients that are searched where `shared` (p,) gives none."""
+    block = SimulatedBench(traces, terms)
+    begun = _searched(block, points) if shared is None else shared
+    return SimulationFit(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
+
+
+def nested(traces: Traces, terms: Terms, points: np.ndarray) -> tuple[SimulationFit, SimulationFit]:
+    """The fits without and with `terms`: that with them is never below the other one.
+
+    Each also starts from where the other one ended, because either may end too early. Noise is that which the fit with
+    the terms leaves, in both.
+    """
+    first = fit_simulation(traces, terms, points)
+    traces = traces.with_noise(traces.mean_squares(traces.measured - first.fitted.predicted))
+    after = fit_simulation(traces, terms, first.fitted.points, first.fitted.shared)
+    if not terms.unknowns:
+        return after, after
+    bare = replace(terms, effects=(), laws=())
+    before = best([fit_simulation(traces, bare, start) for start in (points, after.fitted.points)])
+    return before, above(after, before)
+
+
+def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
+    """The fit `after`, or one that starts where `before` ended, whose model is nested in it."""
+    neutral = np.zeros(len(after.fitted.shared))
+    found = best([after, fit_simulation(after.block.traces, after.block.terms, before.fitted.points, neutral)])
+    if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
+        raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
+    return found
+
+
+def best(fits: Sequence[SimulationFit]) -> SimulationFit:
+    """The fit of the largest evidence."""
+    return max(fits, key=lambda one: float(one.evidence.sum()))
+
+
+def _searched(block: SimulatedBench, points: np.ndarray) -> np.ndarray:
+    """Coefficients (p,) over their spans: for one term after the other the multiple of its typical values that fits."""
+    unknowns = block.terms.unknowns
+    start = np.zeros(len(unknowns))
+    for term in dict.fromkeys(one.term for one in unknowns):
+        tried = []
+        for multiple in _MULTIPLES:
+            values = [one.neutral + multiple * (one.typical - one.neutral) for one in unknowns]
+            moved = np.array([(np.clip(value, one.lower, one.upper) - one.neutral) / one.span if one.term == term
+                              else before for value, one, before in zip(values, unknowns, start, strict=True)])
+            block.at(moved)
+            # The median does not mind a few engagements that no start suits.
+            each = (((block.measured - block.base(points)) * block.counted) ** 2).sum(axis=1)
+            tried.append((float(np.median(each)), moved))
+        start = min(tried, key=lambda one: one[0])[1]
+    return start

@@ -1,0 +1,108 @@
+"""Further experiments that would tell two fitted models apart that the recordings do not.
+
+The difference r of two predictions counts as far as the scatter of the parameters cannot hide it: with the whitened
+derivatives G with respect to the scattering parameters and their variances D,
+
+    d^2 = r' (1 + G D G')^-1 r
+
+is the expected rise of twice the log-likelihood of the right model above the other one in one run, with variance 4 d^2:
+100 / d^2 runs tell them apart by five standard errors.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from slipstick.bench.conditions import Conditions
+from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.simulated import SimulatedBench
+from slipstick.confirmation.traces import CHANNELS, Traces
+from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.signals import SIGNAL_UNITS
+
+_BEYOND = (0.8, 1.2)
+"""Times the lowest and the highest recorded level: as far as a fit may be trusted unseen."""
+_LEVELS, _KINDS = 3, 5
+"""Levels of each condition that are tried, and experiments that are proposed."""
+_ERRORS = 5.0
+"""Standard errors by which repetitions shall tell two models apart."""
+_MOST = 1000
+"""Runs that nobody would make."""
+_FACTORS = ("motor_speed", "load_inertia", "brake_torque")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A proposed experiment: its conditions, how far the models are `apart`, and where most of that is.
+
+    `apart` is d in the docstring of the module; `signal` is a signal or the shifting time. `repetitions` is the
+    expected number of runs until five standard errors, None for more than 1000. `recorded` tells whether it is in the
+    recordings.
+    """
+
+    current_profile: int
+    motor_speed: float
+    load_inertia: float
+    brake_torque: float
+    recorded: bool
+    apart: float
+    signal: str
+    repetitions: int | None
+
+
+def further(right: SimulationFit, other: SimulationFit) -> list[Experiment]:
+    """The experiments that tell two fits apart best, each of another profile or motor speed, the best first."""
+    given = right.block.scene.recordings.conditions
+    conditions, recorded = _candidates(given)
+    here, there = (_elsewhere(one, conditions) for one in (right, other))
+    points = [np.tile(one.fitted.mean, (len(conditions), 1)) for one in (right, other)]
+    for block, one in ((here, right), (there, other)):
+        block.at(one.fitted.shared)
+    mine, its = here.base(points[0]), there.base(points[1])
+    locks = np.all(np.abs(mine - its) < 1e5, axis=1)
+    own, _ = there.columns(points[1], (), its)
+    left = mine - its
+    weighted = own * np.sqrt(other.fitted.variance)[:, None]
+    inner = np.eye(own.shape[1]) + weighted @ weighted.transpose(0, 2, 1)
+    through = np.linalg.solve(inner, weighted @ left[:, :, None])
+    left = left - (weighted.transpose(0, 2, 1) @ through)[..., 0]
+    square = np.where(locks, (left * (mine - its)).sum(axis=1), 0.0)
+    found, kinds = list[Experiment](), set[tuple[int, float]]()
+    for place in np.argsort(-square, kind="stable"):
+        kind = int(conditions.current_profile[place]), float(conditions.motor_speed[place])
+        if kind in kinds or len(found) == _KINDS or square[place] <= 0:
+            continue
+        kinds.add(kind)
+        shares = {name: float((left[place, columns] ** 2).sum()) for name, columns in here.traces.columns.items()}
+        runs = int(np.ceil(4 * _ERRORS**2 / square[place]))
+        found.append(Experiment(*kind, float(conditions.load_inertia[place]), float(conditions.brake_torque[place]),
+                                bool(recorded[place]), float(np.sqrt(square[place])),
+                                max(CHANNELS, key=shares.__getitem__), runs if runs <= _MOST else None))
+    return found
+
+
+def _candidates(given: Conditions) -> tuple[Conditions, np.ndarray]:
+    """Conditions of all profiles at a few levels, up to a fifth beyond the recorded ones, and which are recorded."""
+    levels = [np.unique(np.quantile(getattr(given, name), np.linspace(0, 1, _LEVELS), method="nearest"))
+              for name in _FACTORS]
+    wide = [np.unique([one[0] * _BEYOND[0], *one, one[-1] * _BEYOND[1]]) for one in levels]
+    rows = list(product(range(len(given.profile_time)), *wide))
+    first = [int(np.argmax(given.current_profile == row[0])) for row in rows]
+    columns = dict(zip(_FACTORS, np.array([row[1:] for row in rows]).T, strict=True))
+    found = replace(given.take(first), current_profile=np.array([row[0] for row in rows]), **columns)
+    known = {tuple(one) for one in zip(given.current_profile.tolist(), *(getattr(given, name).tolist()
+                                                                         for name in _FACTORS), strict=True)}
+    return found, np.array([(row[0], *map(float, row[1:])) in known for row in rows])
+
+
+def _elsewhere(one: SimulationFit, conditions: Conditions) -> SimulatedBench:
+    """The simulation of a fit under other conditions."""
+    block, scene = one.block, one.block.scene
+    empty = Signals(scene.time, *(np.zeros((len(conditions), len(scene.time))) for _ in SIGNAL_UNITS))
+    recordings = Recordings(conditions, np.full(len(conditions), scene.time[-1]), empty)
+    some = replace(scene, recordings=recordings, smooth={}, order=None)
+    blank = np.zeros((len(conditions), block.measured.shape[1]))
+    traces = Traces(some, blank, np.ones(blank.shape, bool), block.traces.noise, block.traces.clocks,
+                    block.traces.converter)
+    return SimulatedBench(traces, block.terms)

@@ -1,0 +1,131 @@
+"""The gap between model and recordings on conditions that a fit has not seen, without and with what was named.
+
+    closure = 1 - (MSE_after - V) / (MSE_before - V)
+
+MSE is that of a signal or of the shifting time, predicted with the mean parameters of a fit without the experiments of
+that motor speed or of that current profile. V is what sensor noise and the scatter of the parameters between
+engagements leave where the model is right, by the fit with what was named.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from slipstick.bench.conditions import Conditions
+from slipstick.clutch.ensemble import LOCKED, Response
+from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.traces import CHANNELS
+from slipstick.naming.grams import solve
+from slipstick.recordings.signals import SIGNAL_UNITS
+
+_DRAWS = 16
+"""Draws of the parameters, by which the scatter of a prediction is estimated to a fifth."""
+_BOOTSTRAP = 1000
+_TAIL = 0.05
+"""Share of bootstrap samples beyond either end of an interval."""
+_FEWEST = 3
+"""Levels of a condition that make folds; recordings with fewer are split at random."""
+_RANDOM_FOLDS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Held-out predictions of n engagements.
+
+    `square` (n, 5) are mean squared errors of signals and shifting time, `variance` (n, 5) those that a right model
+    would have, in the squared units of the channels. `time` (n,) are shifting times in s.
+    """
+
+    square: np.ndarray
+    variance: np.ndarray
+    time: np.ndarray
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Root-mean-square errors of a channel in its unit, and the share of the gap that is closed.
+
+    `lower` and `upper` are the ends of a 90 % bootstrap interval over engagements. The share is None where there is no
+    gap beyond its own error before.
+    """
+
+    rms_before: float
+    rms_after: float
+    rms_expected: float
+    closure: float | None
+    lower: float | None
+    upper: float | None
+
+
+def folds(conditions: Conditions, seed: int) -> list[np.ndarray]:
+    """Rows (n,) of the experiments to leave out: those of a motor speed, then those of a current profile."""
+    found = []
+    for column in (conditions.motor_speed, conditions.current_profile):
+        levels = np.unique(column)
+        if _FEWEST <= len(levels) < len(column):
+            found += [column == level for level in levels]
+    if not found:
+        place = np.random.default_rng(seed).permutation(len(conditions)) % _RANDOM_FOLDS
+        found = [place == fold for fold in range(_RANDOM_FOLDS)]
+    return found
+
+
+def predict(found: SimulationFit, seed: int) -> Prediction:
+    """Predict every experiment by the fits without it, the mean over the folds that leave it out."""
+    block, scene, q = found.block, found.block.scene, len(found.block.random)
+    n, linear = len(scene), found.fitted.fitted
+    square, time, count = np.zeros((n, len(CHANNELS))), np.zeros(n), np.zeros(n)
+    for rows in folds(scene.recordings.conditions, seed):
+        about, _ = solve(linear.gram, linear.marginal[~rows])
+        mean, shared = np.split(about, [q])
+        response = block.respond(np.tile(mean, (n, 1)), shared)
+        square[rows] += _squares(found, response)[rows]
+        time[rows] += _times(found, response)[rows]
+        count[rows] += 1
+    drawn = ndtri(qmc.Sobol(q, rng=seed).random(_DRAWS)) * np.sqrt(found.fitted.variance)
+    scattered = [block.respond(np.tile(found.fitted.mean + one, (n, 1)), found.fitted.shared) for one in drawn]
+    return Prediction(square / count[:, None], _variances(found, scattered), time / count)
+
+
+def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Closure]:
+    """What is closed of the gap of each channel."""
+    n, found = len(before.square), {}
+    drawn = np.random.default_rng(seed).multinomial(n, np.full(n, 1 / n), _BOOTSTRAP) / n
+    for at, name in enumerate(CHANNELS):
+        wide, narrow, expected = before.square[:, at], after.square[:, at], after.variance[:, at]
+        gap = drawn @ (wide - expected)
+        sure = np.quantile(gap, _TAIL) > 0
+        shares = 1 - drawn @ (narrow - expected) / gap if sure else np.zeros(1)
+        share = 1 - (narrow - expected).mean() / (wide - expected).mean()
+        lower, upper = np.quantile(shares, (_TAIL, 1 - _TAIL)).tolist()
+        rms = (float(np.sqrt(values.mean())) for values in (wide, narrow, expected))
+        found[name] = Closure(*rms, *((float(share), lower, upper) if sure else (None, None, None)))
+    return found
+
+
+def _times(found: SimulationFit, response: Response) -> np.ndarray:
+    """Shifting times (n,) in s; the end of its profile where an engagement does not lock."""
+    conditions = found.block.scene.recordings.conditions
+    latest = conditions.profile_time[conditions.current_profile, -1]
+    return np.where(response.status == LOCKED, response.shifting_time, latest)
+
+
+def _squares(found: SimulationFit, response: Response) -> np.ndarray:
+    """Mean squared errors (n, 5) of a simulation."""
+    scene, values = found.block.scene, []
+    for name in SIGNAL_UNITS:
+        left = scene.measured(name) - np.nan_to_num(getattr(response, name))
+        values.append((left**2).mean(axis=1))
+    return np.stack([*values, (scene.recordings.measured_time - _times(found, response)) ** 2], axis=1)
+
+
+def _variances(found: SimulationFit, scattered: list[Response]) -> np.ndarray:
+    """Variances (n, 5) of simulations with other parameters, and of the sensors' noise."""
+    scene, values = found.block.scene, []
+    for name in SIGNAL_UNITS:
+        drawn = np.array([np.nan_to_num(getattr(response, name)) for response in scattered])
+        values.append(drawn.var(axis=0, ddof=1).mean(axis=1) + scene.noise[name][0] ** 2)
+    times = np.array([_times(found, response) for response in scattered])
+    return np.stack([*values, times.var(axis=0, ddof=1) + scene.timer_noise**2], axis=1)

@@ -1,0 +1,130 @@
+"""The whole bench as one block: conditions -> all signals and the shifting time, with random effects on parameters.
+
+It has the form of the other blocks, so that the same fit (`slipstick.naming.curved`) finds the parameters of each
+engagement, how they scatter, and the coefficients of the terms that are added.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from slipstick.bench import parameters
+from slipstick.blocks.whitening import BlockNoise
+from slipstick.clutch import ensemble
+from slipstick.confirmation.terms import Terms
+from slipstick.confirmation.traces import Traces
+from slipstick.naming.block import Laws, Pair
+from slipstick.naming.law_map import LawMap
+from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN
+
+CONDITIONS = ("motor_speed", "load_inertia", "brake_torque")
+"""Conditions that differ from what is stated."""
+RANDOM: Mapping[str, tuple[float, float]] = {
+    "friction_coefficient": (np.inf, 0.1), "current_delay": (np.inf, 0.1), "current_bias": (np.inf, 0.2),
+    "current_gain": (np.inf, 0.1), "pressure_bias": (np.inf, 0.2), "initial_position": (np.inf, 0.4),
+    "temperature_gain": (np.inf, 0.3), "piston_return": (KNOWN, 0.05), "film_coefficient": (KNOWN, 0.05),
+    "ramp_share": (KNOWN, 0.05), "output_viscous": (KNOWN, 0.1), "input_inertia": (KNOWN, 0.1),
+    "input_coulomb": (KNOWN, 0.1), "input_viscous": (KNOWN, 0.1),
+    **dict.fromkeys(CONDITIONS, (CONDITIONS_WITHIN, 0.05))}
+"""Parameter or condition -> standard deviations, relative to nominal: of the prior of its mean, and of its scatter at
+most. They are those of the blocks."""
+_STEP = 3e-3
+"""Relative step of the central differences: an engagement's shifting time then changes by ten times its error."""
+_SHARE = 0.01
+"""Step of a coefficient over its span."""
+_AT_ONCE = 1000
+"""Engagements simulated at once: the samples of all would take gigabytes."""
+_WIDE = 0.3
+"""Prior standard deviation of a coefficient about neutral, over its span: next to none."""
+
+
+class SimulatedBench:
+    """All signals and the shifting time of recordings, from their conditions alone, with `terms` in the model."""
+
+    name, signal, fine = "simulation", "all signals", 0
+    random: tuple[str, ...] = tuple(RANDOM)
+
+    def __init__(self, traces: Traces, terms: Terms) -> None:
+        self.traces, self.terms, self.scene = traces, terms, traces.scene
+        self.measured, self.counted = traces.measured, traces.counted
+        self.fixed: tuple[str, ...] = tuple(f"{one.term}: {one.name}" for one in terms.unknowns)
+        self.random_std, self.widest = (np.array(values) for values in zip(*RANDOM.values(), strict=True))
+        self.fixed_std = np.full(len(self.fixed), _WIDE)
+        self.shared = np.zeros(len(self.fixed))
+
+    def at(self, shared: np.ndarray) -> None:
+        """Set the coefficients: `shared` (p,) are differences from neutral over the span."""
+        self.shared = shared
+
+    def values(self, shared: np.ndarray) -> np.ndarray:
+        """The coefficients (p,) in their units, within their bounds."""
+        unknowns = self.terms.unknowns
+        values = [one.neutral + one.span * move for one, move in zip(unknowns, shared, strict=True)]
+        return np.asarray(np.clip(values, [one.lower for one in unknowns], [one.upper for one in unknowns]))
+
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """The rows (n, K) at `points` (n, q)."""
+        return np.asarray(self.rows_at(points[None], self.shared)[0])
+
+    def rows_at(self, points: np.ndarray, shared: np.ndarray) -> np.ndarray:
+        """The rows (s, n, K) at s sets of `points` (s, n, q) relative to nominal."""
+        found, at_once = [], max(1, _AT_ONCE // points.shape[1])
+        for first in range(0, len(points), at_once):
+            some = points[first:first + at_once]
+            rows = self.traces.simulated(self.respond(some.reshape(-1, some.shape[-1]), shared))
+            found.append(rows.reshape(len(some), points.shape[1], -1))
+        return np.concatenate(found)
+
+    def respond(self, points: np.ndarray, shared: np.ndarray) -> ensemble.Response:
+        """The simulated engagements at `points` (m, q) relative to nominal, of the n conditions again and again."""
+        values, given = self.values(shared), self.scene.recordings.conditions
+        vectors = np.tile(self.scene.base, (len(points), 1))
+        conditions = given.take(np.arange(len(points)) % len(given))
+        for column, name in enumerate(self.random):
+            factor = 1 + points[:, column]
+            if name in CONDITIONS:
+                conditions = replace(conditions, **{name: getattr(conditions, name) * factor})
+            else:
+                vectors[:, parameters.index(name)] *= factor
+        coefficients = np.tile(self.terms.coefficients(values), (len(points), 1))
+        return ensemble.simulate(self.traces.converter, vectors, coefficients, conditions, self.scene.time, paired=True,
+                                 laws=self.terms.scaled(values))
+
+    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives (n, q, K) with respect to the parameters and (n, p, K) to the coefficients, over their spans."""
+        steps = _STEP * np.eye(len(self.random))[:, None]
+        ahead, behind = np.split(self.rows_at(np.concatenate([points + steps, points - steps]), self.shared), 2)
+        own = ((ahead - behind) / (2 * _STEP)).transpose(1, 0, 2)
+        return own, self.shared_columns(points, laws, predicted)
+
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Derivatives (n, p, K) with respect to the coefficients, inwards at an upper bound."""
+        if not self.fixed:
+            return np.zeros((len(points), 0, self.measured.shape[1]))
+        found = []
+        for unit in np.eye(len(self.fixed)):
+            moved = self.shared + _SHARE * unit
+            step = _SHARE if np.all(self.values(moved) != self.values(self.shared), where=unit > 0) else -_SHARE
+            found.append((self.rows_at(points[None], self.shared + step * unit)[0] - predicted) / step)
+        return np.stack(found, axis=1)
+
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        """Independent with unit variance."""
+        return BlockNoise(1.0, 0.0)
+
+    def pairs(self) -> list[Pair]:
+        """None: what is asked for is in the terms."""
+        return []
+
+    def size(self, pair: Pair) -> int:
+        """No pair has a law here."""
+        raise KeyError(pair)
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """No pair has a law here."""
+        raise KeyError(pair)
+
+    def law(self, pair: Pair) -> LawMap:
+        """No pair has a law here."""
+        raise KeyError(pair)

@@ -1,0 +1,107 @@
+"""The recordings of engagements as one row of independent values each, and simulations in the same form.
+
+A row consists of the four signals and the shifting time. The noise of a sensor is autoregressive, so that
+
+    e_t = (y_t - rho y_{t-1}) / (std sqrt(1 - rho^2))
+
+are independent with unit variance. Means of `WIDTH` of them, times the root of `WIDTH`, are so too, and say all about
+effects that last longer. The filter is linear: residuals and derivatives are those of filtered signals.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipstick.bench.converter import Converter
+from slipstick.clutch.ensemble import LOCKED, Response
+from slipstick.naming.scene import Scene
+from slipstick.recordings.processing import blended_at_lock_up, block_means
+from slipstick.recordings.signals import SIGNAL_UNITS
+
+WIDTH = 4
+"""Samples in a mean: 8 ms at 500 Hz, a fifth of the fastest time constant of the shipped benches."""
+_FAILED = 1e6
+"""Value of a row where the simulation failed: so far off that no fit goes there."""
+CHANNELS = (*SIGNAL_UNITS, "shifting_time")
+"""The signals and the shifting time, in the order of a row."""
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """Rows of K values of the n engagements of a `scene`: the `measured` (n, K), and which are `counted` (n, K).
+
+    `noise` maps each channel to the standard deviation of its values over that of the sensor's noise: 1, or more where
+    a fit leaves more. `clocks` are delays of the signals' clocks in s, and `converter` is that of the bench with the
+    errors of its curve.
+    """
+
+    scene: Scene
+    measured: np.ndarray
+    counted: np.ndarray
+    noise: dict[str, float]
+    clocks: dict[str, float]
+    converter: Converter
+
+    @classmethod
+    def of(cls, scene: Scene, clocks: dict[str, float], converter: Converter) -> "Traces":
+        """The rows of the recordings of a scene."""
+        blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), dict.fromkeys(CHANNELS, 1.0), clocks, converter)
+        signals = {name: scene.measured(name) for name in SIGNAL_UNITS}
+        near_lock = ~(scene.slipping | scene.locked)
+        counted = []
+        for name in SIGNAL_UNITS:
+            # The torque jumps at lock-up: how far the jump is off, the shifting time says.
+            bad = near_lock.copy() if name == "output_torque" else np.zeros_like(near_lock)
+            bad[:, 1:] |= bad[:, :-1].copy()
+            counted.append(block_means(bad.astype(float), WIDTH) == 0)
+        counted.append(np.ones((len(scene), 1), bool))
+        return replace(blank, measured=blank.rows(signals, scene.recordings.measured_time),
+                       counted=np.concatenate(counted, axis=1))
+
+    def simulated(self, response: Response) -> np.ndarray:
+        """The rows (m, K) of simulated engagements, of the n conditions again and again.
+
+        Where one did not lock, the end of its profile is its shifting time.
+        """
+        conditions, time = self.scene.recordings.conditions, self.scene.time
+        latest = np.resize(conditions.profile_time[conditions.current_profile, -1], response.status.shape)
+        times = np.where(response.status == LOCKED, response.shifting_time, latest)
+        signals = {name: getattr(response, name) for name in SIGNAL_UNITS}
+        torque = signals["output_torque"]
+        signals["output_torque"] = blended_at_lock_up(torque[None], times[None], time)[0]
+        for name, late in self.clocks.items():
+            signals[name] = signals[name] - late * np.gradient(signals[name], time, axis=1)
+        return np.asarray(np.nan_to_num(self.rows(signals, times), nan=_FAILED))
+
+    def rows(self, signals: dict[str, np.ndarray], times: np.ndarray) -> np.ndarray:
+        """Signals (n, k) and shifting times (n,) as rows (n, K)."""
+        values = []
+        for name in SIGNAL_UNITS:
+            (std, rho), signal = self.scene.noise[name], signals[name]
+            fresh = signal.copy()
+            fresh[:, 1:] -= rho * signal[:, :-1]
+            fresh[:, 1:] /= np.sqrt(1 - rho**2)
+            values.append(block_means(fresh, WIDTH) * np.sqrt(WIDTH) / (std * self.noise[name]))
+        timer = self.scene.timer_noise * self.noise["shifting_time"]
+        return np.concatenate([*values, times[:, None] / timer], axis=1)
+
+    @property
+    def columns(self) -> dict[str, slice]:
+        """Where the values of each channel are in a row."""
+        k = len(self.scene.time) // WIDTH
+        return {name: slice(i * k, (i + 1) * k) if name in SIGNAL_UNITS else slice(i * k, i * k + 1)
+                for i, name in enumerate(CHANNELS)}
+
+    def with_noise(self, squares: dict[str, float]) -> "Traces":
+        """With such noise that mean squares of 1 are left in each channel in which a fit has left more."""
+        factors = {name: float(np.sqrt(max(1.0, square))) for name, square in squares.items()}
+        scale = np.ones(self.measured.shape[1])
+        for name, columns in self.columns.items():
+            scale[columns] = factors[name]
+        noise = {name: self.noise[name] * factor for name, factor in factors.items()}
+        return replace(self, measured=self.measured / scale, noise=noise)
+
+    def mean_squares(self, residuals: np.ndarray) -> dict[str, float]:
+        """Mean squares of the counted residuals (n, K) in each channel."""
+        return {name: float((residuals[:, columns] ** 2)[self.counted[:, columns]].mean())
+                for name, columns in self.columns.items()}

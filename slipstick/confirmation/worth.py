@@ -1,0 +1,38 @@
+"""What a finding is worth: how much it changes the shifting times and signals under the recorded conditions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.simulated import SimulatedBench
+from slipstick.recordings.signals import SIGNAL_UNITS
+
+
+@dataclass(frozen=True)
+class Worth:
+    """Changes by a finding, over the recorded conditions with the mean parameters of the fit.
+
+    `shifting_time` is the root-mean-square change in ms and `largest` that of the largest magnitude, `signals` the
+    root-mean-square change of each signal in the standard deviations of its noise.
+    """
+
+    shifting_time: float
+    largest: float
+    signals: dict[str, float]
+
+
+def worth(found: SimulationFit, term: str) -> Worth:
+    """The difference that the `term` (an effect or a measured law) makes in a fitted simulation."""
+    block, scene = found.block, found.block.scene
+    rest = block.terms.without(term)
+    kept = [place for place, one in enumerate(block.terms.unknowns) if one.term != term]
+    other = SimulatedBench(block.traces, rest)
+    points = np.tile(found.fitted.mean, (len(scene), 1))
+    there = block.respond(points, found.fitted.shared)
+    gone = other.respond(points, found.fitted.shared[kept])
+    change = 1e3 * (there.shifting_time - gone.shifting_time)
+    change = change[np.isfinite(change)] if np.isfinite(change).any() else np.zeros(1)
+    squares = {name: np.nanmean((getattr(there, name) - getattr(gone, name)) ** 2) for name in SIGNAL_UNITS}
+    signals = {name: float(np.sqrt(square)) / scene.noise[name][0] for name, square in squares.items()}
+    return Worth(float(np.sqrt((change**2).mean())), float(change[np.abs(change).argmax()]), signals)

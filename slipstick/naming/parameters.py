@@ -1,0 +1,46 @@
+"""The parameters of each engagement that the blocks have found, by the names of the bench."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from slipstick.bench.converter import Converter
+from slipstick.naming.fit import BlockFit
+from slipstick.naming.load import LoadBlock
+from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.shaft import InputBlock
+from slipstick.naming.valve import ValveBlock
+
+_KICKS = ("lock_up", "breakaway", "start")
+"""Parameters of blocks that stand for what happens between two samples."""
+CLOCKS = {"valve": "pressure", "clutch": "output_torque", "load": "output_speed", "input": "input_speed"}
+"""Block -> signal whose clock it finds."""
+
+
+def parameters_of(fits: Mapping[str, BlockFit]) -> dict[str, np.ndarray]:
+    """Parameter or condition -> (n,) relative to nominal; errors of a level of a condition are those of each run."""
+    found: dict[str, np.ndarray] = {}
+    for one in fits.values():
+        block = one.block
+        if isinstance(block, ValveBlock | ClutchBlock | LoadBlock | InputBlock):
+            own = {name: values for name, values in zip(block.random, one.points.T, strict=True) if name not in _KICKS}
+            errors = block.level_errors(one.shared) if isinstance(block, LoadBlock | InputBlock) else {}
+            found |= {name: values + errors.get(name, 0.0) for name, values in own.items()}
+    found["load_inertia"] = 1 / (1 + found["load_inertia"]) - 1  # the block's parameter is that of its inverse
+    return found
+
+
+def clocks_of(fits: Mapping[str, BlockFit]) -> dict[str, float]:
+    """Signal -> delay of its clock in s; the speeds are integrated from the torque, whose delay they share."""
+    clocks = {signal: float(fits[block].shared[0]) for block, signal in CLOCKS.items() if block in fits}
+    for signal in ("output_speed", "input_speed"):
+        if signal in clocks:
+            clocks[signal] += clocks.get("output_torque", 0.0)
+    return clocks
+
+
+def converter_of(fits: Mapping[str, BlockFit]) -> Converter:
+    """The converter with the errors of its curve that the input block has found."""
+    one = fits["input"]
+    assert isinstance(one.block, InputBlock)
+    return one.block.converter(one.shared)

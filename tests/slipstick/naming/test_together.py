@@ -1,0 +1,102 @@
+"""Several blocks with common laws: their joint fit, and which pairs they ask for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming.fit import fit, fit_together
+from slipstick.naming.selection import forward
+from slipstick.naming.settings import NamingSettings
+
+Pair = tuple[str, str]
+Laws = Sequence[tuple[Pair, np.ndarray]]
+TIME = np.linspace(0, 1, 40)
+SENSOR, FIRST, SECOND = ("sensor", "gain"), ("first", "time"), ("second", "time")
+WAVES = {SENSOR: 3.0, FIRST: 3.3, SECOND: 8.0}
+STD = 0.05
+
+
+@dataclass(eq=False)
+class Line:
+    """(1 + b_i) of a ramp and some waves, each a pair; the prediction is linear in all of them."""
+
+    name: str
+    measured: np.ndarray
+    offered: tuple[Pair, ...]
+    signal: str = "any"
+    scene: Any = None
+    fine: int = 9
+    random: tuple[str, ...] = ("slope",)
+    fixed: tuple[str, ...] = ()
+    random_std: np.ndarray = field(default_factory=lambda: np.array([np.inf]))
+    fixed_std: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    widest: np.ndarray = field(default_factory=lambda: np.array([0.5]))
+
+    @property
+    def counted(self) -> np.ndarray:
+        return np.ones(self.measured.shape, bool)
+
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        return (1 + points) * TIME + sum(c[0] * np.sin(WAVES[pair] * TIME) for pair, c in laws)
+
+    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.tile(TIME, (len(points), 1, 1)), np.zeros((len(points), 0, len(TIME)))
+
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        return np.zeros((len(points), 0, len(TIME)))
+
+    def pairs(self) -> list[Pair]:
+        return list(self.offered)
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        return np.tile(np.sin(WAVES[pair] * TIME), (len(points), 1, 1))
+
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        return BlockNoise(STD, 0.0)
+
+
+def two(first: dict[Pair, float], second: dict[Pair, float], n: int = 36) -> dict[str, Line]:
+    """Blocks a and b with these amplitudes of waves."""
+    rng = np.random.default_rng(1)
+    blocks = {}
+    for name, amplitudes, offered in (("a", first, (FIRST, SENSOR)), ("b", second, (SECOND, SENSOR))):
+        clean = (1 + 0.1 * rng.standard_normal((n, 1))) * TIME
+        clean = clean + sum(size * np.sin(WAVES[pair] * TIME) for pair, size in amplitudes.items())
+        blocks[name] = Line(name, clean + STD * rng.standard_normal(clean.shape), offered)
+    return blocks
+
+
+def test_a_common_law_is_the_weighted_mean_of_those_of_the_blocks() -> None:
+    blocks = two({SENSOR: 0.10}, {SENSOR: 0.14})
+    apart = [fit(block, (SENSOR,)) for block in blocks.values()]
+    together = fit_together(list(blocks.values()), [(SENSOR,)] * 2, [None] * 2)
+    common = together[0].coefficients[SENSOR]
+    assert common == together[1].coefficients[SENSOR]
+    assert apart[0].coefficients[SENSOR][0] == pytest.approx(0.10, abs=0.02)
+    weights = [1 / one.fitted.covariance[-1, -1] for one in apart]
+    values = [one.coefficients[SENSOR][0] for one in apart]
+    assert common[0] == pytest.approx(np.average(values, weights=weights), rel=2e-3)
+    # Each of the fits is that of its block at the common law.
+    for one, its in zip(together, apart, strict=True):
+        assert one.fitted.covariance[-1, -1] == pytest.approx(1 / sum(weights), rel=0.01)
+        assert one.fitted.likelihood.sum() < its.fitted.likelihood.sum()
+        assert one.chi2.mean() == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize(("first", "second", "expected"), [
+    ({}, {}, []),
+    ({FIRST: 0.3}, {}, [(FIRST, ("a",))]),  # explained nearly as well by the sensor, which would show in b
+    ({SENSOR: 0.1}, {SENSOR: 0.1}, [(SENSOR, ("a", "b"))]),
+    ({FIRST: 0.3}, {SECOND: 0.2}, [(FIRST, ("a",)), (SECOND, ("b",))]),
+])
+def test_blocks_ask_for_what_acts_on_them(first: dict[Pair, float], second: dict[Pair, float],
+                                          expected: list[tuple[Pair, tuple[str, ...]]]) -> None:
+    fits = {name: fit(block) for name, block in two(first, second).items()}
+    after, found = forward(fits, NamingSettings())
+    assert sorted((one.pair, one.blocks) for one in found) == sorted(expected)
+    assert not any(one.rivals for one in found)
+    assert all(after[name].chi2.mean() == pytest.approx(1, abs=0.1) for name in after)
