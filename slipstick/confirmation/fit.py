@@ -85,21 +85,24 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         tried = {}
         for name in left:
             more = terms.only((*now.block.terms.names, name))
-            starts = [now.fitted.points, points, whole.fitted.points]
+            starts = [now.fitted.points, whole.fitted.points]
             tried[name] = above(best([fit_simulation(traces, more, start) for start in starts]), now)
         name = max(tried, key=lambda one: float(tried[one].evidence.sum()))
         if not is_enough(tried[name].evidence - now.evidence):
             break
         now = tried[name]
         left.remove(name)
-    before = best([before, fit_simulation(traces, bare, now.fitted.points)]) if now is not before else before
-    return before, now if before is now else above(now, before)
+    if now is before:
+        return before, now
+    before = best([before, fit_simulation(traces, bare, now.fitted.points)])
+    return before, above(now, before)
 
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     """The fit `after`, or one that starts where `before` ended, whose model is nested in it."""
-    block, neutral = after.block, np.zeros(len(after.fitted.shared))
-    again = fit_curved(block, start=before.fitted, shared=neutral, iterations=_ITERATIONS)
+    block, known = after.block, dict(zip(before.block.fixed, before.fitted.shared, strict=True))
+    shared = np.array([known.get(name, 0.0) for name in block.fixed])
+    again = fit_curved(block, start=before.fitted, shared=shared, iterations=_ITERATIONS)
     found = best([after, SimulationFit(block, again)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
