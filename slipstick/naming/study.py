@@ -16,7 +16,7 @@ from slipstick.bench.converter import Converter
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Pair
 from slipstick.naming.closing import closing, settled
-from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
+from slipstick.naming.contact import LONG_WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock
@@ -127,7 +127,8 @@ def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
     lock = LockBlock(scene, load.clean(np.zeros((len(scene), len(load.random)))))
     fits = [fit(block, iterations=2) for block in (ValveBlock(scene), load, InputBlock(scene), lock)]
     # A linear block explains even a reversed sensor: by parameters that no scatter makes plausible.
-    reversed_sensor = np.any(np.abs(fits[0].fitted.each) > _BELIEVED * fits[0].block.widest, axis=1)
+    own = fits[0].fitted.each - np.median(fits[0].fitted.each, axis=0)  # a single one may pull the mean of all
+    reversed_sensor = np.any(np.abs(own) > _BELIEVED * fits[0].block.widest, axis=1)
     return np.asarray(np.any([*(outlying(one.chi2, settings) for one in fits), reversed_sensor], axis=0))
 
 
@@ -151,8 +152,9 @@ def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
     shaft = fit(shaft_block)
     scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
     lock = fit(LockBlock(scene, load_block.clean(load.points)))
-    wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
-    contact = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
+    contact = fit(ContactBlock(scene, pressure, onset.points))
+    if contact.chi2.mean() > settings.strong:
+        contact = fit(ContactBlock(scene, pressure, onset.points, wait=LONG_WAIT))
     return Start(valve, {one.block.name: one for one in (load, shaft, lock, contact)}, bare.chi2, onset, clutch,
                  findings)
 
