@@ -15,7 +15,7 @@ _AFTER = 0.02
 """Time in s after the onset that is counted."""
 WAIT, LONG_WAIT = 0.02, 0.05
 """Times in s after full contact from which on it is counted: the piston may be late by less. The long one is for
-recordings that are far off, whose piston is known less well."""
+recordings whose onset is not explained, so that the piston is known less well."""
 _HALF, _VISIBLE = 0.5, 5
 """The onset is where the torque exceeds this share of that in full contact, and so many noise levels."""
 _QUIET = 0.01

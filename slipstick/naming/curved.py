@@ -72,6 +72,7 @@ class CurvedFit(BlockFit):
     block: SearchedBlock
     mean: np.ndarray
     variance: np.ndarray
+    evidence: np.ndarray
     squares: np.ndarray
 
     @property
@@ -137,7 +138,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         fitted = estimate(gram, variance, fixed=True)
         if best is None or evidence.sum() > best.evidence.sum():
             best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients, fitted, predicted,
-                             noise, evidence, values.mean, variance, squares)
+                             noise, values.mean, variance, evidence, squares)
         if iteration == iterations or (iteration > 1 and abs(evidence.sum() - last) < _SETTLED):
             break
         last = evidence.sum()

@@ -35,9 +35,7 @@ _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gain
 class BlockFit:
     """A block with `laws`: `points` (n, q) relative to nominal, `shared` (p,) and `coefficients` of the laws.
 
-    `fitted` is the linear mixed model about them, `predicted` (n, k) the output, `noise` that of the block. `evidence`
-    (n,) is the log-likelihood in nats with the random effects integrated out by Laplace's approximation: the residuals
-    in it are those of the block itself at these values, and not what its linear model promises.
+    `fitted` is the linear mixed model about them, `predicted` (n, k) the output, `noise` that of the block.
     """
 
     block: Block
@@ -48,7 +46,6 @@ class BlockFit:
     fitted: Fitted
     predicted: np.ndarray
     noise: BlockNoise
-    evidence: np.ndarray
 
     @property
     def held(self) -> Laws:
@@ -209,37 +206,23 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
 
     best: list[BlockFit] | None = None
     least, likely, allowed = np.inf, -np.inf, 2 * sum(len(block.measured) for block in blocks)
-
-    def halved() -> None:
-        """Go back half of the last step."""
-        nonlocal points, shared, values
-        assert best is not None
-        points = [0.5 * (own + one.points) for own, one in zip(points, best, strict=True)]
-        shared = [0.5 * (common + one.shared) for common, one in zip(shared, best, strict=True)]
-        before = {law: c for one in best for law, c in one.coefficients.items()}
-        values = {law: 0.5 * (c + before[law]) for law, c in values.items()}
-
     for _ in range(iterations):
         places, cost = predicted()
         if best is not None and not cost < _RISE * least + allowed:
-            halved()
+            points = [0.5 * (own + one.points) for own, one in zip(points, best, strict=True)]
+            shared = [0.5 * (common + one.shared) for common, one in zip(shared, best, strict=True)]
+            before = {law: c for one in best for law, c in one.coefficients.items()}
+            values = {law: 0.5 * (c + before[law]) for law, c in values.items()}
             continue
         parts = [linearised(block, place.points, place.shared, [(law, values[law]) for law in its if law in values],
                             place.noise, place.predicted, its)
                  for block, its, place in zip(blocks, laws, places, strict=True)]
         joint = joined(parts, everything)
         fitted = estimate(joint.gram, variance)
+        variance, least = np.clip(fitted.variance, _LEAST, widest**2), cost
         alone = [fitted] if len(parts) == 1 else _alone(parts, joint, fitted)
         now = {law: values[law] if law in values else np.zeros(len(at)) for law, at in joint.places.items()}
-        here = [_evidence(one, place, its, now) for one, place, its in zip(alone, places, laws, strict=True)]
-        rise = float(np.sum(here)) - likely
-        if best is not None and rise < -_SETTLED_NATS:
-            halved()
-            continue
-        variance, least, likely = np.clip(fitted.variance, _LEAST, widest**2), cost, float(np.sum(here))
-        best = [BlockFit(block, tuple(its), place.points, place.shared, {law: now[law] for law in its}, one,
-                         place.predicted, place.noise, evidence)
-                for block, its, place, one, evidence in zip(blocks, laws, places, alone, here, strict=True)]
+        best = _fits(blocks, laws, places, now, alone)
         values = {law: fitted.coefficients[at] for law, at in joint.places.items()}
         change = 0.0
         for b, one in enumerate(alone):
@@ -247,23 +230,23 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
             moved = np.clip(one.coefficients[:q] + one.each, _LOWEST, _HIGHEST)
             change = max(change, float(np.abs(moved - points[b]).max(initial=0)))
             points[b], shared[b] = moved, one.coefficients[q:q + parts[b].shared]
+        rise, likely = float(fitted.likelihood.sum()) - likely, float(fitted.likelihood.sum())
         if change < _SETTLED or abs(rise) < _SETTLED_NATS:
             break
     assert best is not None
+    places, cost = predicted()
+    if cost < _RISE * least + allowed:
+        return _fits(blocks, laws, places, values, [one.fitted for one in best])
     for its in best:
         predict(its.block, its.points, its.shared, its.held)  # the block holds what was predicted last
     return best
 
 
-def _evidence(fitted: Fitted, place: _Place, laws: Sequence[Pair], values: Mapping[Pair, np.ndarray]) -> np.ndarray:
-    """Log-likelihood (n,) where the block is linearised, at the variances of `fitted`."""
-    common = np.concatenate([place.shared, *(values[law] for law in laws if law in values)])
-    left = np.concatenate([-place.points, np.tile(-common, (len(place.points), 1)), np.ones((len(place.points), 1))],
-                          axis=1)
-    squares = np.einsum("np,npq,nq->n", left, fitted.gram.products, left)
-    apart = place.points - place.points.mean(axis=0)
-    scatter = (apart**2 / np.maximum(fitted.variance, _LEAST)).sum(axis=1)
-    return np.asarray(-0.5 * (squares + scatter + fitted.logdet))
+def _fits(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place],
+          values: Mapping[Pair, np.ndarray], fitted: Sequence[Fitted]) -> list[BlockFit]:
+    return [BlockFit(block, tuple(its), place.points, place.shared, {law: values[law] for law in its}, one,
+                     place.predicted, place.noise)
+            for block, its, place, one in zip(blocks, laws, places, fitted, strict=True)]
 
 
 def _squares(block: Block, predicted: np.ndarray, noise: BlockNoise) -> float:

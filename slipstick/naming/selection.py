@@ -156,7 +156,7 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
     def tried(one: Gain) -> _Tried:
         if one.pair not in known:
             its = _fitted(fits, one)
-            rise = sum(its[name].evidence - fits[name].evidence for name in its)
+            rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
             known[one.pair] = _Tried(one, priced(np.asarray(rise), len(one.places)), its)
         return known[one.pair]
 

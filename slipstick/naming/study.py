@@ -16,7 +16,7 @@ from slipstick.bench.converter import Converter
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Pair
 from slipstick.naming.closing import closing, settled
-from slipstick.naming.contact import LONG_WAIT, ContactBlock, OnsetBlock
+from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock
@@ -152,9 +152,8 @@ def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
     shaft = fit(shaft_block)
     scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
     lock = fit(LockBlock(scene, load_block.clean(load.points)))
-    contact = fit(ContactBlock(scene, pressure, onset.points))
-    if contact.chi2.mean() > settings.strong:
-        contact = fit(ContactBlock(scene, pressure, onset.points, wait=LONG_WAIT))
+    wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
+    contact = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
     return Start(valve, {one.block.name: one for one in (load, shaft, lock, contact)}, bare.chi2, onset, clutch,
                  findings)
 
