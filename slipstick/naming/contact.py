@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from slipstick.naming.block import Laws, Pair
-from slipstick.naming.piston import ClutchBlock, last_of
+from slipstick.naming.piston import OWN, ClutchBlock, last_of
 from slipstick.naming.scene import Scene
 
 _AFTER = 0.02
@@ -53,11 +53,7 @@ class OnsetBlock(ClutchBlock):
 
 
 class ContactBlock(ClutchBlock):
-    """The clutch in full contact, where the piston drops out; its parameter is the friction coefficient.
-
-    Laws do not move the piston: before full contact the torque, which the lag of a sensor remembers, is the share of
-    that in full contact that it was without them.
-    """
+    """The clutch in full contact, where the piston drops out; its parameter is the friction coefficient."""
 
     name = "contact"
     random: tuple[str, ...] = ("friction_coefficient",)
@@ -66,33 +62,11 @@ class ContactBlock(ClutchBlock):
                  wait: float = WAIT) -> None:
         """`points` (n, 7) and `laws` are those of the clutch or onset block."""
         super().__init__(scene, pressure)
-        clutch = ClutchBlock(scene, pressure)
-        self.in_contact = clutch.contact(points, laws)
-        value = scene.value
-        self._per_pressure = (value("gear_ratio") * value("friction_coefficient") * 1e5 * value("contact_position")
-                              / (value("contact_position") - value("contact_length")))  # N m/bar
-        full = self._per_pressure * (1 + points[:, :1]) * np.maximum(0, pressure)
-        closing = np.clip(clutch.base(points) / np.maximum(full, 1e-6 * full.max()), 0, 1)
-        self._share = np.where(self.in_contact > 0, 1.0, closing) * (np.arange(len(scene.time)) < self.end[:, None])
+        self._piston = points[:, 1:].copy()
+        self.in_contact = ClutchBlock(scene, pressure).contact(points, laws)
         self.counted = self.counted & (self.in_contact > wait)
         self.widest = np.array([0.2])
         self.random_std = np.array([np.inf])
-
-    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """Torque (n, k) in N m at friction coefficients `points` (n, 1), 0 after the samples that are counted."""
-        friction, pressure, readings = 1 + points, self.pressure, []
-        for pair, c in laws:
-            law = self._law(pair)
-            if law.kind == "reading":
-                readings.append((pair[1], c))
-            elif law.kind == "friction":
-                friction = friction + (1 + points) * np.einsum("m,nmk->nk", c, law.basis)
-            else:
-                pressure = pressure + np.einsum("m,nmk->nk", c, law.basis)
-        torque = self._per_pressure * self._share * friction * np.maximum(0, pressure)
-        for on, c in readings:
-            torque = torque + np.einsum("m,nmk->nk", c, self.scene.torque_error(on, torque)[:, :len(c)])
-        return np.asarray(torque)
 
     def pairs(self) -> list[Pair]:
         """Laws of what acts in full contact."""
@@ -104,3 +78,8 @@ class ContactBlock(ClutchBlock):
         At the mean friction coefficient: in a fit without a law that of each engagement has taken its part of the law.
         """
         return super().basis(pair, np.tile(points.mean(axis=0), (len(points), 1)), laws, predicted)
+
+    def _all(self, points: np.ndarray) -> np.ndarray:
+        """Relative changes (n, 7) of all parameters: the friction coefficients, and the piston as it was given."""
+        assert OWN[0] == self.random[0]
+        return np.concatenate([points, self._piston], axis=1)

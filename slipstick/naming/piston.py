@@ -104,6 +104,10 @@ class ClutchBlock:
         moved = [self.base(points, list({**known, pair: held + step}.items())) for step in _LAW_STEP * np.eye(law.size)]
         return np.stack([(one - base) / _LAW_STEP for one in moved], axis=1)
 
+    def _all(self, points: np.ndarray) -> np.ndarray:
+        """Relative changes (n, 7) of the parameters `OWN`."""
+        return points
+
     def _law(self, pair: Pair) -> PistonLaw:
         """The law of a pair, computed once as long as what laws depend on is the same."""
         given = self._loading()
@@ -124,7 +128,7 @@ class ClutchBlock:
     def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torque in N m and piston position in m, (n, k) each, up to the samples `end` (n,)."""
         values = np.tile(self._nominal, (len(points), 1))
-        values[:, self._own] *= 1 + points
+        values[:, self._own] *= 1 + self._all(points)
         added = dict.fromkeys(ADDED, np.zeros(self.pressure.shape))
         tables, drag, readings = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0, []
         for pair, c in laws:
