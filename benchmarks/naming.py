@@ -53,7 +53,8 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
         return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
                                   "rivals": [rival.pair for rival in its.rivals]} for its in found.findings],
-                    "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square}
+                    "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,
+                    "unexplained": found.unexplained}
 
 
 def same(pair: Iterable[str]) -> tuple[str, ...]:

@@ -57,7 +57,6 @@ class ContactBlock(ClutchBlock):
 
     name = "contact"
     random: tuple[str, ...] = ("friction_coefficient",)
-    fixed: tuple[str, ...] = ()
 
     def __init__(self, scene: Scene, pressure: np.ndarray, points: np.ndarray, laws: Laws = (),
                  wait: float = WAIT) -> None:
@@ -66,13 +65,8 @@ class ContactBlock(ClutchBlock):
         self._piston = points[:, 1:].copy()
         self.in_contact = ClutchBlock(scene, pressure).contact(points, laws)
         self.counted = self.counted & (self.in_contact > wait)
-        self.fixed_std = np.zeros(0)
         self.widest = np.array([0.2])
         self.random_std = np.array([np.inf])
-
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """None, (n, 0, k): in full contact the torque is smooth and no clock shows."""
-        return np.zeros((len(points), 0, predicted.shape[1]))
 
     def pairs(self) -> list[Pair]:
         """Laws of what acts in full contact."""

@@ -180,7 +180,8 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
                  iterations: int = _STEPS) -> list[BlockFit]:
     """Fit several blocks with `laws` each, from other fits on. Those that blocks share have the same coefficients.
 
-    A step that makes it worse is halved.
+    A step that makes it worse is halved. The noise is that of the start where there is one, so that the likelihoods of
+    a fit and of those that go on from it can be compared.
     """
     everything = list(dict.fromkeys(law for its in laws for law in its))
     points = [np.zeros((len(block.measured), len(block.random))) if start is None else start.points
@@ -196,9 +197,10 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
 
     def predicted() -> tuple[list[_Place], float]:
         places = []
-        for block, its, own, common in zip(blocks, laws, points, shared, strict=True):
+        for block, its, own, common, start in zip(blocks, laws, points, shared, starts, strict=True):
             held = [(law, values[law]) for law in its if law in values]
-            places.append(_Place(own, common, predict(block, own, common, held), block.noise(own)))
+            now = predict(block, own, common, held)
+            places.append(_Place(own, common, now, block.noise(own) if start is None else start.noise))
         return places, sum(_squares(block, place.predicted, place.noise)
                            for block, place in zip(blocks, places, strict=True))
 

@@ -25,6 +25,8 @@ _CHAMBER = 0.1
 """Unit in bar of chamber pressures, so that coefficients are about 1."""
 _RATE, _DRAG = 0.1, 0.05
 """Units of laws of the piston rate, over the largest rate, so that coefficients are about 1."""
+_MEETING = 0.5
+"""Share of the torque in full contact from which on heat is that of friction: halfway through the ramp of friction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +37,9 @@ class PistonLaw:
     (relative, over m/s) and "place" (in m/s, over m); a rate (1,) in m/s for "drag"; empty for a "reading".
 
     Changes of friction, film torque and piston gain are relative. Friction has a mean of 0 over the samples in full
-    contact. Other laws are 0 at a first knot where nothing shows, which is no point of the law. A larger clearance
-    delays the contact. The drag of the direction is taken off the piston rate. A contact pressure that lags does so
-    like the torque of a slow sensor, which is right for a lag of the whole friction torque.
+    contact; others known up to a constant are 0 at the first knot. A larger clearance delays the contact. The drag
+    of the direction is taken off the piston rate. A contact pressure lags like the torque of a slow sensor,
+    which is right for a lag of the whole friction torque.
     """
 
     kind: str
@@ -79,7 +81,7 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     if quantity == "friction coefficient":
         return _friction(pair, given)
     stroke, rate = scene.value("contact_position"), scene.bench.scales.piston_rate
-    whole, others = np.eye(bases.KNOTS), np.eye(bases.KNOTS - 1)
+    values = np.eye(bases.KNOTS)
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
         knots = bases.evenly(x, given.counted, given.fine)
@@ -92,15 +94,15 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         if quantity == "clearance":
             # Without the first hat: a clearance at no pressure is an initial position.
             return PistonLaw.signal("clearance", hats[:, 1:] * stroke,
-                                    over(pair, knots[1:], stroke * others, up_to="constant"))
-        return PistonLaw.signal("rate_extra", hats * rate * _RATE, over(pair, knots, _RATE * rate * whole))
+                                    over(pair, knots, stroke * values[:, 1:], up_to="constant"))
+        return PistonLaw.signal("rate_extra", hats * rate * _RATE, over(pair, knots, _RATE * rate * values))
     knots = np.linspace(0, 1, bases.KNOTS)
     if pair == ("piston rate", "piston rate"):
-        law = over(pair, knots[1:] * rate, others, relative=True, up_to="constant")
+        law = over(pair, knots * rate, values[:, 1:], relative=True, up_to="constant")
         return PistonLaw("rate", bases.KNOTS - 1, knots * rate, law)
     if pair == ("piston rate", "piston position"):
         # The kernel's table is over the state of the piston, which the gain turns into its position.
-        law = over(pair, knots[1:] * stroke * scene.value("temperature_gain"), others, up_to="constant")
+        law = over(pair, knots * stroke * scene.value("temperature_gain"), values[:, 1:], up_to="constant")
         return PistonLaw("place", bases.KNOTS - 1, knots * stroke, law)
     if pair == ("piston rate", "direction"):
         return PistonLaw("drag", 1, np.array([_DRAG * rate]), single(_DRAG * rate, "m/s"))
@@ -137,6 +139,18 @@ def _abscissa(on: str, given: Loading) -> np.ndarray:
     """The signal (n, k) that a law of the friction depends on."""
     scene = given.scene
     signals: dict[str, np.ndarray] = {
-        "slip": scene.slip, "pressure": np.maximum(given.pressure, 0), "heat": scene.heat,
+        "slip": scene.slip, "pressure": np.maximum(given.pressure, 0), "heat": _friction_heat(given),
         "time in contact": given.in_contact}
     return signals[on]
+
+
+def _friction_heat(given: Loading) -> np.ndarray:
+    """Friction energy (n, k) in kJ of the plates, without the heat of the oil film before they meet.
+
+    They meet where the torque reaches a share of that at the first sample of full contact.
+    """
+    heat, torque, rows = given.scene.heat, given.scene.smooth["output_torque"], np.arange(len(given.in_contact))
+    full = np.argmax(given.in_contact > 0, axis=1)  # 0 without full contact: then no heat is taken off
+    below = (torque < _MEETING * torque[rows, full][:, None]) & (np.arange(heat.shape[1]) < full[:, None])
+    last = np.where(below.any(axis=1), heat.shape[1] - 1 - np.argmax(below[:, ::-1], axis=1), 0)
+    return np.maximum(heat - heat[rows, last][:, None], 0.0)

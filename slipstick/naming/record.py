@@ -16,7 +16,7 @@ def to_json(found: Naming) -> dict[str, Any]:
         "findings": [{"blocks": list(one.blocks), "pair": list(one.pair), "gain": one.gain.tolist(),
                       "rivals": [[list(rival.pair), rival.nats, rival.behind] for rival in one.rivals]}
                      for one in found.findings],
-        "set_aside": list(found.set_aside), "chi_square": found.chi_square,
+        "set_aside": list(found.set_aside), "unexplained": list(found.unexplained), "chi_square": found.chi_square,
         "measured": [law.to_dict() for law in found.measured.values()],
         "parameters": {name: values.tolist() for name, values in found.parameters.items()},
         "clocks": found.clocks, "converter": found.converter.spec(), "seconds": found.seconds}
@@ -29,6 +29,7 @@ def from_json(values: dict[str, Any]) -> Naming:
                 tuple(Rival(tuple(pair), nats, behind) for pair, nats, behind in one["rivals"]))
         for one in values["findings"])
     laws = [LawPoints.from_dict(law) for law in values["measured"]]
-    return Naming(findings, tuple(values["set_aside"]), values["chi_square"], {law.pair: law for law in laws},
+    return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"],
+                  {law.pair: law for law in laws},
                   {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
                   Converter.from_spec(values["converter"]), values["seconds"])

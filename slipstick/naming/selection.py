@@ -12,8 +12,6 @@ from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.settings import NamingSettings
 
 Log = Callable[..., None]
-_LEAST_DEVIATION = 0.1
-"""Least standard deviation of the roots of gains, whose noise is about 1: where all are cut at `CERTAIN` it is 0."""
 CERTAIN = 3.0
 """Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
 FINER = 17
@@ -56,7 +54,7 @@ def in_errors(gain: np.ndarray) -> float:
     law gains much in some engagements and far more in others, and their spread must not speak against it.
     """
     gain = np.clip(np.sign(gain) * np.sqrt(2 * np.abs(gain)), -CERTAIN, CERTAIN)
-    deviation = max(float(gain.std(ddof=1)), _LEAST_DEVIATION)
+    deviation = max(float(gain.std(ddof=1)), 0.1 * CERTAIN)  # where all are beyond doubt, so is the mean
     return float(gain.mean()) * float(np.sqrt(len(gain))) / deviation
 
 
@@ -73,6 +71,17 @@ def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings
         if is_enough(gain, settings) and (ahead.sum() < settings.nats or in_errors(ahead) < settings.apart):
             found.append(Rival(pair, float(gain.sum()), in_errors(ahead)))
     return tuple(found)
+
+
+def is_unexplained(chi_square: np.ndarray, before: np.ndarray, settings: NamingSettings) -> bool:
+    """Whether chi-squares (n,) of engagements exceed 1 by more than their spread and the noise's own error allow.
+
+    `before` (n,) are those without laws: what is left of a strong law, as a share of it, is not something else.
+    """
+    logs = np.log(np.maximum(chi_square, 1e-3))
+    error = np.hypot(settings.noise, logs.std(ddof=1) / np.sqrt(len(logs)))
+    left = float(chi_square.mean()) - 1 > settings.further * (float(before.mean()) - 1)
+    return bool(left and logs.mean() > settings.errors * error)
 
 
 def priced(gain: np.ndarray, size: int) -> np.ndarray:

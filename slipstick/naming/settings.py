@@ -21,6 +21,10 @@ class NamingSettings:
     - `strong`: reduced chi-square of a block without laws from which its laws have 17 knots instead of 9.
     - `outlying`: robust standard deviations of the logarithm of chi-square beyond which an engagement is set aside;
       `most_outlying`: largest share of engagements that may be. More is no accident, but something to name.
+    - `noise`: standard error of the logarithm of a sensor's estimated noise variance, by which the chi-square of all
+      engagements may be off: the root mean square of the logarithm of chi-square is 0.05 over the blocks of the 15
+      development cases without an effect. A block whose chi-square exceeds 1 by more than `errors` standard errors,
+      this one included, is not explained.
 
     Raises `InvalidValue`.
     """
@@ -34,6 +38,7 @@ class NamingSettings:
     strong: float = 2.0
     outlying: float = 6.0
     most_outlying: float = 0.1
+    noise: float = 0.05
 
     def __post_init__(self) -> None:
         """Refuse what cannot decide anything."""

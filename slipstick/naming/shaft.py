@@ -2,8 +2,11 @@
 
     J w' = T_conv(w, m) + T_given - b_iv w - T_ic - torque / g,   T_conv = t(w/m) (m / c(w/m))^2
 
-with the motor speed m, the gear ratio g, the torque ratio t and the capacity factor c of the converter. The speed is
-integrated by the Runge-Kutta method; columns are responses of its linearisation to torques, computed without noise.
+with the motor speed m, the gear ratio g, the torque ratio t and the capacity factor c of the converter. The motor may
+be slower than stated, and slower still under the torque of the pump, and the converter's torque is off by a factor over
+the speed ratio. These errors are integrated with the speed, because near a ratio of 1 the curve is so steep that what a
+percent of motor speed changes is far from linear. Columns are responses of the linearisation about them to torques,
+computed without noise.
 """
 
 from dataclasses import dataclass
@@ -11,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.bench.converter import Converter
-from slipstick.blocks.input import curves_of, integrate
+from slipstick.blocks.input import curves_of
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.clutch.lag import lagged_signal
@@ -21,6 +24,7 @@ from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
 from slipstick.naming.scene import Scene
+from slipstick.naming.shaft_kernel import turn
 
 CONVERTER_WITHIN = 0.05
 """Relative standard deviation of the converter's torque at a knot: its curve comes from another bench."""
@@ -31,6 +35,8 @@ _STEPS = 2
 """Runge-Kutta steps in a sample; four change the speed by less than a hundredth of the sensor's noise."""
 _SLOPE_STEP = 1e-3
 """Relative step of the derivatives of the converter's torque: far below the distance of the points of its curve."""
+_POINTS = 2000
+"""Points of the tables of the converter: far closer than those of its curve."""
 _LAGS = np.array([0.2, 0.6, 2.0, 6.0])
 """Lags of the converter over the delay of the valve: a factor 3 apart, any between them is nearly a sum of two."""
 _LEAST = 1e-6
@@ -44,12 +50,15 @@ class Linearised:
     """About a speed, w' = forcing / inertia - rate w: `inertia` (n, 1) in kg m^2, `rate` (n, k - 1) in 1/s.
 
     `converter` (n, k) is its torque in N m and `motor` (n, k) the change of that with the logarithm of the motor speed.
+    `ratio` (n, k) is the speed ratio, and `pump` (n, k) the torque of the pump over the largest one.
     """
 
     inertia: np.ndarray
     rate: np.ndarray
     converter: np.ndarray
     motor: np.ndarray
+    ratio: np.ndarray
+    pump: np.ndarray
 
 
 class InputBlock:
@@ -83,13 +92,21 @@ class InputBlock:
         self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
-        self._largest_pump = _LEAST  # N m
+        self._largest_pump = float(((self.motor.max() / self._curves[2]) ** 2).max())  # N m
+        self._shared = np.zeros(len(self.fixed))
+        self._ratios = np.linspace(self._curves[0, 0], self._curves[0, -1], _POINTS)
+        self._hats = bases.hats(self._ratios[None], self._knots)[0]
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
         nominal = np.zeros((len(scene), len(self.random)))
-        self._about, self._speed = self._linearised(nominal), self.clean(nominal)
+        self._speed = self.clean(nominal)
+        self._about = self._linearised(nominal)
+
+    def at(self, shared: np.ndarray) -> None:
+        """Set what engagements share, (p,): delay of the clock in s, sag, errors of motor speeds and converter."""
+        self._shared = shared
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """Input speed (n, k) in rad/s at `points` (n, 6)."""
+        """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
         self._speed = reference = self.clean(points, laws)
         torque = self.torque / self.scene.gear
         for pair, coefficients in laws:
@@ -100,7 +117,7 @@ class InputBlock:
         for pair, coefficients in laws:
             if _is_reading(pair):
                 speed = speed + np.einsum("m,nmk->nk", coefficients, self._reading(pair, reference))
-        return speed
+        return np.asarray(speed + self._shared[0] * bases.late(reference, self.scene.time))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise, and without a kick."""
@@ -130,12 +147,10 @@ class InputBlock:
                                       self._kick * self._spike], axis=1))
         decay = np.exp(-np.cumsum(about.rate * self.scene.step, axis=1))
         start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
-        ratio = speed / self.motor[:, None]
-        # A motor that sags does so with the torque of the pump, which is that of the turbine over the torque ratio.
-        pump = about.converter / np.maximum(np.interp(ratio, *self._curves[[0, 1]]), _LEAST)
-        self._largest_pump = max(float(pump.max()), _LEAST)
-        sag = -about.motor * pump / self._largest_pump
-        converter = about.converter[:, None] * bases.hats(ratio, self._knots)
+        own[:, 3] += start  # the shaft turns with the motor before the plates meet
+        hats = bases.hats(about.ratio, self._knots)
+        factor = 1 + np.einsum("p,npk->nk", self._shared[-_CONVERTER_KNOTS:], hats)
+        sag, converter = -about.motor * about.pump, (about.converter / factor)[:, None] * hats
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
         clock = bases.late(speed, self.scene.time)
         fixed = np.concatenate([clock[:, None], fixed[:, :1], own[:, 3:4] * self._levels[:, :, None], fixed[:, 1:]],
@@ -240,22 +255,44 @@ class InputBlock:
         torque, capacity = (np.interp(ratio, *self._curves[[0, row]]) for row in (1, 2))
         return np.asarray(torque * (motor / capacity) ** 2)
 
+    def _factor(self, ratio: np.ndarray) -> np.ndarray:
+        """The factor of the converter's torque over the speed ratio, of the same shape."""
+        errors = self._hats.T @ self._shared[-_CONVERTER_KNOTS:]
+        return np.asarray(1 + np.interp(ratio, self._ratios, errors))
+
+    def _motor(self, points: np.ndarray) -> np.ndarray:
+        """Motor speed (n,) in rad/s without sag."""
+        return np.asarray(self.motor * (1 + self._levels @ self._shared[2:-_CONVERTER_KNOTS]) * (1 + points[:, 3]))
+
     def _linearised(self, points: np.ndarray) -> Linearised:
-        """The equation about the smooth speed: the slope of the converter must not contain noise."""
-        speed, motor = self.scene.smooth[self.signal], (self.motor * (1 + points[:, 3]))[:, None]
+        """The equation about the speed without noise, which would be a bias where the converter's curve bends."""
+        speed, motor = self._speed, self._motor(points)[:, None]
+        free, pump = motor, np.zeros(speed.shape)
+        for _ in range(2):
+            capacity = np.interp(speed / motor, *self._curves[[0, 2]])
+            pump = (motor / capacity) ** 2 / self._largest_pump
+            motor = free * (1 - self._shared[1] * pump)
+
+        def converter(speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
+            return np.asarray(self._converter(speed, motor) * self._factor(speed / motor))
+
         h, inertia = _SLOPE_STEP * motor, (self.inertia * (1 + points[:, 0]))[:, None]
-        slope = (self._converter(speed + h, motor) - self._converter(speed - h, motor)) / (2 * h)
+        slope = (converter(speed + h, motor) - converter(speed - h, motor)) / (2 * h)
         rate = (self.viscous * (1 + points[:, 2]))[:, None] / inertia - slope / inertia
-        change = self._converter(speed, motor * (1 + _SLOPE_STEP)) - self._converter(speed, motor * (1 - _SLOPE_STEP))
-        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), self._converter(speed, motor),
-                          change / (2 * _SLOPE_STEP))
+        change = converter(speed, motor * (1 + _SLOPE_STEP)) - converter(speed, motor * (1 - _SLOPE_STEP))
+        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), converter(speed, motor),
+                          change / (2 * _SLOPE_STEP), speed / motor, pump)
 
     def _integrated(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Speed (n, k) in rad/s against the clutch torque (n, k) in N m on the input side."""
-        speed = np.empty(torque.shape)
-        integrate(self.scene.time, torque, self._initial * (1 + points[:, 5]), self.motor * (1 + points[:, 3]),
-                  self.scene.given_torque - self.coulomb * (1 + points[:, 1]), self.viscous * (1 + points[:, 2]),
-                  np.ones(len(speed)), self.inertia * (1 + points[:, 0]), self._curves, _STEPS, speed)
+        speed, ratio = np.empty(torque.shape), self._ratios
+        torques, capacity = (np.interp(ratio, self._curves[0], row) for row in self._curves[1:])
+        motor = self._motor(points)
+        turn(self.scene.time, torque, self._initial * motor / self.motor * (1 + points[:, 5]), motor,
+             self.scene.given_torque - self.coulomb * (1 + points[:, 1]), self.viscous * (1 + points[:, 2]),
+             self.inertia * (1 + points[:, 0]), ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]),
+             torques / capacity**2 * self._factor(ratio), 1 / capacity**2, self._shared[1] / self._largest_pump,
+             _STEPS, speed)
         return speed
 
     def _respond(self, torque: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
-from slipstick.naming.selection import Finding, Log, forward
+from slipstick.naming.selection import Finding, Log, forward, is_unexplained
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
@@ -45,14 +45,16 @@ _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other bl
 class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
-    `chi_square` is the reduced chi-square of every block with its findings, 1 where nothing is left but noise.
-    `measured` has the law of each pair as values with units. `parameters` (n,) of the engagements that are not set
-    aside are relative to nominal, `clocks` are the delays of the signals' clocks in s, and `converter` is that of the
-    bench with the errors of its curve. `seconds` is the time that it took.
+    In the blocks `unexplained` something is missing that no pair explains. `chi_square` is the reduced chi-square of
+    every block with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with
+    units. `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays
+    of the signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `seconds` is the
+    time that it took.
     """
 
     findings: tuple[Finding, ...]
     set_aside: tuple[int, ...]
+    unexplained: tuple[str, ...]
     chi_square: dict[str, float]
     measured: dict[Pair, LawPoints]
     parameters: dict[str, np.ndarray]
@@ -63,10 +65,14 @@ class Naming:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """The fits of the blocks before anything but the valve's laws is added, and what the valve asks for."""
+    """The fits of the blocks before anything but the valve's laws is added, and what the valve asks for.
+
+    `bare` (n,) is the chi-square of the valve without its laws.
+    """
 
     valve: BlockFit
     fits: dict[str, BlockFit]
+    bare: np.ndarray
     onset: CurvedFit
     clutch: ClutchBlock
     findings: list[Finding]
@@ -98,10 +104,13 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     fits, findings = forward(start.fits, settings, log)
     clutch, more = _closed(start, fits["contact"], findings, settings, log)
     everything: dict[str, BlockFit] = {"valve": start.valve, **fits, "clutch": clutch}
+    before = {"valve": start.bare, **{key: one.chi2 for key, one in start.fits.items()}}
+    before["clutch"] = before["contact"]
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
+                  tuple(key for key, one in everything.items()  # the clutch holds full contact, with a better piston
+                        if key != "contact" and is_unexplained(one.chi2, before[key], settings)),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
-                  measured(everything),
-                  parameters_of(everything), clocks_of(everything), converter_of(everything),
+                  measured(everything), parameters_of(everything), clocks_of(everything), converter_of(everything),
                   time.perf_counter() - began)
 
 
@@ -125,7 +134,8 @@ def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
 def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
     """Fit the blocks one after the other, each with what the ones before explain of its inputs."""
     valve_block = ValveBlock(scene)
-    fits, findings = forward({"valve": fit(valve_block)}, settings, log)
+    bare = fit(valve_block)
+    fits, findings = forward({"valve": bare}, settings, log)
     valve = fits["valve"]
     pressure = valve_block.pressure(valve.points, valve.held)
     scene = scene.explained("pressure", pressure)
@@ -143,7 +153,8 @@ def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
     lock = fit(LockBlock(scene, load_block.clean(load.points)))
     wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
     contact = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
-    return Start(valve, {one.block.name: one for one in (load, shaft, lock, contact)}, onset, clutch, findings)
+    return Start(valve, {one.block.name: one for one in (load, shaft, lock, contact)}, bare.chi2, onset, clutch,
+                 findings)
 
 
 def _onset(scene: Scene, pressure: np.ndarray) -> tuple[CurvedFit, np.ndarray, ClutchBlock]:

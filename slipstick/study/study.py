@@ -68,13 +68,12 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     if terms.unknowns:
         predictions["after"] = predict(after, settings.seed)
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
-    unexplained: tuple[str, ...] = getattr(found, "unexplained", ())
-    kind = "none" if not results and not unexplained else "unlisted" if not results else \
+    kind = "none" if not results and not found.unexplained else "unlisted" if not results else \
         "several" if len(results) > 1 else results[0].kind
     result = Result(
-        kind, sentence(results, unexplained), results,
+        kind, sentence(results, found.unexplained), results,
         [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
-                     block in unexplained) for block, value in found.chi_square.items()],
+                     block in found.unexplained) for block, value in found.chi_square.items()],
         list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest)

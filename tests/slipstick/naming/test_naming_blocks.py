@@ -86,6 +86,23 @@ def test_columns_are_derivatives_of_the_prediction(bench: Bench, name: str) -> N
 
 
 @both
+def test_what_engagements_share_is_integrated_with_the_input_speed(bench: Bench) -> None:
+    block = blocks(bench)["input"]
+    assert isinstance(block, InputBlock)
+    points, about, h = nominal(block), 0.02 * np.random.default_rng(1).standard_normal(len(block.fixed)), 1e-4
+    about[0] *= block.scene.step
+    block.at(about)
+    fixed = block.columns(points, (), block.base(points))[1]
+    for name, column, step in zip(block.fixed, fixed.transpose(1, 0, 2), h * np.eye(len(about)), strict=True):
+        sides = []
+        for sign in (1, -1):
+            block.at(about + sign * step)
+            sides.append(block.base(points))
+        close(column, (sides[0] - sides[1]) / (2 * h), block.counted, name)
+    block.at(np.zeros(len(about)))
+
+
+@both
 @each
 def test_bases_are_derivatives_of_the_prediction(bench: Bench, name: str) -> None:
     block, h = blocks(bench)[name], 1e-3

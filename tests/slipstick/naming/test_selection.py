@@ -9,7 +9,7 @@ from slipstick.clutch.effects import CATALOGUE
 from slipstick.errors import InvalidValue
 from slipstick.naming.answer import answer, names
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, priced, rivals
+from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, priced, rivals
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import outlying
 
@@ -103,6 +103,17 @@ def test_few_far_engagements_are_outlying_and_a_wide_spread_is_not() -> None:
     chi_square[[3, 9]] = 40.0, 7.0
     assert np.flatnonzero(outlying(chi_square, SETTINGS)).tolist() == [3, 9]
     assert not outlying(np.geomspace(1, 100, 54), SETTINGS).any()
+
+
+def test_a_block_is_unexplained_if_its_chi_square_is_beyond_spread_and_noise() -> None:
+    spread = np.exp(0.1 * np.random.default_rng(5).standard_normal(54))
+    assert not is_unexplained(spread, spread, SETTINGS)
+    assert not is_unexplained(1.15 * spread, 1.15 * spread, SETTINGS)  # as from a wrong estimate of the noise
+    assert is_unexplained(1.5 * spread, 1.5 * spread, SETTINGS)
+    assert not is_unexplained(1.5 * spread, 50 * spread, SETTINGS)  # what few knots leave
+    single = spread.copy()
+    single[0] = 100.0
+    assert not is_unexplained(single, single, SETTINGS)
 
 
 @pytest.mark.parametrize("wrong", [{"nats": -1.0}, {"most_outlying": 0.5}, {"errors": float("nan")}])

@@ -1,0 +1,194 @@
+"""Values of laws with units have the effect that a block predicts from the coefficients: in the simulator, where it
+has the law or an effect of this strength, or in the inputs of the block."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from slipstick.bench import Bench
+from slipstick.clutch import effects
+from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
+from slipstick.clutch.model import Model
+from slipstick.naming.block import Block, Pair
+from slipstick.naming.law_map import UNITS, LawMap
+from slipstick.naming.measured import LawPoints
+from slipstick.naming.scene import Scene
+from slipstick.recordings import Recordings
+from tests.benches import BENCHES, HEAVY
+from tests.slipstick.naming.engagements import block_of, scene_of
+
+both = pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
+NAMES = ("valve", "load", "input", "lock", "clutch", "contact")
+each = pytest.mark.parametrize("name", NAMES)
+COUNT = 8
+ABSOLUTE = {"valve current": ("current", 0.012), "chamber pressure": ("pressure", 0.01), "piston rate": (
+    "piston_rate", 0.04), "clearance": ("stroke", 0.025), "input torque": ("torque", 0.02),
+    "load torque": ("load_torque", 0.02)}
+"""Sizes of laws: multiples of a scale of the bench, or relative."""
+RELATIVE = {"film torque": 0.5}
+AMONG = {("valve current", "past current"): 1, ("converter torque", "lag"): 1, ("input speed sensor", "lag"): 1,
+         ("output speed sensor", "lag"): 1, ("output torque sensor", "lag"): 1, ("pressure sensor", "lag"): 1}
+"""Which of the lags or widths of a basis is the strength of the effect."""
+EFFECTS = {("valve current", "past current"): "valve_hysteresis", ("converter torque", "lag"): "converter_lag",
+           ("piston rate", "direction"): "seal_friction",
+           **{(f"{name} sensor", on): f"{name} sensor {on}".replace(" ", "_") for on in ("offset", "gain", "lag")
+              for name in ("pressure", "input speed", "output speed", "output torque")}}
+"""Effects of the simulator whose one coefficient is the value of a law."""
+DIRECT = {("valve delay", "motor speed"), ("valve delay", "run order"), ("output torque sensor", "pressure"),
+          ("load torque", "output position"), ("stick torque", "twist"), ("contact pressure", "lag")}
+"""Pairs with a test of their own."""
+CLOSE = 0.06
+LOOSE = {("converter torque", "lag"): 0.2, ("friction coefficient", "heat"): 0.1,
+         ("friction coefficient", "time in contact"): 0.15}
+"""The block lags the torque at the speed without the lag, and estimates when friction begins to heat. The simulator
+counts the ramp of the friction as time in contact in part."""
+
+
+@cache
+def nominal(bench: Bench, name: str) -> Block:
+    return block_of(name, scene_of(bench, Model(bench.physics), COUNT))
+
+
+def drawn(bench: Bench, pair: Pair, law: LawMap) -> np.ndarray:
+    """Coefficients of a law of a plausible size."""
+    scale, share = ("", RELATIVE.get(pair[0], 0.05)) if law.relative else ABSOLUTE[pair[0]]
+    coefficients = np.cos(4 * np.arange(law.onto.shape[1]) / law.onto.shape[1])
+    size = share * (getattr(bench.scales, scale) if scale else 1.0)
+    return np.asarray(size / np.abs(law.onto @ coefficients).max() * coefficients)
+
+
+def values(pair: Pair, law: LawMap, coefficients: np.ndarray) -> LawPoints:
+    return LawPoints(pair, law.x, law.x_unit, law.onto @ coefficients, law.unit, law.relative,
+                     np.zeros((len(law.onto), len(law.onto))), law.up_to)
+
+
+def left(block: Block, pair: Pair, coefficients: np.ndarray) -> float:
+    """What of the signal a prediction with a law leaves, as a share of what one without it leaves.
+
+    A law known up to a constant goes with a common change of the parameters.
+    """
+    points = np.zeros((len(block.measured), len(block.random)))
+    sizes = []
+    for laws in ([(pair, coefficients)], []):
+        predicted = block.base(points, laws)
+        residual = (block.measured - predicted)[block.counted]
+        if block.law(pair).up_to != "nothing":
+            columns = np.concatenate(block.columns(points, laws, predicted), axis=1).transpose(0, 2, 1)[block.counted]
+            columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+            residual = residual - columns @ np.linalg.lstsq(columns, residual)[0]
+        sizes.append(float(np.linalg.norm(residual)))
+    return sizes[0] / sizes[1]
+
+
+@both
+@each
+def test_a_law_in_the_simulator_has_the_effect_of_its_coefficients(bench: Bench, name: str) -> None:
+    found = {}
+    for pair in (pair for pair in nominal(bench, name).pairs() if pair not in EFFECTS and pair not in DIRECT):
+        law = nominal(bench, name).law(pair)
+        simulated = values(pair, law, drawn(bench, pair, law)).simulated()
+        assert simulated is not None
+        block = block_of(name, scene_of(bench, Model(bench.physics).with_law(simulated), COUNT))
+        law = block.law(pair)  # the knots move with the signals
+        assert law.x is not None
+        change = np.interp(law.x, simulated.at, simulated.change)
+        found[pair] = left(block, pair, np.linalg.lstsq(law.onto, change)[0])
+    assert not {pair: share for pair, share in found.items() if share > LOOSE.get(pair, CLOSE)}
+
+
+@both
+@each
+def test_an_effect_of_the_simulator_is_a_law_of_its_strength(bench: Bench, name: str) -> None:
+    found = {}
+    for pair in (pair for pair in nominal(bench, name).pairs() if pair in EFFECTS):
+        law = nominal(bench, name).law(pair)
+        effect = effects.find(EFFECTS[pair]).on(bench.scales)
+        strength = law.onto[0, AMONG[pair]] if pair in AMONG else effect.typical[0]
+        coefficients = np.eye(law.onto.shape[1])[AMONG.get(pair, 0)]
+        if pair not in AMONG:
+            coefficients = np.linalg.lstsq(law.onto, np.full(len(law.onto), strength))[0]
+        scene = scene_of(bench, Model(bench.physics).with_effect(effect.name, {effect.coefficients[0].name: strength}),
+                         COUNT)
+        found[pair] = left(block_of(name, scene), pair, coefficients)
+    assert not {pair: share for pair, share in found.items() if share > LOOSE.get(pair, CLOSE)}
+
+
+@each
+def test_every_pair_has_units_and_one_of_these_tests(name: str) -> None:
+    block = nominal(HEAVY, name)
+    points = np.zeros((COUNT, len(block.random)))
+    base = block.base(points)
+    for pair in block.pairs():
+        law = block.law(pair)
+        assert law.onto.shape[1] == block.basis(pair, points, (), base).shape[1], pair
+        if law.x is None:
+            assert (len(law.onto), law.relative) == (1, False)
+            assert law.unit == {"lag": "s", "twist": "rad/(N m)"}.get(pair[1], UNITS[pair[0]])
+        else:
+            assert law.x.shape == law.onto.shape[:1]
+            assert np.all(np.diff(law.x) > 0)
+            assert law.unit == ("1" if law.relative else UNITS[pair[0]])
+            known = {**SCALAR_DEPENDENCES, "output position": "rad", "gain": UNITS[pair[0]]}
+            assert law.x_unit == known[pair[1]]
+        if pair not in DIRECT and pair not in EFFECTS:
+            assert values(pair, law, law.onto[0]).simulated() is not None
+
+
+def test_a_relative_delay_of_the_valve_is_that_of_its_parameter() -> None:
+    block, points = nominal(HEAVY, "valve"), np.zeros((COUNT, 3))
+    for on in ("motor speed", "run order"):
+        law = block.law(("valve delay", on))
+        c = np.linspace(0.02, 0.04, law.onto.shape[1])
+        moved = points.copy()
+        moved[:, 0] = np.interp(block.scene.constant_in_run(on), law.x, law.onto @ c)  # type: ignore[arg-type]
+        change = block.base(moved) - block.base(points)
+        found = block.base(points, [(("valve delay", on), c)]) - block.base(points)
+        assert np.linalg.norm(found - change) < 0.05 * np.linalg.norm(change)
+        assert np.abs(moved[:, 0].mean()) < 1e-12
+
+
+def with_torque(scene: Scene, change: np.ndarray) -> Scene:
+    """A scene whose torque sensor reads `change` (n, k) in N m more."""
+    signals = replace(scene.signals, output_torque=scene.measured("output_torque") + change)
+    recordings = scene.recordings
+    return replace(scene, recordings=Recordings(recordings.conditions, recordings.measured_time, signals))
+
+
+@pytest.mark.parametrize("name", ["load", "input", "clutch", "contact"])
+def test_an_error_of_the_torque_sensor_over_pressure_is_in_its_reading(name: str) -> None:
+    block, pair = nominal(HEAVY, name), ("output torque sensor", "pressure")
+    law = block.law(pair)
+    c = np.linspace(0.2, -0.1, law.onto.shape[1])
+    error = np.interp(np.maximum(0, block.scene.smooth["pressure"]), law.x, law.onto @ c)  # type: ignore[arg-type]
+    assert left(block_of(name, with_torque(block.scene, error)), pair, c) < 0.05
+
+
+def test_a_load_torque_over_position_is_against_the_motion() -> None:
+    block, pair = nominal(HEAVY, "load"), ("load torque", "output position")
+    law = block.law(pair)
+    c = np.cos(np.arange(law.onto.shape[1]))
+    position = np.cumsum(np.maximum(block.scene.smooth["output_speed"], 0), axis=1) * block.scene.step
+    change = np.interp(position, law.x, law.onto @ c)  # type: ignore[arg-type]
+    # A load that reads too much torque for its speed has this much more resistance.
+    assert left(block_of("load", with_torque(block.scene, change)), pair, c) < 0.05
+
+
+def test_a_twist_is_the_compliance_on_the_input_side() -> None:
+    compliance, pair = 2e-4, ("stick torque", "twist")
+    model = Model(HEAVY.physics).with_effect("shaft_compliance", {"compliance": compliance, "damping": 0.01})
+    block = block_of("lock", scene_of(HEAVY, model, COUNT))
+    # The oscillation after lock-up is no part of the law.
+    block.counted &= block.scene.time > block.scene.recordings.measured_time[:, None] + 0.1
+    assert left(block, pair, compliance / block.law(pair).onto[0]) < 0.15
+
+
+def test_a_contact_pressure_that_lags_does_so_as_the_torque_sensor() -> None:
+    block = nominal(HEAVY, "contact")
+    points = np.zeros((COUNT, 1))
+    laws = [block.law((quantity, "lag")) for quantity in ("contact pressure", "output torque sensor")]
+    columns = [block.basis((quantity, "lag"), points, (), block.base(points))
+               for quantity in ("contact pressure", "output torque sensor")]
+    np.testing.assert_array_equal(laws[0].onto, laws[1].onto)
+    np.testing.assert_allclose(columns[0], columns[1])
