@@ -24,10 +24,10 @@ EXPERIMENT = FurtherExperiment("pressure_dependent_friction", 3, 238.76, 4.80000
                                "output_torque", 12)
 
 
-def page(result: StudyResult, figures: Figures) -> str:
+def page(result: StudyResult, figures: Figures, study: dict[str, Any] = STUDY) -> str:
     output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {"name": 2.0, "confirm": 9.0},
               "processor_seconds": {"name": 1.5, "confirm": 8.0}}
-    return study_page(STUDY, json.loads(json.dumps(output, allow_nan=False)))
+    return study_page(study, json.loads(json.dumps(output, allow_nan=False)))
 
 
 def changed(result: StudyResult, **changes: Any) -> StudyResult:
@@ -206,6 +206,15 @@ def test_the_page_refers_to_no_external_resource_and_is_small(studied: Studied, 
         assert not {"src", "href", "action"} & attributes.keys()
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
     assert len(html) < 1_500_000
+
+
+def test_settings_are_listed_where_they_differ_from_the_default(studied: Studied, reading: Read) -> None:
+    result, figures = studied("nothing")
+    assert re.search(r"settings\s*default", reading(page(result, figures)).text)
+    chosen = StudySettings.from_dict({"level": 0.95, "naming": {"nats": 20.0}})
+    text = reading(page(result, figures, {**STUDY, "settings": asdict(chosen)})).text
+    assert 'level 0.95, naming {"nats": 20.0}' in text
+    assert "gains the 20 nats and 4 standard errors" in text
 
 
 def test_the_same_study_gives_the_same_page(studied: Studied) -> None:
