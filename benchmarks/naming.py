@@ -3,8 +3,8 @@
     python -m benchmarks.naming development|final [EVERY]
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
-naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case of
-the list is answered.
+naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case
+of the list is answered.
 """
 
 import json
@@ -73,12 +73,8 @@ def judged(entry: dict[str, Any]) -> dict[str, Any]:
             "alone": sum(any(pair == first and not tied for first, tied in named) for pair in hidden),
             "wrong": sum(not ({first} | tied) & hidden for first, tied in named),
             "wrong_alone": sum(not tied and first not in hidden for first, tied in named),
-            "block": bool(({block(first) for first, _ in named} | {_BLOCKS.get(one, one) for one in entry["unexplained"]})
-                          & {block(pair) for pair in hidden})}
-
-
-_BLOCKS = {"contact": "clutch"}
-"""Block of a study -> block of `BLOCK`."""
+            "block": bool({block(pair) for pair in hidden}
+                          & ({block(first) for first, _ in named} | set(entry["unexplained"])))}
 
 
 def block(pair: tuple[str, ...]) -> str:
