@@ -118,7 +118,10 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
     tie = changed(result, kind="tie", rivals=[rival], experiments=[EXPERIMENT])
     text = reading(page(tie, figures)).text
     assert "pressure-dependent friction (90 nats, behind by 1.2 standard errors)" in text
-    assert "Not told apart: the recordings explain slip-speed-dependent friction as well by" in text
+    assert "do not tell slip-speed-dependent friction from pressure-dependent friction." in text
+    same = changed(tie, rivals=[])
+    assert "Same quantity and dependence: pressure-dependent friction would" in reading(page(same, figures)).text
+    assert "from another effect of the same quantity" in said(changed(same, experiments=[]))
     assert "To tell slip-speed-dependent friction from pressure-dependent friction, run:" in text
     assert re.sub(r"\s", "", "3 238.8 4.8 16 no 0.21 output torque 12") in re.sub(r"\s", "", text)
     hopeless = replace(tie.findings[0], experiments=[replace(EXPERIMENT, repetitions=None)])
