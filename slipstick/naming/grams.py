@@ -31,6 +31,13 @@ _MATTERS = 1e-3
 _LONGEST = 10.0
 """Largest factor of a variance in a step: where a parameter has no column, the step would be without bound."""
 
+REACH = 3.0
+"""Standard deviations of its prior by which a coefficient may differ from its target."""
+
+_HOLDINGS, _HOLD, _BEYOND = 4, 1e6, 1e-2
+"""Most rounds of holding coefficients at the end of their reach, the precision that holds them over that of the data,
+and the share of the reach that they may be off then."""
+
 _TINY = 1e-300
 """In place of a trace of zero, so that the variance of an empty column shrinks and does not become NaN."""
 
@@ -110,13 +117,25 @@ def marginalise(gram: Gram, variance: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def solve(gram: Gram, marginal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients (c - 1,) by generalized least squares with the prior of `gram`, and their covariance (c - 1, c - 1).
 
-    `marginal` (m, c, c) are the products of the engagements that count, all or some of those of `gram`.
+    `marginal` (m, c, c) are the products of the engagements that count, all or some of those of `gram`. A coefficient is
+    at most `REACH` standard deviations of its prior from its target, where recordings that are far off would move it
+    further: what asks for a clock that is 200 samples late is not a clock.
     """
-    information = marginal[:, :-1, :-1].sum(axis=0) + np.diag(gram.precision)
-    pull = marginal[:, :-1, -1].sum(axis=0) + gram.precision * gram.target
-    scale = 1 / np.sqrt(np.diag(information))  # columns have units, and may differ by many orders of magnitude
-    inverse = np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale)
-    return inverse @ pull, inverse
+    products, pull = marginal[:, :-1, :-1].sum(axis=0), marginal[:, :-1, -1].sum(axis=0)
+    precision, target = gram.precision, gram.target
+    # Laws, whose priors are wide, go as far as they are asked to.
+    reach = np.where(gram.precision > 1, REACH / np.sqrt(np.maximum(gram.precision, 1)), np.inf)
+    for _ in range(_HOLDINGS):
+        information = products + np.diag(precision)
+        scale = 1 / np.sqrt(np.diag(information))  # columns have units, and may differ by many orders of magnitude
+        inverse = np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale)
+        coefficients = inverse @ (pull + precision * target)
+        beyond = np.abs(coefficients - gram.target) > reach * (1 + _BEYOND)
+        if not beyond.any():
+            break
+        target = np.where(beyond, gram.target + np.clip(coefficients - gram.target, -reach, reach), target)
+        precision = np.where(beyond, np.maximum(precision, _HOLD * np.diag(products)), precision)
+    return coefficients, inverse
 
 
 def estimate(gram: Gram, variance: np.ndarray, fixed: bool = False) -> Fitted:
