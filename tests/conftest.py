@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,7 @@ from selenium import webdriver
 
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.recordings import Recordings
-from slipstick.study import study
-from slipstick.study.comparison import compare
-from slipstick.study.conclusion import conclude
-from slipstick.study.evidence import evidence
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudySettings, conclude, examine
 from slipstick.table import Axis, Grid
 from tests.benches import HEAVY, NOMINAL
 
@@ -65,23 +62,25 @@ def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def few_study(few_recordings: Path, once: Once) -> dict[str, Any]:
-    """A study of `few` that adds one effect: its `settings`, its `states`, None before the first, and its `output`."""
-    chosen = {"catalogue": ["stribeck_friction", "centrifugal_pressure"], "shortlist": 2, "significance": 0.99,
-              "smallest": 0.0, "most_effects": 1}
+    """A study of `few`: its `settings`, its checkpoint `named`, and the `output` of its job, all as JSON."""
+    chosen = {"seed": 3}
 
     def compute() -> dict[str, Any]:
-        settings = StudySettings.from_dict(chosen)
-        compared = compare(HEAVY, Recordings.open(few_recordings / "few.h5"), settings.shifting_time_noise)
-        states: list[study.State] = [study.start(settings, compared)]
-        while not study.finished(states[-1]):
-            states.append(study.advance(settings, compared, states[-1]))
-        left = {"result": conclude(settings, compared, states[-1]),
-                "figure_data": evidence(settings, compared, states[-1]),
-                "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
-        return {"settings": chosen, "states": [None, *states], "output": json.loads(json.dumps(left, allow_nan=False))}
+        settings, recordings = StudySettings.from_dict(chosen), Recordings.open(few_recordings / "few.h5")
+        named = as_json(examine(settings, HEAVY, recordings))
+        result, figures = conclude(settings, HEAVY, recordings, named)
+        times = {"name": 2.0, "confirm": 7.0}
+        output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": times,
+                  "processor_seconds": {stage: value / 2 for stage, value in times.items()}}
+        return {"settings": chosen, "named": named, "output": as_json(output)}
 
     found: dict[str, Any] = once("few_study", compute)
     return found
+
+
+def as_json(value: dict[str, Any]) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(json.dumps(value, allow_nan=False))
+    return content
 
 
 @pytest.fixture(scope="session")

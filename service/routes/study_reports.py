@@ -27,7 +27,7 @@ from slipstick.report.study.page import study_page
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 
-PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error without and with the effects")]
+PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error without and with the findings")]
 
 
 @router.get("/report", summary="Get the report of a study", response_class=HTMLResponse, response_model=None,
@@ -35,10 +35,10 @@ PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error 
 def study_report(id: StudyId, store: StudyStore, fits: StudyFits) -> HTMLResponse:
     """Return the report of a finished study as a single HTML page that needs no network access.
 
-    The report contains the missing effects and the evidence for them, the location of the misfit, the gap between model
-    and recordings before and after with a control, the pictures, and the limitations of a study. With `before` and
-    `after` it also compares two fits, on tables of the models without and with the effects: likelihood, scatter of the
-    inputs, and output noise.
+    The report contains what is missing and the evidence for it, what each block of the model says, the gap between
+    model and recordings before and after with a control, the pictures, and the limitations of a study. With `before`
+    and `after` it also compares two fits, on tables of the models without and with what was found: likelihood, scatter
+    of the inputs, and output noise.
     """
     study = finished_job(store, id)
     return HTMLResponse(study_page(without_progress(store, study).model_dump(mode="json"), output_of(study), fits))
