@@ -1,25 +1,23 @@
-"""`study`: identify the physical effect that recordings show and the model lacks, and measure the improvement."""
+"""`study`: find, name, add and show the physical effect that recordings show and the model lacks."""
 
 import argparse
 import datetime
 import json
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from slipstick.bench import Bench
-from slipstick.clutch import effects
 from slipstick.errors import InvalidValue
+from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
 from slipstick.storage.files import replacing
-from slipstick.study import study
-from slipstick.study.comparison import Comparison, compare
-from slipstick.study.conclusion import conclude
-from slipstick.study.evidence import evidence as study_figure_data
-from slipstick.study.progress import progress
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudyResult, StudySettings, conclude, examine
+from slipstick.study.export import file_stem, has_table, law_csv, law_mat
+from slipstick.study.record import figures_from_dict, result_from_dict
 from worker.bench_option import add_bench_argument, open_recordings
 from worker.clocks import clock_times, stage_times
 from worker.study_text import study_text
@@ -27,16 +25,18 @@ from worker.study_text import study_text
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("recordings", type=Path, metavar="RECORDINGS", help="recordings, .h5 or .csv")
+    parser.add_argument("recordings", type=Path, metavar="RECORDINGS", help="recordings with signals, .h5 or .csv")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if RECORDINGS is a CSV file")
     add_bench_argument(parser)
     parser.add_argument("--settings", type=Path, metavar="FILE.json",
-                        help='JSON file with the study settings to change, such as {"shortlist": 4}')
+                        help='JSON file with the study settings to change, such as {"level": 0.95}')
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the result as JSON")
     parser.add_argument("--report", type=Path, metavar="FILE.html", help="write the report, one HTML page with figures")
     parser.add_argument("--extended", type=Path, metavar="FILE.json",
-                        help="write the model extended by the identified effects, for `build --model`")
+                        help="write the model extended by what was found, for `build --model`")
+    parser.add_argument("--laws", type=Path, metavar="DIR",
+                        help="write each measured law as a CSV and a MATLAB file into this folder")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -44,60 +44,65 @@ def run(arguments: argparse.Namespace) -> int:
     for path, suffix in ((arguments.out, ".json"), (arguments.report, ".html"), (arguments.extended, ".json")):
         if path is not None:
             _require_suffix(path, suffix)
+    if arguments.laws is not None and arguments.laws.exists() and not arguments.laws.is_dir():
+        raise InvalidValue(f"'{arguments.laws}' is a file", "Give --laws the name of a folder")
     settings = read_settings(arguments.settings) if arguments.settings else StudySettings()
     bench = Bench.open(arguments.bench)
     recordings = open_recordings(bench, arguments.recordings, arguments.signals)
-    comparison = compare(bench, recordings, settings.shifting_time_noise)
     submitted = _now()
-    output = study_output(settings, comparison)
-    result = output["result"]
-    print(study_text(result, output["figure_data"], settings.level))
+    output = study_output(settings, bench, recordings)
+    result = result_from_dict(output["result"])
+    print(study_text(result, figures_from_dict(output["figure_data"]), settings))
     metadata = {"id": arguments.recordings.stem, "recordings": arguments.recordings.stem,
                 "recordings_digest": recordings.digest, "settings": asdict(settings), "submitted": submitted,
                 "ended": _now()}
+    written = [path for path in (arguments.out, arguments.report, arguments.extended) if path]
     if arguments.out:
         saved = {name: output[name] for name in ("result", "seconds", "processor_seconds")}
         _write(arguments.out, json.dumps({**metadata, **saved}, indent=1) + "\n")
     if arguments.report:
         _write(arguments.report, study_page(metadata, output))
     if arguments.extended:
-        _write(arguments.extended, json.dumps(result["models"]["after"], indent=1) + "\n")
-    written = [str(path) for path in (arguments.out, arguments.report, arguments.extended) if path]
+        _write(arguments.extended, json.dumps(result.after.model, indent=1) + "\n")
+    if arguments.laws:
+        written += write_laws(result, arguments.laws)
     if written:
-        print(f"\nWrote {', '.join(written)}")
+        print(f"\nWrote {', '.join(map(str, written))}")
     if arguments.extended:
         print(f"Build a table of the extended model: python -m worker build --model {arguments.extended} "
               f"--conditions {arguments.recordings} --out tables/extended.h5")
     return 0
 
 
-def study_output(settings: StudySettings, comparison: Comparison) -> dict[str, Any]:
-    """Run a study, with its progress on stderr; return the output of a job: result, figure_data and times."""
-    state: study.State | None = None
-    times: dict[str, Any] = {}
+def study_output(settings: StudySettings, bench: Bench, recordings: Recordings) -> dict[str, Any]:
+    """Run a study, with its progress on stderr; return the output of a job: result, figure_data and times as JSON."""
+    log, begin = progress(), clock_times()
+    named = examine(settings, bench, recordings, log)
+    times, begin = stage_times({}, "name", begin), clock_times()
+    result, figures = conclude(settings, bench, recordings, named, log)
+    return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(times, "confirm", begin)}
+
+
+def progress() -> Callable[[str], None]:
+    """A function that prints a step and the time since now in s to stderr."""
     start = time.monotonic()
-    while state is None or not study.finished(state):
-        begin, stage = clock_times(), print_next_step(settings, state, start)
-        state = study.start(settings, comparison) if state is None else study.advance(settings, comparison, state)
-        times = stage_times(times, stage, begin)
-    begin, stage = clock_times(), print_next_step(settings, state, start)
-    result, figures = conclude(settings, comparison, state), study_figure_data(settings, comparison, state)
-    return {"result": result, "figure_data": figures, **stage_times(times, stage, begin)}
+
+    def log(step: str) -> None:
+        print(f"{time.monotonic() - start:6.1f} s  {step}", file=sys.stderr, flush=True)
+
+    return log
 
 
-def print_next_step(settings: StudySettings, state: study.State | None, start: float) -> str:
-    """Print to stderr the time since `start` in s and the next step of the study; return the stage of that step."""
-    current = progress(settings, state)
-    descriptions = {
-        "fit": "fitting the parameters and their run-to-run scatter without any effect",
-        "screen": f"round {len(current['added']) + 1}: screening {current['effects']} effects",
-        "candidates": f"fitting candidate {current['fitted'] + 1} of {current['candidates']}: "
-                      + (effects.find(current["candidate"]).title if current["candidate"] else ""),
-        "choose": "comparing the candidates on held-out conditions",
-        "conclude": "computing the result",
-    }
-    print(f"{time.monotonic() - start:6.1f} s  {descriptions[current['stage']]}", file=sys.stderr, flush=True)
-    return str(current["stage"])
+def write_laws(result: StudyResult, folder: Path) -> list[Path]:
+    """Write the laws over a number as CSV and MATLAB files; return their paths."""
+    written = []
+    for number, one in enumerate(result.findings, 1):
+        if has_table(one):
+            path = folder / f"{number}_{file_stem(one)}"
+            for suffix, content in ((".csv", law_csv(one).encode()), (".mat", law_mat(one))):
+                _write_bytes(path.with_suffix(suffix), content)
+                written.append(path.with_suffix(suffix))
+    return written
 
 
 def read_settings(path: Path) -> StudySettings:
@@ -105,9 +110,9 @@ def read_settings(path: Path) -> StudySettings:
     try:
         content = json.loads(path.read_text())
         return StudySettings.from_dict(content)
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, AttributeError) as error:
         raise InvalidValue(f"Cannot read study settings from '{path}' ({type(error).__name__}: {error})",
-                           'Give a JSON object, such as {"shortlist": 4, "level": 0.95}') from error
+                           'Give a JSON object, such as {"level": 0.95, "seed": 2}') from error
 
 
 def _require_suffix(path: Path, suffix: str) -> None:
@@ -117,9 +122,13 @@ def _require_suffix(path: Path, suffix: str) -> None:
 
 
 def _write(path: Path, text: str) -> None:
+    _write_bytes(path, text.encode())
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as temporary:
-        temporary.write_text(text)
+        temporary.write_bytes(content)
 
 
 def _now() -> str:

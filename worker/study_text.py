@@ -1,62 +1,51 @@
-"""The result of a study as plain text: the contents of its report without the figures."""
+"""The result of a study as plain text: the contents of its report without the pictures."""
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
-from slipstick.pictures.study.words import title
-from slipstick.report.study import further as study_further
-from slipstick.report.study import words
-from slipstick.report.study.limits import caveats, limits
+from slipstick.report.study import content, parts
+from slipstick.report.study.simulation import lead
+from slipstick.report.study.warnings import warnings
+from slipstick.study.figures import Figures
+from slipstick.study.result import StudyResult
+from slipstick.study.settings import StudySettings
 
 _WIDTH = 110
-_GAP = ("RMS error on held-out conditions", "before", "after", "correct model", "closed (90 %)")
-_RANKING = ("candidate", "block", "decades", "ahead", "behind", "share", "BIC")
-_RANKING_NOTE = ("decades: mean improvement of the held-out log10 likelihood per experiment over the fit without the "
-                 "candidate. ahead, behind: standard errors ahead of that fit and behind the best candidate. share: "
-                 "bootstrap samples in which the candidate is the best. BIC: change; lower is better.")
 
 
-def study_text(result: Mapping[str, Any], figure_data: Mapping[str, Any], level: float) -> str:
-    """The answer with its caveats and evidence, experiments that would resolve a tie, the rankings and the limitations.
+def study_text(result: StudyResult, figures: Figures, settings: StudySettings) -> str:
+    """The answer, warnings, what it means, the findings with their evidence, the blocks, the gap and limitations."""
+    sections = [*content.evidence(result, settings, ()), *content.background(result, figures)]
+    texts = [_paragraph(f"{result.sentence}."), _section(parts.Section("Warnings", [parts.Items(warnings(result))])),
+             _paragraph(lead(result, settings)), *map(_section, sections)]
+    return "\n\n".join(text for text in texts if text)
 
-    `result` and `figure_data` are those of a finished study; `level` is the level of the intervals.
-    """
-    parts = [_paragraph(f"{result['answer']['sentence']}. {words.lead(result, figure_data)}")]
-    parts.append(_listing("Caveats", caveats(result, figure_data)))
-    if result["answer"]["coefficients"]:
-        parts.append(_table(("coefficient", "estimate", f"{100 * level:.0f} % interval"),
-                            words.coefficients(result, figure_data)))
-    parts.append(_listing("Evidence", words.rounds(result, figure_data)))
-    for tie in result["further"]:
-        experiments = f"\n{_table(study_further.HEAD, study_further.rows(tie))}" if tie["experiments"] else ""
-        parts.append(_paragraph(study_further.lead(tie, figure_data)) + experiments)
-    for number, fitted in enumerate(result["rounds"], 1):
-        if fitted["ranking"]:
-            parts.append(f"Candidates of round {number}\n{_table(_RANKING, words.ranking(fitted))}")
-    if any(fitted["ranking"] for fitted in result["rounds"]):
-        parts.append(_paragraph(_RANKING_NOTE))
-    parts.append(_listing("Where model and recordings disagree", words.where(figure_data)))
-    gap = result["gap"]
-    if gap is not None:
-        control = ("closed by control",) if gap["control"] else ()
-        parts.append(_table((*_GAP, *control), words.gap(result)))
-        if gap["control"]:
-            parts.append(_paragraph(f"The control is {title(figure_data, gap['control']['effect'])}, the best "
-                                    "candidate that acts on a different quantity."))
-    parts.append(_listing("Limitations", limits(figure_data)))
-    return "\n\n".join(part for part in parts if part)
+
+def _section(one: parts.Section) -> str:
+    """A heading and its parts; empty without any."""
+    body = [text for text in map(_part, one.parts) if text]
+    return "\n".join([one.title, *body]) if body else ""
+
+
+def _part(part: parts.Part) -> str:
+    match part:
+        case parts.Note(text) | str(text):
+            return _paragraph(text)
+        case parts.Items(entries):
+            return _listing(entries)
+        case parts.Table(head, rows):
+            return _table(head, rows)
+        case parts.Picture():
+            return ""
 
 
 def _paragraph(text: str) -> str:
     return textwrap.fill(text, _WIDTH)
 
 
-def _listing(heading: str, items: Iterable[tuple[str, str]]) -> str:
-    """Statements under a heading; empty without statements."""
-    lines = [textwrap.fill(f"{label} {statement}", _WIDTH, initial_indent="- ", subsequent_indent="  ")
-             for label, statement in items]
-    return "\n".join([heading, *lines]) if lines else ""
+def _listing(entries: Iterable[tuple[str, str]]) -> str:
+    return "\n".join(textwrap.fill(f"{label} {statement}", _WIDTH, initial_indent="- ", subsequent_indent="  ")
+                     for label, statement in entries)
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

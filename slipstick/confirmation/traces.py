@@ -30,8 +30,8 @@ CHANNELS = (*SIGNAL_UNITS, "shifting_time")
 class Traces:
     """Rows of K values of the n engagements of a `scene`: the `measured` (n, K), and which are `counted` (n, K).
 
-    `noise` maps each channel to the standard deviation of its values over that of the sensor's noise: 1, or more where
-    a fit leaves more. `clocks` are delays of the signals' clocks in s, and `converter` is that of the bench with the
+    `noise` maps each channel to the standard deviation of its values over that of the sensor's noise, which third
+    differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the signals' clocks in s, and `converter` is that of the bench with the
     errors of its curve.
     """
 
@@ -93,8 +93,12 @@ class Traces:
                 for i, name in enumerate(CHANNELS)}
 
     def with_noise(self, squares: dict[str, float]) -> "Traces":
-        """With such noise that mean squares of 1 are left in each channel in which a fit has left more."""
-        factors = {name: float(np.sqrt(max(1.0, square))) for name, square in squares.items()}
+        """With such noise that mean squares of 1 are left where a fit has left `squares`.
+
+        That of the shifting time, of which each engagement has one value, is only made larger.
+        """
+        least = {"shifting_time": 1.0}
+        factors = {name: float(np.sqrt(max(least.get(name, 0.0), square))) for name, square in squares.items()}
         scale = np.ones(self.measured.shape[1])
         for name, columns in self.columns.items():
             scale[columns] = factors[name]

@@ -7,7 +7,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
-from slipstick.naming.selection import Finding, Log, in_errors, is_enough, priced, rivals
+from slipstick.naming.selection import Finding, Log, in_errors, is_enough, is_unexplained, priced, rivals
 from slipstick.naming.settings import NamingSettings
 
 PISTON: tuple[Pair, ...] = (
@@ -42,7 +42,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
     """Add pairs of the piston to the fit `start` while they gain more than `least` nats."""
     now, findings = start, list[Finding]()
     for _ in range(_MOST):
-        tried = _tried(block, now)
+        tried = _tried(block, now, settings)
         enough = [one for one in tried if is_enough(one[0], settings)]
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
@@ -50,7 +50,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
             again = fit_curved(block, now.laws, points=points, coefficients=now.coefficients, iterations=12)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
-                tried = _tried(block, now)
+                tried = _tried(block, now, settings)
                 enough = [one for one in tried if is_enough(one[0], settings)]
         log("piston", round(float(now.chi2.mean()), 3),
             [(" ~ ".join(pair), round(float(gain.sum())), round(in_errors(gain), 1)) for gain, pair, _ in tried])
@@ -62,21 +62,26 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
     return now, findings
 
 
-def _tried(block: ClutchBlock, now: CurvedFit) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
+def _tried(block: ClutchBlock, now: CurvedFit,
+           settings: NamingSettings) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
     """Gain, pair and fit of the pairs that promise most, the largest gain first."""
     tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
-             for pair, one in _fitted(block, now).items()]
+             for pair, one in _fitted(block, now, is_unexplained(now.chi2, now.chi2, settings)).items()]
     return sorted(tried, key=lambda one: -float(one[0].sum()))
 
 
-def _fitted(block: ClutchBlock, now: CurvedFit) -> dict[Pair, CurvedFit]:
-    """The fit with each of the pairs that promise most, from the best of several starts."""
+def _fitted(block: ClutchBlock, now: CurvedFit, missing: bool) -> dict[Pair, CurvedFit]:
+    """The fit with each of the pairs that promise most, from the best of several starts.
+
+    Where something is `missing` it is every pair: a strong law may promise nothing far from the best fit with it.
+    """
     about = table(now, PISTON)
     known = [pair for pair in about.places if pair in PISTON and pair not in now.laws]
     found = {}
-    for one in gains([about], list(now.laws), known)[:_FITTED]:
-        if one.nats.sum() < _PROMISING:
-            break
+    promising = gains([about], list(now.laws), known)
+    if not missing:
+        promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
+    for one in promising:
         laws = (*now.laws, one.pair)
         starts = [fit_curved(block, laws, start=now, iterations=3)]
         for share in _SHARES:

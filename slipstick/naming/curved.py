@@ -13,10 +13,11 @@ that a fit that is stuck in a local minimum loses to one that is not.
 An iteration estimates mean and variance by expectation-maximisation with the beta_i held, solves the linear mixed
 model about the beta_i (Lindstrom and Bates, Biometrics 46, 673, 1990), and goes a share of the way to its solution:
 first the common share that lowers the first two terms most, summed over the engagements, then for each engagement the
-share that lowers its own terms most. No step at all is among the choices, so that a step never lowers the joint
-likelihood of the data and the beta_i at the variances for which it was made. Two things are not in it: the priors of
-mean and c, and the determinant, which changes with J and the variances. The evidence of an iteration can therefore be
-below that of the one before, and the best one is returned.
+share that lowers its own terms most. Where no common share lowers them, because the points that suit a law lie on no
+straight way, the points are solved for at some shares of the common values. No step at all is among the choices, so
+that a step never lowers the joint likelihood of the data and the beta_i at the variances for which it was made. Two
+things are not in it: the priors of mean and c, and the determinant, which changes with J and the variances. The
+evidence of an iteration can therefore be below that of the one before, and the best one is returned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,6 +32,10 @@ from slipstick.naming.grams import Fitted, Gram, estimate
 
 _SHARES = (1.0, 0.5, 0.2, 0.05, 0.0)
 """Of the way to the solution of the linear model; the last is no step."""
+
+_STUCK, _SOLVED, _SOLVED_AT = 0.05, 2, (1.0, 0.3)
+"""Share of a step from which on it is as good as none, and the Gauss-Newton steps of the points alone that then follow,
+at these shares of the common values."""
 
 _LEAST = 1e-4**2
 """Smallest variance of a parameter, relative to nominal squared: far below what recordings tell, and not singular."""
@@ -220,6 +225,35 @@ def _stepped(block: SearchedBlock, values: _Values, aim: _Values, variance: np.n
     together = [*(cost_at(share, share) for share in _SHARES[:-1]), cost]
     best = int(np.argmin([one.sum() for one in together]))
     common = _SHARES[best]
+    if common <= _STUCK and len(values.coefficients):
+        # Points on a straight way do not suit what is in common, which is far from linear: they are solved for.
+        for share in _SOLVED_AT:
+            found, its = _profiled(block, values.toward(aim, share, share), variance, noise)
+            if its.sum() < together[best].sum():
+                return found
     apart = [together[best] if share == common else cost_at(share, common) for share in _SHARES]
     own = np.array(_SHARES)[np.argmin(apart, axis=0)]
     return values.toward(aim, own[:, None], common)
+
+
+def _profiled(block: SearchedBlock, values: _Values, variance: np.ndarray,
+              noise: BlockNoise) -> tuple[_Values, np.ndarray]:
+    """The points of each engagement solved for at what all have in common, by Gauss-Newton steps, and the cost (n,)."""
+    q = values.points.shape[1]
+    cost = _squares(block, _predicted(block, values), noise) + _scatter(values, variance)
+    for _ in range(_SOLVED):
+        predicted = _predicted(block, values)
+        own, _ = block.columns(values.points, values.laws, predicted)
+        white = whitened(np.concatenate([own, (block.measured - predicted)[:, None]], axis=1), block.counted, noise)
+        products = white @ white.transpose(0, 2, 1)
+        pull = products[:, :q, q] - (values.points - values.mean) / variance
+        change = np.linalg.solve(products[:, :q, :q] + np.diag(1 / variance), pull[..., None])[..., 0]
+        aim = np.clip(values.points + np.clip(change, -_LONGEST, _LONGEST), _LOWEST, _HIGHEST)
+        moved, apart = [values.points + share * (aim - values.points) for share in _SHARES], []
+        for points in moved[:-1]:
+            there = replace(values, points=points)
+            apart.append(_squares(block, _predicted(block, there), noise) + _scatter(there, variance))
+        best = np.argmin([*apart, cost], axis=0)
+        cost = np.min([*apart, cost], axis=0)
+        values = replace(values, points=np.stack(moved)[best, np.arange(len(best))])
+    return values, cost

@@ -73,6 +73,17 @@ def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings
     return tuple(found)
 
 
+def is_unexplained(chi_square: np.ndarray, before: np.ndarray, settings: NamingSettings) -> bool:
+    """Whether chi-squares (n,) of engagements exceed 1 by more than their spread and the noise's own error allow.
+
+    `before` (n,) are those without laws: what is left of a strong law, as a share of it, is not something else.
+    """
+    logs = np.log(np.maximum(chi_square, 1e-3))
+    error = np.hypot(settings.noise, logs.std(ddof=1) / np.sqrt(len(logs)))
+    left = float(chi_square.mean()) - 1 > settings.further * (float(before.mean()) - 1)
+    return bool(left and logs.mean() > settings.errors * error)
+
+
 def priced(gain: np.ndarray, size: int) -> np.ndarray:
     """A gain (n,) in maximised log-likelihood less the price of `size` coefficients, as BIC has it."""
     return np.asarray(gain - 0.5 * size * np.log(len(gain)) / len(gain))

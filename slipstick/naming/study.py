@@ -26,7 +26,7 @@ from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
-from slipstick.naming.selection import Finding, Log, forward
+from slipstick.naming.selection import Finding, Log, forward, is_unexplained
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
@@ -124,17 +124,6 @@ def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
     logs = np.log(np.maximum(chi_square, 1e-3))
     spread = max(_LEAST_SPREAD, 1.4826 * float(np.median(np.abs(logs - np.median(logs)))))
     return np.asarray(logs > np.median(logs) + settings.outlying * spread)
-
-
-def is_unexplained(chi_square: np.ndarray, before: np.ndarray, settings: NamingSettings) -> bool:
-    """Whether chi-squares (n,) of engagements exceed 1 by more than their spread and the noise's own error allow.
-
-    `before` (n,) are those without laws: what is left of a strong law, as a share of it, is not something else.
-    """
-    logs = np.log(np.maximum(chi_square, 1e-3))
-    error = np.hypot(settings.noise, logs.std(ddof=1) / np.sqrt(len(logs)))
-    left = float(chi_square.mean()) - 1 > settings.further * (float(before.mean()) - 1)
-    return bool(left and logs.mean() > settings.errors * error)
 
 
 def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:

@@ -45,7 +45,7 @@ class Figures:
 
     `conditions` has the columns of the conditions of the engagements that count (run order may be None), `measured`
     their shifting times in s, `predicted` those of each model on held-out conditions, and `engagements` those that the
-    model before describes worst, simulated with the mean parameters of each model.
+    model before describes worst, simulated with the parameters that each fit estimates for that engagement.
     """
 
     conditions: dict[str, list[float] | None]
@@ -61,18 +61,17 @@ def figures(before: SimulationFit, after: SimulationFit | None, predictions: dic
                   for name in _CONDITIONS}
     predicted = {who: Times(_row(one.time), _row(np.sqrt(one.variance[:, -1]))) for who, one in predictions.items()}
     models = {"before": before} | ({} if after is None else {"after": after})
-    return Figures(conditions, _row(scene.recordings.measured_time), predicted,
-                   _engagements(models, predictions["before"]))
+    return Figures(conditions, _row(scene.recordings.measured_time), predicted, _engagements(models))
 
 
-def _engagements(models: dict[str, SimulationFit], before: Prediction) -> list[Engagement]:
-    scene = models["before"].block.scene
-    noise = np.array([scene.noise[name][0] for name in SIGNAL_UNITS])
-    order = np.argsort(-(before.square[:, :-1] / noise**2).sum(axis=1), kind="stable")
+def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:
+    block, fitted = models["before"].block, models["before"].fitted
+    scene = block.scene
+    left = (block.measured - fitted.predicted) * block.counted
+    order = np.argsort(-(left**2).sum(axis=1), kind="stable")
     profiles = scene.recordings.conditions.current_profile[order]
     worst = order[sorted(np.unique(profiles, return_index=True)[1])[:_WORST]]
-    simulated = {who: one.block.respond(np.tile(one.fitted.mean, (len(scene), 1)), one.fitted.shared)
-                 for who, one in models.items()}
+    simulated = {who: one.block.respond(one.fitted.points, one.fitted.shared) for who, one in models.items()}
 
     def curves(source: object, place: int) -> dict[str, list[float]]:
         return {name: _row(block_means(np.asarray(getattr(source, name))[place], _WIDTH)) for name in SIGNAL_UNITS}

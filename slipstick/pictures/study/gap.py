@@ -1,48 +1,50 @@
-"""The gap on held-out conditions: shifting-time errors of all experiments, and the closed share of each signal."""
+"""The gap on held-out conditions: shifting-time errors of all engagements, and the closed share of each signal."""
 
 from collections.abc import Mapping
-from typing import Any
 
-from slipstick.pictures import theme
-from slipstick.pictures.study.words import model_series, title
+from slipstick.clutch import effects
+from slipstick.pictures import theme, units
+from slipstick.pictures.study.words import model_series, within
 from slipstick.pictures.theme import Spec, in_words
+from slipstick.study.figures import Figures
+from slipstick.study.result import ClosureResult, Gap, StudyResult
 
-CAPTION = ("Top: measured minus predicted shifting time of every experiment. Each prediction comes from fits without "
-           "the experiments of that motor speed or of that current profile. Bottom: the closed share of the gap with "
+CAPTION = ("Top: measured minus predicted shifting time of every engagement. Each prediction comes from fits without "
+           "the engagements of that motor speed or of that current profile. Bottom: the closed share of the gap with "
            "90 % intervals. At 100 %, the remaining error is that of sensor noise and run-to-run scatter alone. "
            "Quantities without a significant gap are omitted. The control is the best effect that acts on another "
            "quantity; it shows how much an arbitrary effect would close.")
 
 _HEIGHT = 210
-_LOWEST = -50.0  # percent: lower values are drawn at this value
+_LOWEST, _HIGHEST = -50.0, 150.0  # percent: values beyond are drawn at these values
 _ROW = 30  # px
 _MOST = 10  # motor speeds that can be labelled without overlap
-_ORDER = "experiments, ordered by motor speed, current profile, load inertia and brake torque"
+_ORDER = "engagements, ordered by motor speed, current profile, load inertia and brake torque"
+_COLUMNS = ("motor_speed", "current_profile", "load_inertia", "brake_torque")
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
-    """Return errors by experiment and closed shares by signal; None if no effect was added."""
-    gap = result["gap"]
+def draw(result: StudyResult, figures: Figures) -> Spec | None:
+    """Return errors by engagement and closed shares by signal; None if nothing was added to the simulation."""
+    gap = result.gap
     if gap is None:
         return None
-    time = gap["closures"]["shifting_time"]
-    before, after = (1e3 * time[f"rms_{when}"] for when in ("before", "after"))
+    time = gap.closures["shifting_time"]
+    before, after = 1e3 * time.rms_before, 1e3 * time.rms_after
     verb = "falls" if after < before else "grows"
     return theme.picture(
-        f"On held-out conditions, the shifting-time error {verb} from {before:.3g} to {after:.3g} ms",
-        f"Root-mean-square error. Noise and scatter alone would cause {1e3 * time['rms_expected']:.3g} ms.",
+        f"On held-out conditions, the shifting-time error {verb} from {units.fixed(before)} to {units.fixed(after)} ms",
+        f"Root-mean-square error. Noise and scatter alone would cause {units.fixed(1e3 * time.rms_expected)} ms.",
         {"spacing": 26, "resolve": {"scale": {"color": "independent"}},
-         "vconcat": [_differences(result, figure_data), *_closures(result, figure_data)]})
+         "vconcat": [_differences(result, figures), *_closures(result, gap)]})
 
 
-def _differences(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
-    conditions, prediction = figure_data["conditions"], figure_data["prediction"]
-    models = model_series(result, figure_data)
-    names = ("motor_speed", "current_profile", "load_inertia", "brake_torque")
-    order = sorted(range(len(prediction["measured"])), key=lambda index: [conditions[name][index] for name in names])
-    speeds = [conditions["motor_speed"][index] for index in order]
-    rows = [{"position": position, "experiment": index, "series": label,
-             "difference": theme.rounded(1e3 * (prediction["measured"][index] - prediction[key]["mean"][index]), 4)}
+def _differences(result: StudyResult, figures: Figures) -> Spec:
+    models = model_series(result)
+    columns = [figures.conditions[name] or [0.0] * len(figures.measured) for name in _COLUMNS]
+    order = sorted(range(len(figures.measured)), key=lambda index: [column[index] for column in columns])
+    speeds = [columns[0][index] for index in order]
+    rows = [{"position": position, "engagement": index, "series": label, "difference": theme.rounded(
+                1e3 * (figures.measured[index] - figures.predicted[key].mean[index]), 4)}
             for key, (label, _) in models.items() for position, index in enumerate(order)]
     starts = [position for position, speed in enumerate(speeds) if position == 0 or speed != speeds[position - 1]]
     starts = starts if len(starts) <= _MOST else []
@@ -56,24 +58,23 @@ def _differences(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> S
         {"data": {"values": [{"position": start, "label": f"{speeds[start]:.0f} rad/s"} for start in starts]},
          "mark": {"type": "text", "align": "left", "color": theme.FAINT, "dx": 2},
          "encoding": {"x": x, "y": {"value": -8}, "text": {"field": "label"}}},
-        {"data": {"values": rows}, "mark": {"type": "point", "filled": True, "size": 18, "opacity": 0.8},
+        {"data": {"values": rows}, "mark": {"type": "point", "filled": True, "size": 22, "opacity": 0.85},
          "encoding": {"x": x, "y": y, "color": {**theme.series_colour(dict(models.values())), "field": "series",
                                                      "legend": {"offset": 24}},
-                      "tooltip": [{"field": "experiment", "type": "quantitative"},
+                      "tooltip": [{"field": "engagement", "type": "quantitative"},
                                   {"field": "difference", "type": "quantitative"}]}}]}
 
 
-def _closures(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> list[Spec]:
+def _closures(result: StudyResult, gap: Gap) -> list[Spec]:
     """Return one row per channel with a significant gap; empty without one."""
-    gap, added = result["gap"], result["answer"]["effects"]
-    named = model_series(result, figure_data)["after"][0]
-    series = {named: (gap["closures"], theme.AFTER)}
-    if gap["control"] is not None:
-        series[f"control: {title(figure_data, gap['control']['effect'])}"] = (gap["control"]["closures"], theme.FAINT)
+    series: dict[str, tuple[Mapping[str, ClosureResult], str]] = {
+        model_series(result)["after"][0]: (gap.closures, theme.AFTER)}
+    if gap.control is not None:
+        series[f"control: {within(effect_title(gap.control.effect))}"] = (gap.control.closures, theme.FAINT)
     rows = [{"channel": in_words(channel), "series": label, **_percent(closure)}
             for label, (closures, _) in series.items() for channel, closure in closures.items()
-            if closure["closure"] is not None]
-    if not rows or not added:
+            if closure.closure is not None]
+    if not rows:
         return []
     y: Spec = {"field": "channel", "type": "nominal", "title": None, "sort": None,
                "axis": {"ticks": False, "domain": False, "grid": False}}
@@ -95,9 +96,15 @@ def _closures(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> list
          "encoding": {"x": x, "y": y, **offset, "text": {"field": "beyond"}}}]}]
 
 
-def _percent(closure: Mapping[str, float]) -> Spec:
-    if 100 * closure["closure"] < _LOWEST:
-        return {**dict.fromkeys(("closure", "lower", "upper"), _LOWEST),
-                "beyond": "larger error than without the effect"}
-    ends = {name: theme.rounded(max(_LOWEST, 100 * closure[name]), 4) for name in ("closure", "lower", "upper")}
+def effect_title(name: str) -> str:
+    """Return the title of an effect; its name if the catalogue does not have it any more."""
+    return next((effect.title for effect in effects.CATALOGUE if effect.name == name), in_words(name))
+
+
+def _percent(closure: ClosureResult) -> Spec:
+    values = {"closure": closure.closure, "lower": closure.lower, "upper": closure.upper}
+    percent = {name: 100 * (0.0 if value is None else value) for name, value in values.items()}
+    if percent["closure"] < _LOWEST:
+        return {**dict.fromkeys(values, _LOWEST), "beyond": "larger error than without it"}
+    ends = {name: theme.rounded(min(max(_LOWEST, value), _HIGHEST), 4) for name, value in percent.items()}
     return {**ends, "beyond": ""}

@@ -1,66 +1,124 @@
-"""Measured torque over pressure as a function of the plate slip, and the friction law of the models."""
+"""The measured law of every finding with its band, and the formula of the catalogue beside it."""
 
-from collections.abc import Mapping
-from typing import Any
+import textwrap
 
-from slipstick.pictures import theme
-from slipstick.pictures.study.words import model_series
+from slipstick.pictures import theme, units
+from slipstick.pictures.study.words import argument, subject
 from slipstick.pictures.theme import Spec
+from slipstick.study.figures import Figures
+from slipstick.study.result import FindingResult, Law, StudyResult
 
-CAPTION = ("Each dot is an average over 16 ms of one engagement while its plates slip: the measured torque on the "
-           "clutch"
-           "side of the gear, minus the torque of the oil film, divided by the contact pressure that follows from the "
-           "measured oil pressure. The measured line and shade are the median and the range from the 10 % to the 90 % "
-           "quantile at equal slip. The lines of the models show the same ratio in their simulations. During an "
-           "engagement the slip decreases, from right to left.")
+CAPTION = ("Dots: the change as the blocks of the model measure it in all engagements at once, without a formula. "
+           "Shade: its interval at each point. Blue: the same change by the formula of the catalogue, with the "
+           "coefficients that the simulation of the whole bench was fitted with. Where a law is known up to a "
+           "constant or a straight line, parameters of the model take that part as well, and the same part of the "
+           "formula is fitted to the dots.")
 
-_SCALE = 1e4  # N m/Pa -> 1e-4 N m/Pa
-_SUBTITLE = "The friction coefficient derived from the signals of the test bench, and that of the models."
-_NEGLIGIBLE = 2.0  # percent: smaller changes with slip are not reported
-_FEWEST = 3  # bins of a curve
-_HEIGHT = 330
-_MARGIN, _LEAST_MARGIN = 0.25, 0.02  # above and below the shade, as shares of its height and of the friction
+_HEIGHT, _SEVERAL = 300, 220  # px, of one law and of each of several
+_NUMBER = 44  # px, of a law that is a single number
+_MEASURED, _FORMULA = "measured", "formula of the catalogue"
+_BEYOND = 0.5
+"""Share of the span of the law by which the drawn range may exceed it: points that are hardly known have wide bands."""
+_MONOTONIC = 0.8  # share of the span between first and last point above which a law rises or falls
+_COLUMNS = 100  # characters per line
+_UP_TO = {"constant": "Known up to a constant, which parameters of the model take as well.",
+          "line": "Known up to a straight line, which parameters of the model take as well.", "nothing": ""}
+_LINEARISED = "The interval is that of a linear model and may be several times too narrow."
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
-    """Return measurements, their median and the models; None without signals, or with too few bins."""
-    law = figure_data["law"]
-    if law is None or len(law["bins"]["at"]) < _FEWEST:
+def draw(result: StudyResult, _: Figures) -> Spec | None:
+    """Return a panel for each finding with a law; None without one."""
+    found = [(one, one.law) for one in result.findings if one.law is not None]
+    if not found:
         return None
-    bins, cloud, models = law["bins"], law["cloud"], model_series(result, figure_data)
-    colours = {"measured": theme.MEASURED, **dict(models.values())}
-    low, high = _SCALE * min(bins["low"]), _SCALE * max(bins["high"])
-    margin = max(_MARGIN * (high - low), _LEAST_MARGIN * high)
-    y: Spec = {"field": "friction", "type": "quantitative", "title": "torque over pressure [10⁻⁴ N m/Pa]",
-               "scale": {"domain": [theme.rounded(low - margin), theme.rounded(high + margin)], "nice": False}}
-    x: Spec = {"field": "slip", "type": "quantitative", "title": "slip of the plates [rad/s]", "axis": {"grid": False},
-               "scale": {"nice": False, "domain": [0, theme.rounded(max(bins["at"]) * 1.03)]}}
-    colour = theme.series_colour(colours)
-    dots = {"data": {"values": _rows(cloud["slip"], friction=cloud["friction"])},
-            "mark": {"type": "point", "filled": True, "size": 7, "opacity": 0.35, "color": theme.FAINT, "clip": True},
-            "encoding": {"x": x, "y": y}}
-    band = {"data": {"values": _rows(bins["at"], friction=bins["low"], high=bins["high"])},
-            "mark": {"type": "area", "color": theme.MEASURED, "opacity": 0.16, "clip": True},
-            "encoding": {"x": x, "y": y, "y2": {"field": "high"}}}
-    lines = [(label, law["model"][key], 2.4) for key, (label, _) in models.items()]
-    curves = [{"data": {"values": _rows(line["at"], friction=line["median"])},
-              "mark": {"type": "line", "strokeWidth": width, "clip": True},
-              "encoding": {"x": x, "y": y, "color": {**colour, "datum": label, "legend": {"symbolType": "stroke"}}}}
-             for label, line, width in [("measured", bins, 5.0), *lines]]
-    return theme.picture(_title(law), _SUBTITLE, {
-        "width": theme.WIDTH, "height": _HEIGHT, "layer": [dots, band, *curves]})
+    if len(found) == 1:
+        return theme.picture(headline(*found[0]), remarks(found[0][1]), _panel(*found[0], _HEIGHT))
+    panels = [{"title": {"text": headline(*one), "subtitle": textwrap.wrap(remarks(one[1]), _COLUMNS), "fontSize": 13,
+                         "offset": 8}, **_panel(*one, _SEVERAL)} for one in found]
+    return theme.picture(f"The recordings ask for {len(found)} laws", "One panel for each finding.",
+                         {"spacing": 30, "vconcat": panels})
 
 
-def _title(law: Mapping[str, Any]) -> str:
-    median = law["bins"]["median"]
-    rise = 100 * (median[0] / median[-1] - 1)
-    if abs(rise) < _NEGLIGIBLE:
-        return "On the test bench, torque over pressure hardly depends on slip"
-    verb = "grows" if rise > 0 else "falls"
-    return f"On the test bench, torque over pressure {verb} by {abs(rise):.0f} % as the slip decreases"
+def headline(finding: FindingResult, law: Law) -> str:
+    """What the law says, in one sentence."""
+    unit, factor = _shown(law)
+    if law.x is None or finding.depends_on == "gain":
+        size = factor * sum(law.change) / len(law.change)
+        text = units.number(size) if finding.depends_on == "lag" else units.signed(size)
+        return f"{finding.title}: {units.with_unit(text, unit)}"
+    span, net = max(law.change) - min(law.change), law.change[-1] - law.change[0]
+    size_text = units.with_unit(units.number(factor * span), unit)
+    if abs(net) < _MONOTONIC * span:
+        return f"The {subject(finding)} varies by {size_text} with the {argument(finding)}"
+    return f"The {subject(finding)} {'rises' if net > 0 else 'falls'} by {size_text} as the {argument(finding)} grows"
 
 
-def _rows(slip: list[float], **columns: list[float]) -> list[Spec]:
-    return [{"slip": theme.rounded(at, 4), **{name: theme.rounded(_SCALE * value, 5)
-                                            for name, value in zip(columns, values, strict=True)}}
-            for at, *values in zip(slip, *columns.values(), strict=True)]
+def remarks(law: Law) -> str:
+    """What the band and the level of the law do not say."""
+    return " ".join(one for one in (_UP_TO[law.up_to], _LINEARISED if law.linearised else "") if one)
+
+
+def _shown(law: Law) -> tuple[str, float]:
+    """The unit in which changes are shown, and the factor to it."""
+    return units.scale(law.unit, max(map(abs, law.change)), law.relative)
+
+
+def _panel(finding: FindingResult, law: Law, height: int) -> Spec:
+    if law.x is None:
+        return _single(finding, law)
+    unit, factor = _shown(law)
+    x_unit, x_factor = units.scale(law.x_unit, max(map(abs, law.x)))
+    x: Spec = {"field": "x", "type": "quantitative", "title": _axis(argument(finding), x_unit),
+               "axis": {"grid": False}, "scale": {"nice": False, "zero": False, "padding": 6}}
+    y: Spec = {"field": "y", "type": "quantitative", "title": _axis(f"change of the {subject(finding)}", unit),
+               "scale": {"domain": _domain(law, factor), "nice": False}}
+    colour = theme.series_colour({_MEASURED: theme.MEASURED, _FORMULA: theme.AFTER} if law.formula else
+                                 {_MEASURED: theme.MEASURED})
+    columns = {"y": law.change, "low": law.lower, "high": law.upper}
+    rows = [{"x": theme.rounded(x_factor * at), **{name: theme.rounded(factor * values[place])
+                                                  for name, values in columns.items()}}
+            for place, at in enumerate(law.x)]
+    measured = {**colour, "datum": _MEASURED}
+    layers: list[Spec] = [
+        {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"y": {"datum": 0}}},
+        {"mark": {"type": "area", "color": theme.MEASURED, "opacity": 0.16, "clip": True},
+         "encoding": {"x": x, "y": {**y, "field": "low"}, "y2": {"field": "high"}}},
+        {"mark": {"type": "line", "strokeWidth": 1.2, "clip": True},
+         "encoding": {"x": x, "y": y, "color": measured}},
+        {"mark": {"type": "point", "filled": True, "size": 34, "opacity": 1, "clip": True},
+         "encoding": {"x": x, "y": y, "color": measured}}]
+    if law.formula is not None:
+        curve = [{"x": theme.rounded(x_factor * at), "y": theme.rounded(factor * value)}
+                 for at, value in zip(law.x, law.formula, strict=True)]
+        layers.insert(2, {"data": {"values": curve}, "mark": {"type": "line", "strokeWidth": 3.2, "clip": True},
+                          "encoding": {"x": x, "y": y, "color": {**colour, "datum": _FORMULA}}})
+    return {"width": theme.WIDTH, "height": height, "data": {"values": rows}, "layer": layers}
+
+
+def _single(finding: FindingResult, law: Law) -> Spec:
+    """Return an interval on an axis that contains 0."""
+    unit, factor = _shown(law)
+    row = {name: theme.rounded(factor * values[0])
+           for name, values in (("x", law.change), ("low", law.lower), ("high", law.upper))}
+    x: Spec = {"field": "x", "type": "quantitative", "title": _axis(finding.title, unit),
+               "scale": {"zero": True, "padding": 12}}
+    return {"width": theme.WIDTH, "height": _NUMBER, "data": {"values": [row]}, "layer": [
+        {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"x": {"datum": 0}}},
+        {"mark": {"type": "rule", "strokeWidth": 3, "color": theme.MEASURED},
+         "encoding": {"x": {**x, "field": "low"}, "x2": {"field": "high"}}},
+        {"mark": {"type": "point", "filled": True, "size": 90, "opacity": 1, "color": theme.MEASURED},
+         "encoding": {"x": x}}]}
+
+
+def _axis(name: str, unit: str) -> str:
+    return name if unit in ("", "1") else f"{name} [{unit}]"
+
+
+def _domain(law: Law, factor: float) -> list[float | None]:
+    """Return the drawn range: the law, its formula and 0, and of the band what is not far beyond."""
+    values = [0.0, *law.change, *(law.formula or [])]
+    low, high = min(values), max(values)
+    margin = _BEYOND * (high - low)
+    low, high = max(min(*law.lower, low), low - margin), min(max(*law.upper, high), high + margin)
+    edge = 0.04 * (high - low)
+    return [theme.rounded(factor * (low - edge)), theme.rounded(factor * (high + edge))]

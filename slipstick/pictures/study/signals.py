@@ -1,89 +1,132 @@
-"""Measured and simulated signals of the experiments that the model without the effect describes worst."""
+"""Measured minus simulated signals of the engagements that the model without the findings describes worst."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator
 
 from slipstick.pictures import theme
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec, in_words
+from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.study.figures import Engagement, Figures
+from slipstick.study.result import StudyResult
 
-CAPTION = ("The worst experiments, each with a different current profile. All signals are averages over 16 ms. Each "
-           "simulation has the scatter estimated for its run, so the remaining differences cannot be removed by "
-           "parameters. The input speed is divided by the gear ratio: the clutch locks where it meets the output "
-           "speed. Dashed: measured shifting time.")
+CAPTION = ("The worst engagements, each with a different current profile. Top: the measured shaft speeds; the input "
+           "speed is divided by the gear ratio, so that the clutch locks where both meet. Below: measured minus "
+           "simulated signals, averaged over 8 samples. Shade: two standard deviations of the noise of a sample. Each "
+           "simulation has the parameters that its fit estimates for that engagement, so that no parameter removes "
+           "what is left. Dashed: measured shifting time, where the torque jumps: what is cut there is the error of "
+           "the shifting time.")
 
-_PANELS = (("pressure", "pressure [bar]", 70), ("speed", "shaft speed [rad/s]", 130),
-           ("output_torque", "output torque [N m]", 140))
-_UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
+_TITLES = {"pressure": "pressure [bar]", "input_speed": "input speed [rad/s]",
+           "output_speed": "output speed [rad/s]", "output_torque": "output torque [N m]"}
+_SPEEDS, _DIFFERENCE = 90, 92  # px
 _AFTER_LOCK = 0.15  # s drawn after lock-up
-_COLUMN_SPACING, _ROW_SPACING, _LABEL = 54, 12, 34  # px between panels, and above the first row
-_WIDE, _LIGHT = 5.0, "#aab4bc"  # width and colour of the measured line, visible behind a simulated one
+_COLUMN_SPACING, _ROW_SPACING, _LABEL = 44, 14, 34  # px between panels, and above the first row
+_OUTSIDE = 0.03
+"""Time in s about lock-up whose differences hardly set the range of a panel: the torque jumps."""
+_CUT = 2.0
+"""Multiple of the other differences up to which those about lock-up are drawn."""
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
-    """Return a grid of panels with one column per experiment and one row per signal; None without signals."""
-    experiments, models = figure_data["signals"], model_series(result, figure_data)
-    if not experiments:
+def draw(result: StudyResult, figures: Figures) -> Spec | None:
+    """Return a grid of panels with one column per engagement and one row per signal; None without engagements."""
+    engagements, models = figures.engagements, model_series(result)
+    if not engagements:
         return None
-    width = (theme.WIDTH - _COLUMN_SPACING * (len(experiments) - 1)) // len(experiments)
-    rows: list[Spec] = [{"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": [
-        _panel(experiment, models, panel, width, first=experiment is experiments[0]) for experiment in experiments]}
-            for panel in _PANELS]
-    for column, experiment in enumerate(experiments):
-        rows[0]["hconcat"][column]["layer"].append({
+    width = (theme.WIDTH - _COLUMN_SPACING * (len(engagements) - 1)) // len(engagements)
+    columns = [_column(result, one, models, width, one is engagements[0]) for one in engagements]
+    for column, engagement in zip(columns, engagements, strict=True):
+        column[0]["layer"].append({
             "data": {"values": [{}]}, "encoding": {"x": {"value": 0}, "y": {"value": -_LABEL}},
             "mark": {"type": "text", "align": "left", "baseline": "top", "color": theme.FAINT, "lineHeight": 14,
-                     "text": _conditions(figure_data["conditions"], experiment["condition"])}})
-    return theme.picture(_title(result, experiments, list(models)),
-                         "Measured signals, and simulations with the fitted models.",
+                     "text": _conditions(figures, engagement.condition)}})
+    rows = [{"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": list(row)}
+            for row in zip(*columns, strict=True)]
+    return theme.picture(_title(result, engagements, list(models)),
+                         "Root mean square. Below the shaft speeds: measured minus simulated signals. Shade: their noise.",
                          {"spacing": _ROW_SPACING, "vconcat": rows})
 
 
-def _title(result: Mapping[str, Any], experiments: Sequence[Mapping[str, Any]], models: list[str]) -> str:
+def _title(result: StudyResult, engagements: list[Engagement], models: list[str]) -> str:
     def rms_error(model: str, signal: str) -> float:
-        squares = [(experiment[model][signal][index] - value) ** 2 for experiment in experiments
-                   for index, value in enumerate(experiment["measured"][signal])]
+        squares = [value**2 for one in engagements for _, value in _difference(one, model, signal)]
         return math.sqrt(sum(squares) / len(squares))
 
-    worst = max(_UNITS, key=lambda signal: rms_error("before", signal) / result["noise"][signal])
-    before, *after = (f"{rms_error(model, worst):.2g} {_UNITS[worst]}" for model in models)
-    added = "with the effect" if len(result["answer"]["effects"]) == 1 else "with the added effects"
-    return f"RMS error of the {in_words(worst)} in the worst experiments: {before}" + "".join(
-        f", {error} {added}" for error in after) + f" (noise: {result['noise'][worst]:.2g})"
+    worst = max(SIGNAL_UNITS, key=lambda signal: rms_error("before", signal) / result.noise[signal])
+    before, *after = (f"{rms_error(model, worst):.2g} {SIGNAL_UNITS[worst]}" for model in models)
+    return f"In the worst engagements, the {in_words(worst)} is off by {before}" + "".join(
+        f", and by {error} with what was found" for error in after)
 
 
-def _panel(experiment: Mapping[str, Any], models: Mapping[str, tuple[str, str]], panel: tuple[str, str, int],
-           width: float, first: bool) -> Spec:
-    signal, title, height = panel
-    last = panel is _PANELS[-1]
-    colour = {**theme.series_colour({"measured": _LIGHT, **dict(models.values())}), "legend": {"symbolType": "stroke"}}
-    end = min(experiment["time"][-1], experiment["lock"] + _AFTER_LOCK)
-    x: Spec = {"field": "t", "type": "quantitative", "title": "time [s]" if last else None,
-               "scale": {"domain": [0, theme.rounded(end)], "nice": False},
-               "axis": {"grid": False, "labels": last, "ticks": last, "tickCount": 5}}
-    y: Spec = {"field": "y", "type": "quantitative", "title": title if first else None,
+def _column(result: StudyResult, engagement: Engagement, models: dict[str, tuple[str, str]], width: float,
+            first: bool) -> list[Spec]:
+    """Return the panels of an engagement, from the speeds to the last signal."""
+    panels = [_speeds(engagement, width, first)]
+    for signal in SIGNAL_UNITS:
+        panels.append(_differences(result, engagement, models, signal, width, first))
+    return panels
+
+
+def _x(engagement: Engagement, labels: bool) -> Spec:
+    end = min(engagement.time[-1], engagement.lock + _AFTER_LOCK)
+    return {"field": "t", "type": "quantitative", "title": "time [s]" if labels else None,
+            "scale": {"domain": [0, theme.rounded(end)], "nice": False},
+            "axis": {"grid": False, "labels": labels, "ticks": labels, "tickCount": 5}}
+
+
+def _lock(engagement: Engagement, x: Spec) -> Spec:
+    return {"data": {"values": [{"t": engagement.lock}]}, "encoding": {"x": x},
+            "mark": {"type": "rule", "strokeDash": [4, 3], "color": theme.FAINT}}
+
+
+def _speeds(engagement: Engagement, width: float, first: bool) -> Spec:
+    x = _x(engagement, False)
+    y: Spec = {"field": "y", "type": "quantitative", "title": "speeds [rad/s]" if first else None,
                "axis": {"tickCount": 4, "format": "~f"}}
-    layers: list[Spec] = [{"data": {"values": [{"t": experiment["lock"]}]}, "encoding": {"x": x},
-                           "mark": {"type": "rule", "strokeDash": [4, 3], "color": theme.FAINT}}]
-    for key, label, stroke in [("measured", "measured", _WIDE),
-                               *((key, label, 1.6) for key, (label, _) in models.items())]:
-        for values in _curves(experiment, key, signal):
-            rows = [{"t": t, "y": theme.rounded(value, 4)} for t, value in zip(experiment["time"], values, strict=True)
-                    if t <= end]
-            layers.append({"data": {"values": rows}, "mark": {"type": "line", "strokeWidth": stroke},
-                           "encoding": {"x": x, "y": y, "color": {**colour, "datum": label}}})
-    return {"width": width, "height": height, "layer": layers}
+    curves = ([value / engagement.gear_ratio for value in engagement.measured["input_speed"]],
+              engagement.measured["output_speed"])
+    end = x["scale"]["domain"][1]
+    return {"width": width, "height": _SPEEDS, "layer": [_lock(engagement, x), *(
+        {"data": {"values": [{"t": t, "y": theme.rounded(value, 4)} for t, value in
+                             zip(engagement.time, curve, strict=True) if t <= end]},
+         "mark": {"type": "line", "strokeWidth": 1.6, "color": theme.MEASURED}, "encoding": {"x": x, "y": y}}
+        for curve in curves)]}
 
 
-def _curves(experiment: Mapping[str, Any], key: str, signal: str) -> list[Sequence[float]]:
-    signals = experiment[key]
-    if signal != "speed":
-        return [signals[signal]]
-    return [[value / experiment["gear_ratio"] for value in signals["input_speed"]], signals["output_speed"]]
+def _differences(result: StudyResult, engagement: Engagement, models: dict[str, tuple[str, str]], signal: str,
+                 width: float, first: bool) -> Spec:
+    """Return the differences of a signal to each model; what exceeds the range at lock-up is cut."""
+    x, noise = _x(engagement, signal == list(SIGNAL_UNITS)[-1]), 2 * result.noise[signal]
+    end = x["scale"]["domain"][1]
+    curves = {label: [(t, value) for t, value in _difference(engagement, key, signal) if t <= end]
+              for key, (label, _) in models.items()}
+    sizes = [(abs(value), abs(t - engagement.lock)) for curve in curves.values() for t, value in curve]
+    away = max([1.5 * noise, *(size for size, distance in sizes if distance > _OUTSIDE)])
+    largest = 1.08 * min(max([away, *(size for size, _ in sizes)]), _CUT * away)
+    y: Spec = {"field": "y", "type": "quantitative", "title": _TITLES[signal] if first else None,
+               "scale": {"domain": [theme.rounded(-largest), theme.rounded(largest)], "nice": False},
+               "axis": {"tickCount": 4, "format": "~f"}}
+    colour = {**theme.series_colour(dict(models.values())), "legend": {"symbolType": "stroke"}}
+    layers: list[Spec] = [
+        {"data": {"values": [{"low": -noise, "high": noise}]},
+         "mark": {"type": "rect", "color": theme.MEASURED, "opacity": 0.13},
+         "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}},
+        {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"y": {"datum": 0}}},
+        _lock(engagement, x)]
+    layers += [{"data": {"values": [{"t": t, "y": theme.rounded(value, 4)} for t, value in curve]},
+                "mark": {"type": "line", "strokeWidth": 1.6, "clip": True},
+                "encoding": {"x": x, "y": y, "color": {**colour, "datum": label}}} for label, curve in curves.items()]
+    return {"width": width, "height": _DIFFERENCE, "layer": layers}
 
 
-def _conditions(conditions: Mapping[str, Any], index: int) -> list[str]:
-    profile, speed, inertia, brake = (conditions[name][index] for name in (
+def _difference(engagement: Engagement, model: str, signal: str) -> Iterator[tuple[float, float]]:
+    """Yield times, and the measured minus the simulated signal."""
+    for t, measured, simulated in zip(engagement.time, engagement.measured[signal], engagement.models[model][signal],
+                                      strict=True):
+        yield t, measured - simulated
+
+
+def _conditions(figures: Figures, index: int) -> list[str]:
+    profile, speed, inertia, brake = ((figures.conditions[name] or [])[index] for name in (
         "current_profile", "motor_speed", "load_inertia", "brake_torque"))
-    return [f"{index}: profile {profile}, motor {speed:.0f} rad/s", f"{inertia:.3g} kg m², brake {brake:.3g} N m"]
+    return [f"{index}: profile {profile:.0f}, motor {speed:.0f} rad/s", f"{inertia:.3g} kg m², brake {brake:.3g} N m"]

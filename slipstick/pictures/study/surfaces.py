@@ -6,9 +6,10 @@ from typing import Any
 from slipstick.pictures import inputs, theme
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec, in_words
+from slipstick.study.result import StudyResult
 
 CAPTION = ("The same fit to the same shifting times, on the table of each model. Shades, common to both panels: the "
-           "decadesof likelihood below the better of the two fits when the two means are moved to a point and all "
+           "decades of likelihood below the better of the two fits when the two means are moved to a point and all "
            "other unknowns keep their fitted values. Frame: the region in which the likelihood was computed. Curves: "
            "regions that contain the inputs of 50 % and 90 % of the runs, according to each fit; they show the "
            "scatter that each model needs.")
@@ -17,18 +18,20 @@ _SIZE = 275
 _CELLS = 190, 240  # of the shading, in x and y
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any],
-         fits: Mapping[str, Mapping[str, Any]]) -> Spec | None:
-    """Return the surfaces of both fits side by side; None if one is undefined or their axes differ.
+def draw(result: StudyResult, fits: Mapping[str, Mapping[str, Any]]) -> Spec | None:
+    """Return the surfaces of both fits side by side; None if one is undefined or they differ in axes.
 
+    None as well if nothing was added to the simulation.
     `fits`: `before` and `after` -> `result` and `figure_data` of the fit on the table of that model of the study.
     """
+    if result.gap is None:
+        return None
     surfaces = [fit["figure_data"]["surface"] for fit in fits.values()]
     likelihoods = {key: fit["result"]["log10_likelihood"] for key, fit in fits.items()}
     if None in surfaces or None in likelihoods.values() or surfaces[0]["axes"] != surfaces[1]["axes"]:
         return None
     best, improvement = max(likelihoods.values()), likelihoods["after"] - likelihoods["before"]
-    models, labels = result["models"], model_series(result, figure_data)
+    models, labels = {"before": result.before.model, "after": result.after.model}, model_series(result)
     panels = {key: _panel(fit, models[key]["parameters"], best - likelihoods[key]) for key, fit in fits.items()}
     rows = [row for panel in panels.values() for layer in panel["layer"] for row in layer["data"]["values"]]
     for channel, axis in zip("xy", surfaces[0]["axes"], strict=True):

@@ -1,36 +1,32 @@
-"""Names of models, blocks and effects in pictures and reports."""
-
-from collections.abc import Mapping
-from typing import Any
+"""Names of models and findings in pictures and reports."""
 
 from slipstick.pictures import theme
+from slipstick.study.result import FindingResult, StudyResult
 
-BLOCKS = {"pressure": "current → pressure", "output_torque": "pressure, speeds → torque",
-          "output_speed": "torque → output speed", "input_speed": "torque → input speed"}
-"""Block of the model, cut at the measured signals -> its inputs and output."""
-
-
-def title(figure_data: Mapping[str, Any], effect: str) -> str:
-    """Return the title of an effect."""
-    return str(figure_data["effects"][effect]["title"])
+_X = {"slip": "slip of the plates", "time": "time since the shift command", "heat": "friction heat of the engagement",
+      "gain": "reading", "run order": "position in the run order"}
 
 
-def phrase(figure_data: Mapping[str, Any], effects: list[str]) -> str:
-    """Return the titles of effects for use within a sentence."""
-    names = [title(figure_data, name) for name in effects]
-    return " and ".join(name[0].lower() + name[1:] for name in names)
+def within(title: str) -> str:
+    """A title for use within a sentence."""
+    return title[:1].lower() + title[1:]
 
 
-def added_effects(result: Mapping[str, Any]) -> list[str | None]:
-    """Return the effect added by each round, None for the last."""
-    return [*(following["added"][-1] for following in result["rounds"][1:]), None]
+def subject(finding: FindingResult) -> str:
+    """What changes: the quantity, or the error of a sensor."""
+    return f"error of the {finding.quantity}" if finding.quantity.endswith("sensor") else finding.quantity
 
 
-def model_series(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
-    """Return `before` and, if effects were added, `after` -> label and colour of that model."""
-    added = result["answer"]["effects"]
-    if not added:
-        return {"before": ("model", theme.AFTER)}
-    after = f"with {phrase(figure_data, added)}" if len(added) == 1 else f"with {len(added)} effects added"
-    before = "best fit without the effect" if len(added) == 1 else "best fit without the effects"
-    return {"before": (before, theme.BEFORE), "after": (after, theme.AFTER)}
+def argument(finding: FindingResult) -> str:
+    """What the change is measured over."""
+    return _X.get(finding.depends_on, finding.depends_on)
+
+
+def model_series(result: StudyResult) -> dict[str, tuple[str, str]]:
+    """`before` and, if the simulation takes a finding, `after` -> label and colour of that model."""
+    if result.gap is None:
+        return {"before": ("model of the bench", theme.AFTER)}
+    added = [one for one in result.findings if one.confirmation.simulated != "no"]
+    label = within(added[0].title) if len(added) == 1 else f"{len(added)} findings"
+    return {"before": (f"best fit without {'it' if len(added) == 1 else 'them'}", theme.BEFORE),
+            "after": (f"with {label}", theme.AFTER)}

@@ -1,3 +1,3 @@
-"""The report of a study: page, sentences, limitations, and further experiments that resolve ties."""
+"""The report of a study: its content as parts, the page, and the comparison of fits on the tables of both models."""
 
-__all__ = ["fits", "further", "limits", "page", "words"]
+__all__ = ["content", "findings", "fits", "limits", "page", "parts", "simulation", "warnings", "words"]

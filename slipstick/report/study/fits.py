@@ -8,11 +8,12 @@ from slipstick.pictures.theme import in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import figure
 from slipstick.report.words import number, signed
+from slipstick.study.result import StudyResult
 
 Fits = Mapping[str, Mapping[str, Any]]
 
 _TITLE = "The same fit on the tables of both models"
-_NOTE = ("Both fits have the same settings and use shifting times only. If a model lacks an effect, the scatter of its "
+_NOTE = ("Both fits have the same settings and use shifting times only. If a model lacks something, the scatter of its "
          "inputs and the output noise grow to compensate.")
 _INSTRUCTIONS = (
     "This report does not contain the fits. To add them, build a table of each model (GET {0}/model?which=before and "
@@ -20,12 +21,14 @@ _INSTRUCTIONS = (
     "fit on both tables with POST /v1/fits, and request GET {0}/report?before=FIT&after=FIT.")
 
 
-def same_fit(study: Mapping[str, Any], result: Mapping[str, Any], fits: Fits | None, has_picture: bool) -> str:
+def same_fit(study: Mapping[str, Any], result: StudyResult, fits: Fits | None, has_picture: bool) -> str:
     """Return the section with numbers, provenance and picture; without `fits`, the instructions to add them.
 
-    `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit. Empty if no effect was added.
+    `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit.
+
+    Empty if nothing was added to the simulation.
     """
-    if not result["answer"]["effects"]:
+    if result.gap is None:
         return ""
     if fits is None:
         address = study.get("links", {}).get("self", "/v1/studies/ID")  # the command line has no address
@@ -37,13 +40,14 @@ def same_fit(study: Mapping[str, Any], result: Mapping[str, Any], fits: Fits | N
         figure("surfaces", CAPTIONS["surfaces"]) if has_picture else "")
 
 
-def numbers(result: Mapping[str, Any], fits: Fits) -> Iterator[tuple[str, ...]]:
+def numbers(result: StudyResult, fits: Fits) -> Iterator[tuple[str, ...]]:
     """Yield rows of a quantity and its value in each fit, in units, because the nominal values of the models differ."""
+    models = {"before": result.before.model, "after": result.after.model}
     likelihoods = [fit["result"]["log10_likelihood"] for fit in fits.values()]
     yield "log10 likelihood", *("−∞" if value is None else signed(value) for value in likelihoods)
     for kind in ("mean", "std"):
         for index, axis in enumerate(next(iter(fits.values()))["result"]["axes"]):
-            values = (result["models"][key]["parameters"][axis] * fit["result"][kind][index]
+            values = (models[key]["parameters"][axis] * fit["result"][kind][index]
                       for key, fit in fits.items())
-            yield f"{kind} of {in_words(axis)} [{result['models']['before']['units'][axis]}]", *map(number, values)
+            yield f"{kind} of {in_words(axis)} [{models['before']['units'][axis]}]", *map(number, values)
     yield "output noise [ms]", *(number(fit["result"]["output_std"], 1e3) for fit in fits.values())

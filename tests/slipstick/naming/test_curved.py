@@ -142,7 +142,6 @@ def test_a_strong_law_is_found_from_starts_of_it() -> None:
     assert best.evidence.sum() > plain.evidence.sum() + 30
 
 
-@pytest.mark.xfail(reason="points whose step is cut do not fit the step of the law, and then no share lowers the cost")
 def test_a_strong_law_is_found_from_the_fit_without_it() -> None:
     block, _ = drawn(3, law=0.7)
     plain = fit_curved(block)

@@ -9,9 +9,9 @@ from slipstick.clutch.effects import CATALOGUE
 from slipstick.errors import InvalidValue
 from slipstick.naming.answer import answer, names
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, priced, rivals
+from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, priced, rivals
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.study import is_unexplained, outlying
+from slipstick.naming.study import outlying
 
 SETTINGS = NamingSettings()
 

@@ -1,0 +1,24 @@
+"""The content of the report of a study, the same for the page and for the text."""
+
+from collections.abc import Collection
+
+from slipstick.report.study import findings, simulation
+from slipstick.report.study.limits import limits
+from slipstick.report.study.parts import Items, Picture, Section
+from slipstick.study.figures import Figures
+from slipstick.study.result import StudyResult
+from slipstick.study.settings import StudySettings
+
+
+def evidence(result: StudyResult, settings: StudySettings, pictures: Collection[str]) -> list[Section]:
+    """The sections from the measured laws to the closed gap. `pictures` are those for which there are data."""
+    laws = "The measured law" if len(result.findings) == 1 else "The measured laws"
+    return [Section(laws, [Picture("law")] if "law" in pictures else []),
+            *findings.sections(result, settings.level), simulation.blocks(result),
+            simulation.gap(result, "gap" in pictures),
+            Section("Signals of the worst engagements", [Picture("signals")] if "signals" in pictures else [])]
+
+
+def background(result: StudyResult, figures: Figures) -> list[Section]:
+    """The fitted simulation, and the limitations of the method."""
+    return [simulation.simulation(result), Section("Limitations", [Items(limits(figures.conditions))])]

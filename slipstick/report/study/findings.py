@@ -1,0 +1,128 @@
+"""A finding in words and numbers: evidence, rivals, confidence, coefficients, worth, formula, further experiments."""
+
+import re
+
+from slipstick.pictures.study.gap import effect_title
+from slipstick.pictures.study.law import headline, remarks
+from slipstick.pictures.study.words import within
+from slipstick.pictures.theme import in_words
+from slipstick.pictures.units import number, signed
+from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
+from slipstick.report.study.words import channel, coefficient_row, effect_of, many
+from slipstick.report.words import listed
+from slipstick.study.result import FindingResult, FurtherExperiment, StudyResult
+from slipstick.study.words import title
+
+_UNLISTED = "the catalogue has no effect of this quantity and dependence whose law has this shape"
+_EXPERIMENTS = ("current profile", "motor speed [rad/s]", "load inertia [kg m²]", "brake torque [N m]", "recorded",
+                "apart [s.d.]", "largest in", "runs")
+_APART = ("Apart: distance of both predictions in standard deviations, beyond what the scatter of the parameters can "
+          "hide. Runs: expected number until the right one leads by five standard errors. Levels extend up to a fifth "
+          "beyond the recorded range.")
+_NOTHING = 0.05
+"""Change in ms, or in standard deviations of the noise, below which no number is given."""
+_CERTAIN = 100
+"""Standard errors above which no number is given: each engagement counts at most three."""
+
+
+def sections(result: StudyResult, level: float) -> list[Section]:
+    """A section for each finding."""
+    several = len(result.findings) > 1
+    return [Section(f"Finding {place}: {within(one.title)}" if several else f"Finding: {within(one.title)}",
+                    _parts(one, result, level)) for place, one in enumerate(result.findings, 1)]
+
+
+def _parts(one: FindingResult, result: StudyResult, level: float) -> list[Part]:
+    parts: list[Part] = [Items([*_what(one), *_evidence(one, result), *_confirmed(one), *_worth(one)])]
+    if one.confirmation.coefficients:
+        effect = effect_of(one.effect)
+        parts.append(Table(("coefficient", "estimate", f"{100 * level:.0f} % interval", "meaning"),
+                           [coefficient_row(coefficient, effect) for coefficient in one.confirmation.coefficients]))
+        parts.append(Note("The coefficients are fitted to all signals of the whole simulation at once. The intervals "
+                          "are conditional on the form of the law."))
+    return [*parts, *_further(one)]
+
+
+def _what(one: FindingResult) -> Entries:
+    form, effect = title((one.quantity, one.depends_on), None), effect_of(one.effect)
+    name = _UNLISTED if one.effect is None else "the catalogue has it" if one.title == form else \
+        f"the catalogue has it as “{within(one.title)}”"
+    found = [("What:", f"{within(form)}; {name}.")]
+    if one.law is not None:
+        found.append(("Measured law:", " ".join(f"{headline(one, one.law)}. {remarks(one.law)}".split())))
+    if effect is not None:
+        what = f"reading of the {effect.quantity}" if effect.quantity.endswith("sensor") else effect.quantity
+        found += [("Formula:", f"the {what} is {effect.law}."), ("Source:", f"{effect.source}."),
+                  ("Signature on a bench:", f"{effect.signature}.")]
+    return found
+
+
+def _evidence(one: FindingResult, result: StudyResult) -> Entries:
+    blocks = [f"“{block.signals}”" for block in result.blocks if block.name in one.blocks]
+    errors = f"more than {_CERTAIN}" if one.errors > _CERTAIN else number(one.errors)
+    found = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
+              f"{one.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} {listed(blocks or ['?'])}; "
+              f"that is {errors} standard errors over engagements.")]
+    rivals = [f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by "
+              f"{number(other.behind, 2)} standard errors)" for other in one.rivals]
+    found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
+                  "no other pair of quantity and dependence comes near."))
+    return [*found, *_confidence(one)]
+
+
+def _confidence(one: FindingResult) -> Entries:
+    """How often such names were right, as counts."""
+    counts = re.fullmatch(r"(.*): (\d+) of (\d+)", one.evidence or "")
+    if counts is None:
+        return []
+    kind, right, of = counts.groups()
+    if int(of) == 0:
+        return [("Confidence:", f"names with this kind of evidence ({kind}) have not been counted yet.")]
+    return [("Confidence:", f"{right} of {of} names with this kind of evidence ({kind}) were right, in recordings with "
+             "known hidden effects. This is a count on those benches, not the probability that the name is right on "
+             "yours.")]
+
+
+def _confirmed(one: FindingResult) -> Entries:
+    how = {"formula": "the formula of the catalogue", "measured law": "the measured law", "no": ""}
+    if one.confirmation.simulated == "no":
+        return [("Simulation:", "it has no such quantity or dependence; the finding rests on the blocks alone.")]
+    verdict = "asks for it as well" if one.confirmation.agrees else "does not ask for it"
+    return [("Simulation:", f"the simulation of the whole bench, with {how[one.confirmation.simulated]}, {verdict}.")]
+
+
+def _worth(one: FindingResult) -> Entries:
+    if one.worth is None:
+        return []
+    ordered = sorted(one.worth.signals.items(), key=lambda entry: -entry[1])
+    large = [f"{number(value, 2)} in the {channel(name)}" for name, value in ordered if value >= _NOTHING]
+    small = [f"the {channel(name)}" for name, value in ordered if value < _NOTHING]
+    time = (f"changes the shifting time by {number(one.worth.shifting_time)} ms (root mean square), at most by "
+            f"{signed(one.worth.largest)} ms") if abs(one.worth.largest) >= _NOTHING else \
+        "does not change the shifting time"
+    signals = f"the change is {listed(large)}" if large else "all changes are below a tenth"
+    rest = f"; {listed(small)} hardly change{'s' * (len(small) == 1)}" if large and small else ""
+    return [("Worth:", f"under the recorded conditions it {time}. In the signals, in standard deviations of their "
+                       f"noise, {signals}{rest}.")]
+
+
+def _further(one: FindingResult) -> list[Part]:
+    """Tables of the experiments that would break a tie, one for each rival."""
+    parts: list[Part] = []
+    for rival in dict.fromkeys(experiment.rival for experiment in one.experiments):
+        its = [experiment for experiment in one.experiments if experiment.rival == rival]
+        text = f"{within(one.title)} from {within(effect_title(rival))}"
+        hopeless = all(experiment.repetitions is None for experiment in its)
+        parts += [f"No experiment near the recorded conditions would tell {text}. The best ones are:" if hopeless else
+                  f"To tell {text}, run:", Table(_EXPERIMENTS, [_row(experiment) for experiment in its])]
+    return [*parts, Note(_APART)] if parts else []
+
+
+def _row(one: FurtherExperiment) -> tuple[str, ...]:
+    return (str(one.current_profile), f"{one.motor_speed:.4g}", f"{one.load_inertia:.4g}", f"{one.brake_torque:.4g}",
+            "yes" if one.recorded else "no", number(one.apart, 2), in_words(one.signal),
+            "more than 1000" if one.repetitions is None else str(one.repetitions))
+
+
+def _name(effect: str | None, quantity: str, depends_on: str) -> str:
+    return within(effect_title(effect)) if effect else f"{quantity} over {depends_on}"

@@ -1,0 +1,47 @@
+"""The parts of a report, as values: the page and the text of a study have the same ones."""
+
+from dataclasses import dataclass
+
+Entries = list[tuple[str, str]]
+"""Bold lead-in and text."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """A remark in small print."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Items:
+    """A bullet list."""
+
+    entries: Entries
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells; the first cell of a row names it."""
+
+    head: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture by its name."""
+
+    name: str
+
+
+Part = str | Note | Items | Table | Picture
+"""A paragraph, or one of the above."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what is below it. Without parts it is left out."""
+
+    title: str
+    parts: list[Part]

@@ -1,0 +1,93 @@
+"""The blocks, the closed gap and the fitted simulation in sentences and tables."""
+
+from collections.abc import Iterator
+
+from slipstick.pictures.study.gap import effect_title
+from slipstick.pictures.study.words import within
+from slipstick.pictures.theme import in_words
+from slipstick.pictures.units import fixed, number
+from slipstick.report.study.parts import Note, Part, Picture, Section, Table
+from slipstick.report.study.words import CHANNELS, channel, closed, many, percent
+from slipstick.study.result import SimulationResult, StudyResult
+from slipstick.study.settings import StudySettings
+
+_CLOSED = ("Gap closed: 1 − (after² − right²) / (before² − right²). Before: the best fit without the findings to the "
+           "same recordings. After: the fit with them. Right: what sensor noise and the scatter of the parameters "
+           "alone would leave. Predictions of a motor speed or current profile come from fits without it.")
+_BLOCKS = ("The model is cut at its measured signals. Each block is driven by what was measured at its input, so that "
+           "an error upstream does not reach it. Reduced chi-square is 1 if only noise is left.")
+_FITTED = ("Deviations of the mean from the nominal or stated value, and standard deviations from engagement to "
+           "engagement, both relative to nominal.")
+
+
+def lead(result: StudyResult, settings: StudySettings) -> str:
+    """What the answer means for predictions, or what it means that nothing was found."""
+    chi_square = [block.chi_square for block in result.blocks]
+    if result.kind == "none":
+        return (f"In all {len(result.blocks)} blocks of the model, {many(result.experiments, 'engagement')} leave no "
+                f"more than noise: reduced chi-square is {min(chi_square):.2f} to {max(chi_square):.2f}, and 1 "
+                "is expected. No change of any quantity with anything gains the "
+                f"{number(settings.naming.nats)} nats and {number(settings.naming.errors)} standard errors that a "
+                "finding needs. The model of the bench describes these recordings; an effect that gains less remains "
+                "unseen.")
+    if not result.findings:
+        return "The block is known, but not the law: record under other conditions, or look at its signals."
+    if result.gap is None:
+        return "The simulation of the bench takes none of the findings, so no gap is computed."
+    time = result.gap.closures["shifting_time"]
+    text = (f"On conditions that the fit has not seen, the error of the shifting time goes from "
+            f"{fixed(1e3 * time.rms_before)} to {fixed(1e3 * time.rms_after)} ms (root mean square); a right model "
+            f"would leave {fixed(1e3 * time.rms_expected)} ms.")
+    if time.closure is None:
+        return f"{text} There is no significant gap in the shifting time to close."
+    return text if time.closure < 0 else f"{text} That closes {closed(time)} of the gap."
+
+
+def blocks(result: StudyResult) -> Section:
+    """What every block says."""
+    rows = list[tuple[str, ...]]()
+    for block in result.blocks:
+        asked = [within(title) for title in block.findings]
+        if block.unexplained:
+            asked.append("something that no law explains")
+        rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(asked) or "nothing"))
+    return Section("What every block says", [
+        Table(("block", "reduced chi-square", "asks for"), rows), Note(_BLOCKS)])
+
+
+def gap(result: StudyResult, has_picture: bool) -> Section:
+    """The closed gap of every signal; empty if the simulation takes no finding."""
+    if result.gap is None:
+        return Section("", [])
+    control = result.gap.control
+    rows = []
+    for name, closure in result.gap.closures.items():
+        unit, factor = CHANNELS[name]
+        errors = (fixed(factor * error) for error in (closure.rms_before, closure.rms_after, closure.rms_expected))
+        rows.append((f"{channel(name)} [{unit}]", *errors, closed(closure),
+                     *([closed(control.closures[name])] if control else [])))
+    note = f" Control: {within(effect_title(control.effect))}, which acts on another quantity." if control else ""
+    head = ("RMS error on held-out conditions", "before", "after", "right model", "gap closed (90 %)")
+    parts: list[Part] = [Picture("gap")] if has_picture else []
+    return Section("Gap closed by what was found", [
+        *parts, Table((*head, "by the control") if control else head, rows), Note(_CLOSED + note)])
+
+
+def simulation(result: StudyResult) -> Section:
+    """Chi-square, parameters and scatter of the fits of the whole simulation."""
+    fits = [result.before] if result.gap is None else [result.before, result.after]
+    head = ("without", "with the findings")[:len(fits)] if len(fits) > 1 else ("model of the bench",)
+    chi_square = [(channel(name), *(f"{fit.chi_square[name]:.2f}" for fit in fits)) for name in fits[0].chi_square]
+    parts: list[Part] = [Table(("mean squared residual in units of the noise", *head), chi_square)]
+    if len(fits) > 1:
+        rise = result.after.log_likelihood - result.before.log_likelihood
+        parts.append(f"The log-likelihood of all signals rises by {rise:.0f} nats.")
+    heads = tuple(f"{kind}{' ' + name if len(fits) > 1 else ''}" for kind in ("mean", "scatter") for name in head)
+    parts += [Table(("parameter or condition", *heads), list(_parameters(fits))), Note(_FITTED)]
+    return Section("The fitted simulation of the whole bench", parts)
+
+
+def _parameters(fits: list[SimulationResult]) -> Iterator[tuple[str, ...]]:
+    for name in fits[0].parameters:
+        yield (in_words(name), *(percent(fit.parameters[name]) for fit in fits),
+               *(f"{100 * fit.scatter[name]:.2f} %" for fit in fits))

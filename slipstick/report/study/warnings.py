@@ -1,0 +1,77 @@
+"""What limits the answer of this study, said before anything else."""
+
+from slipstick.pictures.study.gap import effect_title
+from slipstick.pictures.study.words import within
+from slipstick.pictures.theme import in_words
+from slipstick.pictures.units import number
+from slipstick.report.study.parts import Entries
+from slipstick.report.study.words import MISFIT, channel
+from slipstick.report.words import listed
+from slipstick.study.result import FindingResult, StudyResult
+
+_CONTROL = 0.5
+"""Share of the closure by the findings from which on the control casts doubt on it."""
+
+
+def warnings(result: StudyResult) -> Entries:
+    """All warnings of a result; none is good."""
+    found: Entries = []
+    if result.set_aside:
+        found.append((f"Set aside: engagement{'s' * (len(result.set_aside) > 1)} "
+                      f"{listed([str(place) for place in result.set_aside])},",
+                      "numbered from 0. Each is far worse than all others in some block and counts nothing. Look at "
+                      "its signals: an effect depends on the conditions and acts on many engagements."))
+    found += [(f"Unexplained: “{block.signals}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
+               "findings, and no law that was tried explains the rest. The findings and their intervals may be off.")
+              for block in result.blocks if block.unexplained]
+    for one in result.findings:
+        found += _about(one)
+    return found + _simulation(result) + _gap(result)
+
+
+def _about(one: FindingResult) -> Entries:
+    """Warnings of a finding."""
+    found: Entries = []
+    if one.rivals:
+        others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
+                  for other in one.rivals]
+        found.append(("Not told apart:", f"the recordings explain {within(one.title)} as well by {listed(others)}."))
+    if one.confirmation.agrees is False:
+        found.append(("Not confirmed:", f"the simulation of the whole bench does not ask for {within(one.title)}: its "
+                                        "coefficients do not differ from those without an effect."))
+    if one.confirmation.simulated == "no":
+        found.append(("Not simulated:", f"the simulation does not have the {one.quantity} in dependence on "
+                      f"“{one.depends_on}”, so {within(one.title)} rests on its blocks alone."))
+    at_bound = [in_words(coefficient.name) for coefficient in one.confirmation.coefficients if coefficient.at_bound]
+    if at_bound:
+        found.append(("At a bound:", f"{listed(at_bound)} of {within(one.title)}. The interval has no meaning, and the "
+                      "formula may be the wrong one."))
+    if one.law is not None and one.law.linearised:
+        found.append(("Rough band:", f"the law of {within(one.title)} comes from the closing piston. Its interval is "
+                                     "that of a linear model and may be several times too narrow."))
+    return found
+
+
+def _simulation(result: StudyResult) -> Entries:
+    """Signals in which the simulation leaves more than noise."""
+    misfits = [f"{number(value)} in the {channel(name)}" for name, value in result.after.chi_square.items()
+               if value > MISFIT]
+    if not misfits:
+        return []
+    return [("The simulation leaves more than noise:", f"reduced chi-square is {listed(misfits)}. Coefficients and "
+             "their intervals make up for what is missing there.")]
+
+
+def _gap(result: StudyResult) -> Entries:
+    """Whether predictions improve, and whether the control does as well."""
+    if result.gap is None:
+        return []
+    time = result.gap.closures["shifting_time"]
+    if time.rms_after > time.rms_before:
+        return [("Shifting times are predicted worse:", "on held-out conditions the error grows with the findings.")]
+    other = None if result.gap.control is None else result.gap.control.closures["shifting_time"].closure
+    if result.gap.control is None or time.closure is None or other is None or other < _CONTROL * time.closure:
+        return []
+    return [("The control closes a similar share:", f"{within(effect_title(result.gap.control.effect))}, which acts on "
+             f"another quantity, closes {100 * other:.0f} % of the gap in the shifting time, the findings "
+             f"{100 * time.closure:.0f} %. That the gap closes is no support for the name.")]

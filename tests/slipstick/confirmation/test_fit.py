@@ -1,0 +1,92 @@
+"""The fit of the whole simulation: coefficients, nesting, measured laws, worth, gap, control, further experiments."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.laws import MeasuredLaw
+from slipstick.clutch.model import Model
+from slipstick.confirmation import SimulationFit, Terms, Traces, nested
+from slipstick.confirmation.control import control
+from slipstick.confirmation.fit import above, fit_simulation
+from slipstick.confirmation.further import further
+from slipstick.confirmation.gap import closures, predict
+from slipstick.confirmation.worth import worth
+from tests.benches import HEAVY, NOMINAL
+
+Traced = Callable[[Model], tuple[Traces, np.ndarray]]
+DRAG = NOMINAL.with_effect("quadratic_load_drag", {"drag": 0.03})
+SPEEDS = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)
+LAW = MeasuredLaw("load torque", "output speed", SPEEDS, tuple(0.03 * speed**2 for speed in SPEEDS), False)
+
+
+@pytest.fixture(scope="module")
+def fits(traced: Traced) -> Callable[[str], tuple[SimulationFit, SimulationFit]]:
+    """Fits to recordings with a load drag: without it and with the named effect or law."""
+    terms = {"drag": Terms(HEAVY, ("quadratic_load_drag",)), "law": Terms(HEAVY, (), (LAW,)),
+             "wrong": Terms(HEAVY, ("stribeck_friction",))}
+    return cache(lambda which: nested(*(lambda traces, points: (traces, terms[which], points))(*traced(DRAG))))
+
+
+def test_the_coefficient_is_the_true_one_within_its_error(fits: Callable) -> None:  # type: ignore[type-arg]
+    before, after = fits("drag")
+    error = float(np.sqrt(after.covariance[0, 0]))
+    assert after.values[0] == pytest.approx(0.03, abs=4 * error)
+    assert error < 0.001
+    assert (after.evidence - before.evidence).sum() > 100
+    left = after.block.traces.mean_squares(after.block.measured - after.fitted.predicted)
+    assert max(left.values()) < 1.3
+
+
+def test_a_measured_law_does_as_well_as_the_formula(fits: Callable) -> None:  # type: ignore[type-arg]
+    before, after = fits("law")
+    assert after.values[0] == pytest.approx(1.0, abs=0.05)
+    formula = fits("drag")
+    gains = [(one[1].evidence - one[0].evidence).sum() for one in (formula, (before, after))]
+    assert gains[1] > 0.8 * gains[0]
+
+
+def test_a_fit_is_never_below_the_one_that_is_nested_in_it(fits: Callable) -> None:  # type: ignore[type-arg]
+    for which in ("drag", "law", "wrong"):
+        before, after = fits(which)
+        assert after.evidence.sum() >= before.evidence.sum() - 1e-6
+
+
+def test_a_fit_that_ended_too_early_is_raised_to_the_nested_one(traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
+    before, after = fits("drag")
+    poor = fit_simulation(after.block.traces, after.block.terms, np.zeros_like(after.fitted.points) + 0.05,
+                          np.zeros(1))
+    assert above(poor, before).evidence.sum() >= before.evidence.sum() - 1e-6
+
+
+def test_the_gap_closes_with_the_true_effect_and_not_with_a_wrong_one(fits: Callable) -> None:  # type: ignore[type-arg]
+    before, after = fits("drag")
+    wide, narrow = predict(before, 1), predict(after, 1)
+    closed = closures(wide, narrow, 1)
+    assert closed["output_speed"].closure == pytest.approx(1.0, abs=0.15)
+    assert closed["shifting_time"].rms_after < closed["shifting_time"].rms_before
+    name, other = control(before, ["load torque"])  # type: ignore[misc]
+    assert name != "quadratic_load_drag"
+    judged = closures(wide, predict(other, 1), 1)
+    assert (judged["output_speed"].closure or 0.0) < 0.6
+
+
+def test_worth_is_the_change_that_the_effect_makes(fits: Callable) -> None:  # type: ignore[type-arg]
+    _, after = fits("drag")
+    its = worth(after, "quadratic_load_drag")
+    assert its.shifting_time > 1.0
+    assert its.largest > 0  # a drag delays lock-up
+    assert its.signals["pressure"] < 1e-4
+    assert its.signals["output_speed"] > 1.0
+
+
+def test_further_experiments_tell_models_apart_that_differ(fits: Callable) -> None:  # type: ignore[type-arg]
+    _, after = fits("drag")
+    _, other = fits("wrong")
+    proposed = further(after, other)
+    assert proposed
+    assert proposed == sorted(proposed, key=lambda one: -one.apart)
+    assert proposed[0].repetitions is not None
+    assert further(after, after) == []
