@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 import orjson
 from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
-from pydantic import TypeAdapter
 
 from service.bodies import JsonRoute
 from service.job_store import JobInput, JobStore
@@ -25,7 +24,6 @@ from service.schemas import LibraryDependency
 from service.study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
 from slipstick.naming.study import scene_of
 from slipstick.storage.library import Library
-from slipstick.study import StudyResult
 from slipstick.study.progress import StudyProgress
 
 router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)
@@ -41,7 +39,6 @@ StudyId = Annotated[str, job_id_path("study")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]
 
 _EXAMPLE = {"recordings": "measured", "settings": {"level": 0.9, "seed": 1}}
-_RESULT = TypeAdapter(StudyResult)
 
 
 @router.post("", summary="Submit a study", status_code=202, responses=error_responses(404, 408, 409, 413, 415, 503))
@@ -119,11 +116,6 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
 def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
     """Return a study without its progress and result."""
     return Study(**job_fields(store, study, "result", "laws", "report", "pictures", "model", "cancel"))
-
-
-def typed_result(study: WorkflowStatus) -> StudyResult:
-    """Return the result of a finished study as typed values."""
-    return _RESULT.validate_python(output_of(study)["result"])
 
 
 def _with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:

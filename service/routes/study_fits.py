@@ -33,8 +33,7 @@ def study_fits(id: StudyId, studies: StudyStore, fits: FitStore, library: Librar
     if before is None or after is None:
         raise InvalidValue("Only one of `before` and `after` is given", "Give both, or neither")
     study = finished_job(studies, id)
-    result = output_of(study)["result"]
-    if result["before"]["model"] == result["after"]["model"]:
+    if output_of(study)["result"]["gap"] is None:
         raise InvalidValue(f"The study '{id}' added nothing to the model, so it has only one",
                            "Omit `before` and `after`")
     jobs = {"before": finished_job(fits, before), "after": finished_job(fits, after)}

@@ -1,17 +1,18 @@
 """The measured laws of the findings of a study, as JSON and as files for other programs."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Query, Response
 
 from service.bodies import JsonRoute
 from service.job_store import JobStore
-from service.jobs import finished_job
+from service.jobs import finished_job, output_of
 from service.problem_details import error_responses
-from service.routes.studies import StudyId, StudyStore, typed_result
+from service.routes.studies import StudyId, StudyStore
 from service.study_schemas import FindingLaw, LawList
-from slipstick.errors import UnknownName
-from slipstick.study import law_file
+from slipstick.errors import InvalidValue, UnknownName
+from slipstick.study.export import file_stem, has_table, law_csv, law_mat
+from slipstick.study.record import result_from_dict
 from slipstick.study.result import FindingResult
 
 router = APIRouter(prefix="/v1/studies/{id}/laws", tags=["studies"], route_class=JsonRoute)
@@ -19,10 +20,10 @@ router = APIRouter(prefix="/v1/studies/{id}/laws", tags=["studies"], route_class
 Index = Annotated[int, Path(description="Index (from 0) of the finding in the result of the study.", ge=0,
                             openapi_examples={"first": {"summary": "The first finding", "value": 0}})]
 Format = Literal["json", "csv", "mat"]
-_TEXT = {"schema": {"type": "string"}}
-_FILES = {200: {"description": "The law as JSON (`FindingLaw`), CSV or a MATLAB file",
-                "content": {"text/csv": _TEXT, "application/octet-stream": {"schema": {"type": "string",
-                                                                                        "format": "binary"}}}}}
+_BINARY = "application/octet-stream"
+_FILES: dict[int | str, dict[str, Any]] = {200: {"description": "The law as JSON (`FindingLaw`), CSV or a MATLAB file",
+                "content": {"text/csv": {"schema": {"type": "string"}},
+                            _BINARY: {"schema": {"type": "string", "format": "binary"}}}}}
 
 
 @router.get("", summary="List the measured laws of a study", responses=error_responses(404, 409, 503))
@@ -48,26 +49,24 @@ def study_law(id: StudyId, n: Index, store: StudyStore,
     if n >= len(findings) or findings[n].law is None:
         known = ", ".join(str(place) for place, one in enumerate(findings) if one.law is not None)
         raise UnknownName(f"The study '{id}' has no law {n}", f"Known: {known or 'none'}")
-    finding, name = findings[n], f"{id}-law-{n}"
-    if format == "csv":
-        return _file(law_file.to_csv(finding).encode(), "text/csv", f"{name}.csv")
-    if format == "mat":
-        return _file(law_file.to_mat(finding), "application/octet-stream", f"{name}.mat")
-    return _law(store, id, n, finding)
+    finding = findings[n]
+    if format == "json":
+        return _law(store, id, n, finding)
+    if not has_table(finding):
+        raise InvalidValue(f"The law of the finding “{finding.title}” is a single number", "Omit `format`")
+    name = f"{id}_{n}_{file_stem(finding)}.{format}"
+    content, media_type = (law_csv(finding), "text/csv") if format == "csv" else (law_mat(finding), _BINARY)
+    return Response(content, media_type=media_type, headers={"Content-Disposition": f'attachment; filename="{name}"'})
 
 
 def _findings(store: JobStore, id: str) -> list[FindingResult]:
-    return typed_result(finished_job(store, id)).findings
+    return result_from_dict(output_of(finished_job(store, id))["result"]).findings
 
 
 def _law(store: JobStore, id: str, n: int, finding: FindingResult) -> FindingLaw:
     assert finding.law is not None
     address = f"{store.address}/{id}/laws/{n}"
-    files = () if finding.law.x is None else ("csv", "mat")
+    files = ("csv", "mat") if has_table(finding) else ()
     return FindingLaw(finding=n, title=finding.title, effect=finding.effect, quantity=finding.quantity,
                       depends_on=finding.depends_on, law=finding.law,
                       links={"json": address, **{name: f"{address}?format={name}" for name in files}})
-
-
-def _file(content: bytes, media_type: str, name: str) -> Response:
-    return Response(content, media_type=media_type, headers={"Content-Disposition": f'attachment; filename="{name}"'})

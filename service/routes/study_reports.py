@@ -24,6 +24,7 @@ from slipstick.pictures import Spec
 from slipstick.pictures.study import CAPTIONS
 from slipstick.pictures.study import study_pictures as picture_specs
 from slipstick.report.study.page import study_page
+from slipstick.study.record import figures_from_dict, result_from_dict
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 
@@ -64,4 +65,4 @@ def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: Study
 
 def _specs(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:
     output = output_of(finished_job(store, id))
-    return picture_specs(output["result"], output["figure_data"], fits)
+    return picture_specs(result_from_dict(output["result"]), figures_from_dict(output["figure_data"]), fits)

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -19,8 +20,13 @@ class Column(NamedTuple):
 def columns(quantity: str, depends_on: str, units: tuple[str, str], at: Sequence[float], change: Sequence[float],
             relative: bool) -> tuple[Column, Column]:
     """The points of a law and its change at them, as columns."""
-    name = f"{quantity.replace(' ', '_')}_{'relative_' if relative else ''}change"
-    return Column(depends_on.replace(" ", "_"), units[0], at), Column(name, units[1], change)
+    name = f"{identifier(quantity)}_{'relative_' if relative else ''}change"
+    return Column(identifier(depends_on), units[0], at), Column(name, units[1], change)
+
+
+def identifier(words: str) -> str:
+    """Words as a name that programs accept, such as output_speed."""
+    return re.sub(r"\W+", "_", words).strip("_")
 
 
 def to_csv(columns: Sequence[Column]) -> str:

@@ -158,7 +158,7 @@ def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(
 
 def test_killed_in_any_stage_a_study_ends_with_the_result_of_an_uninterrupted_one(
         bench: Bench, few_study: dict[str, Any]) -> None:
-    bench.post("/v1/studies", "killed-study", {"recordings": "few", "settings": few_study["settings"]})
+    bench.post("/v1/studies", "killed-study", {"recordings": "few"})
     bench.follow("killed-study", study_in_stage("name"), address="/v1/studies")
     bench.kill(bench.worker)
     bench.work()
@@ -169,7 +169,7 @@ def test_killed_in_any_stage_a_study_ends_with_the_result_of_an_uninterrupted_on
     assert bench.follow("killed-study", ended, address="/v1/studies")["status"] == "done"
     took = time.monotonic() - begun
     result = bench.client.get("/v1/studies/killed-study/result").json()
-    assert result["result"] == few_study["output"]["result"]
+    assert result["result"] == few_study["result"]
     assert list(result["seconds"]) == ["name", "confirm"]
     assert result["seconds"]["confirm"] < took < sum(result["seconds"].values()), "the blocks were asked again"
 
