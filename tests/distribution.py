@@ -20,9 +20,8 @@ FIRST = ("validation/test_study_on_hidden_effects.py", "worker/test_serve_jobs.p
 TOGETHER = {
     **dict.fromkeys(("service/test_openapi.py", "service/test_extended_model.py", "service/test_readme.py"),
                     "a service with a worker"),
-    **dict.fromkeys(("slipstick/study/test_cut.py", "slipstick/study/test_study_evidence.py",
-                     "slipstick/pictures/test_study_pictures.py", "slipstick/report/test_study_page.py",
-                     "slipstick/report/test_page_in_browser.py"), "studies")}
+    **dict.fromkeys(("slipstick/study/test_study_record.py", "slipstick/pictures/test_study_pictures.py",
+                     "slipstick/report/test_study_page.py", "slipstick/report/test_page_in_browser.py"), "studies")}
 """File -> what it shares with others by a session fixture that takes seconds: these run in one process."""
 
 

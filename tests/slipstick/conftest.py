@@ -1,7 +1,5 @@
-import json
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -15,16 +13,13 @@ from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
-from slipstick.study import study
-from slipstick.study.comparison import Comparison, compare
-from slipstick.study.conclusion import conclude
-from slipstick.study.evidence import evidence
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudyResult, StudySettings, conclude, examine
+from slipstick.study.figures import Figures
 from slipstick.table import Axis, Grid
 from tests.benches import HEAVY, NOMINAL
+from tests.distribution import Once
 
 TRUTH = (("pressure_bias", 1.05), ("initial_position", 0.95))
-STUDY = StudySettings(catalogue=("stribeck_friction", "quadratic_load_drag"), shortlist=2, significance=0.05)
 NOISE = {"pressure": 0.05, "input_speed": 0.25, "output_speed": 0.08, "output_torque": 6.0}
 CONDITIONS = HEAVY.conditions.take([3, 40, 77, 100, 150, 180, 199, 215])
 
@@ -74,28 +69,24 @@ def both_fits(made: Callable[..., dict[str, Any]]) -> dict[str, dict[str, Any]]:
 
 
 @pytest.fixture(scope="session")
-def studied(few_recordings: Path) -> Callable[[str], tuple[Comparison, study.State, dict[str, Any]]]:
-    """Real studies of 24 experiments, each run once: the comparison, the final state, and the output of its job.
+def studied(few_recordings: Path, once: Once) -> Callable[[str], tuple[StudyResult, Figures]]:
+    """Real studies of 24 engagements, each run once.
 
-    `friction`: shipped recordings, which contain friction that depends on slip; `times`: only their shifting times;
-    `drag` and `nothing`: simulated by a model with a quadratic load drag and by the model without effects.
+    `friction`: shipped recordings, which contain friction that depends on slip; `drag` and `nothing`: simulated by a
+    model with a quadratic load drag and by the model without effects.
     """
     few = Recordings.open(few_recordings / "few.h5")
     recordings: dict[str, Callable[[], Recordings]] = {
         "friction": lambda: few,
-        "times": lambda: replace(few, signals=None),
         "drag": lambda: bench(few, NOMINAL.with_effect("quadratic_load_drag", {"drag": 0.03})),
         "nothing": lambda: bench(few, NOMINAL)}
 
-    @cache
-    def finished(name: str) -> tuple[Comparison, study.State, dict[str, Any]]:
-        compared = compare(HEAVY, recordings[name](), STUDY.shifting_time_noise)
-        state = study.start(STUDY, compared)
-        while not study.finished(state):
-            state = study.advance(STUDY, compared, state)
-        output = {"result": conclude(STUDY, compared, state), "figure_data": evidence(STUDY, compared, state),
-                  "seconds": {"fit": 2.0}, "processor_seconds": {"fit": 1.5}}
-        return compared, state, json.loads(json.dumps(output, allow_nan=False))
+    def run(name: str) -> tuple[StudyResult, Figures]:
+        settings, given = StudySettings(), recordings[name]()
+        return conclude(settings, HEAVY, given, examine(settings, HEAVY, given))
 
-    # Every caller gets its own copy of the output, which it may modify.
-    return lambda name: (*finished(name)[:2], json.loads(json.dumps(finished(name)[2])))
+    def study(name: str) -> tuple[StudyResult, Figures]:
+        found: tuple[StudyResult, Figures] = once(f"study_{name}", lambda: run(name))
+        return found
+
+    return study

@@ -43,7 +43,7 @@ def draw(result: StudyResult, figures: Figures) -> Spec | None:
     rows = [{"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": list(row)}
             for row in zip(*columns, strict=True)]
     return theme.picture(_title(result, engagements, list(models)),
-                         "Root mean square. Below the shaft speeds: measured minus simulated signals. Shade: their noise.",
+                         "Root mean square. Below the shaft speeds: measured minus simulated. Shade: noise.",
                          {"spacing": _ROW_SPACING, "vconcat": rows})
 
 

@@ -14,14 +14,17 @@ _ALWAYS: Entries = [
     ("A name is a pair and a shape:", "the blocks measure which quantity changes with what. The catalogue gives the "
      "name if it has an effect of that pair whose law has that shape. Another cause with the same pair and shape would "
      "get the same name, and a pair that no block offers cannot be found."),
-    ("Errors that compensate:", "a gain error of the pressure sensor acts like the gain of the valve and the friction "
-     "coefficient together. A lag of the friction and a lag of the torque sensor differ only in the blocks that the "
-     "torque drives, and are often tied."),
-    ("The piston position is not measured:", "what happens while the plates close is inferred from the torque. A "
-     "strong law in the piston may be missed, and bands of its laws are those of a linear model."),
-    ("Parameters are trusted near their nominal values:", "a parameter that is not calibrated may be off by a few per "
-     "cent, stated conditions by 2 %, and the torque of the converter by 5 %. A larger error of one of them may appear "
-     "as a finding."),
+    ("Errors that compensate:", "a gain error of the pressure sensor is taken up by the valve's gain, the friction "
+     "coefficient, the pressure bias and the piston, which are calibrated. A lag of the friction and a lag of the "
+     "torque sensor differ only in the blocks that the torque drives, and are often tied."),
+    ("The piston position is not measured:", "what happens while the plates close is inferred from the torque. Weak "
+     "laws of the piston rate are missed, those over rate, pressure and position are not always told apart, and their "
+     "intervals are those of a linear model. Beside a strong law of full contact a weak one of the piston is missed."),
+    ("“Nothing” has a limit:", "what is missing by less than about a fifth of the noise variance in a block is not "
+     "told as unexplained, and a pair that gains less than the settings ask for is not named."),
+    ("Parameters are trusted near their nominal values:", "one that is not calibrated may be off by 3 %, stated "
+     "conditions by 2 %, and the torque of the converter by 5 %. A larger error of one of them may appear as a "
+     "finding."),
     ("Engagements are counted, not samples:", "each engagement is one observation. A small effect needs more "
      "engagements, not a higher sampling rate."),
     ("Intervals are conditional on the name:", "they cover noise and scatter from run to run, but not an error in the "

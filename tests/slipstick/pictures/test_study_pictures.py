@@ -1,231 +1,171 @@
-"""The pictures of a study: all can be rendered, and show every experiment, effect and signal."""
+"""The pictures of a study: all can be rendered, and each says in its title what the data say."""
 
 import json
-import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from scipy.stats import norm
 
-from slipstick.pictures.study import CAPTIONS, Spec, likelihood, study_pictures
+from slipstick.pictures import units
+from slipstick.pictures.study import CAPTIONS, Spec, study_pictures
+from slipstick.study import StudyResult
+from slipstick.study.figures import Figures
+from slipstick.study.result import FindingResult, Law
 
-Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]
+Studied = Callable[[str], tuple[StudyResult, Figures]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]
-Scales = Callable[[Spec], Iterator[Spec]]
-DATA = {"law": "line", "where": "rect", "screening": "symbol", "ranking": "symbol", "residual": "line",
-        "signals": "line", "gap": "symbol", "likelihood": "symbol"}
+DATA = {"law": "symbol", "gap": "symbol", "signals": "line"}
 """Name of a picture -> kind of the marks of its data."""
-ALONE = [name for name in CAPTIONS if name != "surfaces"]
-"""Pictures that require no fits on the tables of the study."""
 
 
-@pytest.fixture
-def output(studied: Studied) -> dict[str, Any]:
-    return studied("friction")[2]
+def law_of(one: FindingResult, **changes: Any) -> FindingResult:
+    assert isinstance(one.law, Law)
+    return replace(one, law=replace(one.law, **changes))
 
 
-def draw(output: dict[str, Any]) -> dict[str, Spec]:
-    return study_pictures(output["result"], output["figure_data"])
+def lag_of(one: FindingResult) -> FindingResult:
+    lag = law_of(one, x=None, change=[0.012], lower=[0.011], upper=[0.013], unit="s", relative=False, formula=None,
+                 up_to="nothing")
+    return replace(lag, title="Lag of the pressure sensor", quantity="pressure sensor", depends_on="lag")
 
 
-def texts(marks: list[ElementTree.Element]) -> list[str]:
-    return [word for mark in marks for word in mark.itertext()]
+def with_findings(result: StudyResult, *findings: FindingResult) -> StudyResult:
+    return replace(result, findings=list(findings))
 
 
-def test_a_study_has_all_pictures_and_each_can_be_rendered(output: dict[str, Any], marks: Marks) -> None:
-    drawn = draw(output)
-    assert list(drawn) == ALONE
-    for name, spec in drawn.items():
-        assert spec["title"]["text"]
-        assert marks(spec, DATA[name])
+@pytest.mark.parametrize(("name", "drawn"), [
+    ("friction", ["law", "gap", "signals"]), ("drag", ["law", "gap", "signals"]), ("nothing", ["signals"])])
+def test_every_picture_can_be_rendered(studied: Studied, marks: Marks, name: str, drawn: list[str]) -> None:
+    specs = study_pictures(*studied(name))
+    assert list(specs) == drawn
+    assert set(specs) < set(CAPTIONS)
+    for key, spec in specs.items():
+        assert marks(spec, DATA[key])
         json.dumps(spec, allow_nan=False)
 
 
-def test_every_quantity_is_shown_with_its_unit(output: dict[str, Any], scales: Scales) -> None:
-    titles = {scale["title"] for spec in draw(output).values() for scale in scales(spec) if scale.get("title")}
-    for unit in ("[rad/s]", "[10⁻⁴ N m/Pa]", "[noise levels]", "[bar]", "[N m]", "[s]", "[ms]", "[%]"):
-        assert any(title.endswith(unit) for title in titles), unit
+def test_the_law_of_friction_falls_with_slip_beside_its_formula(studied: Studied, marks: Marks) -> None:
+    result, figures = studied("friction")
+    one = result.findings[0]
+    assert one.law is not None
+    spec = study_pictures(result, figures)["law"]
+    assert spec["title"]["text"].startswith("The friction coefficient falls by ")
+    assert spec["title"]["text"].endswith(" % as the slip of the plates grows")
+    assert "up to a constant" in " ".join(spec["title"]["subtitle"])
+    assert len(marks(spec, "symbol")) == len(one.law.change)
+    assert len(marks(spec, "line")) == 2  # the law and the formula
+    rising = with_findings(result, law_of(one, change=one.law.change[::-1], linearised=True, formula=None))
+    spec = study_pictures(rising, figures)["law"]
+    assert "rises by" in spec["title"]["text"]
+    assert "several times too narrow" in " ".join(spec["title"]["subtitle"])
+    assert len(marks(spec, "line")) == 1
+    assert "catalogue" not in json.dumps(spec)
 
 
-def test_pictures_of_an_effect_are_omitted_without_one(studied: Studied) -> None:
-    assert list(draw(studied("nothing")[2])) == ["law", "where", "screening", "signals"]
-    titles = [spec["title"]["text"] for spec in draw(studied("nothing")[2]).values()]
-    assert titles[0] == "On the test bench, torque over pressure hardly depends on slip"
-    assert titles[1].startswith("No block indicates a missing effect")
-    assert titles[2] == "No effect of the catalogue is both significant and large enough to matter"
+def test_a_law_that_is_not_monotonic_varies(studied: Studied) -> None:
+    result, figures = studied("friction")
+    one = result.findings[0]
+    assert one.law is not None
+    bent = law_of(one, change=[abs(place - 7) * 0.01 for place in range(len(one.law.change))])
+    assert "varies by 7 % with the slip" in study_pictures(
+        with_findings(result, bent), figures)["law"]["title"]["text"]
 
 
-def test_shifting_times_alone_have_no_pictures_of_signals(studied: Studied) -> None:
-    spec = draw(studied("times")[2])
-    assert not {"law", "where", "residual", "signals"} & spec.keys()
-    assert "screening" in spec
+def test_wide_bands_do_not_hide_the_law(studied: Studied) -> None:
+    result, figures = studied("friction")
+    one = result.findings[0]
+    assert one.law is not None
+    wide = law_of(one, upper=[50.0, *one.law.upper[1:]])
+    spec = study_pictures(with_findings(result, wide), figures)["law"]
+    low, high = next(scale for scale in domains(spec) if len(scale) == 2)
+    assert low < 100 * min(one.law.change)
+    assert high < 40  # percent; the law rises to 17
 
 
-def test_the_title_of_the_law_states_the_trend_of_the_bench(output: dict[str, Any], marks: Marks) -> None:
-    spec = draw(output)["law"]
-    assert "torque over pressure grows by" in spec["title"]["text"]
-    assert len(marks(spec, "line")) == 3  # measured, before, after
-    assert len(marks(spec, "symbol")) == len(output["figure_data"]["law"]["cloud"]["slip"])
-    output["figure_data"]["law"]["bins"]["median"].reverse()
-    assert "torque over pressure falls by" in draw(output)["law"]["title"]["text"]
+def domains(view: Any) -> Iterator[list[float]]:
+    if isinstance(view, dict):
+        domain = view.get("scale", {}).get("domain") if isinstance(view.get("scale"), dict) else None
+        if domain and not isinstance(domain[0], str):
+            yield domain
+        for part in view.values():
+            yield from domains(part)
+    elif isinstance(view, list):
+        for part in view:
+            yield from domains(part)
 
 
-def test_each_cell_of_the_matrix_has_its_number(output: dict[str, Any], marks: Marks) -> None:
-    where = output["figure_data"]["where"]
-    where["before"]["chi_square"]["output_torque"]["slip"] = 123.4
-    where["before"]["chi_square"]["pressure"]["slip"] = 0.96
-    spec = draw(output)["where"]
-    cells = sum(value is not None for model in ("before", "after") for row in where[model]["chi_square"].values()
-                for value in row.values())
-    assert len(marks(spec, "rect")) == cells
-    assert {"123", "1.0"} <= set(texts(marks(spec, "text")))
-    assert spec["title"]["text"] == "Model and test bench disagree most in the block “pressure, speeds → torque”"
+def test_every_finding_has_a_panel_and_a_number_an_interval(studied: Studied, marks: Marks) -> None:
+    result, figures = studied("friction")
+    one = result.findings[0]
+    spec = study_pictures(with_findings(result, one, lag_of(one), replace(one, law=None)), figures)["law"]
+    titles = [panel["title"]["text"] for panel in spec["vconcat"]]
+    assert len(titles) == 2
+    assert titles[1] == "Lag of the pressure sensor: 12 ms"
+    assert marks(spec, "rule")
+    alone = study_pictures(with_findings(result, lag_of(one)), figures)["law"]
+    assert alone["title"]["text"] == "Lag of the pressure sensor: 12 ms"
+    assert "law" not in study_pictures(with_findings(result, replace(one, law=None)), figures)
 
 
-def test_every_tested_effect_is_in_the_screening(output: dict[str, Any], marks: Marks) -> None:
-    first, *_, last = output["result"]["rounds"]
-    first["p_value"], last["p_value"] = 0.001, 0.37
-    spec = draw(output)["screening"]
-    assert len(marks(spec, "symbol")) == len(first["screening"]) + len(last["screening"])
-    assert spec["title"]["text"].endswith("likelihood improvement: Slip-speed-dependent friction")
-    assert "at most 0.1 % at first" in " ".join(spec["title"]["subtitle"])
-    assert "37 % in the last round" in " ".join(spec["title"]["subtitle"])
+def test_the_gap_shows_every_engagement_and_each_closure(studied: Studied, marks: Marks) -> None:
+    result, figures = studied("friction")
+    gap = result.gap
+    assert gap is not None
+    assert gap.control is not None
+    closures = {name: replace(one, closure=0.9, lower=0.8, upper=1.0) for name, one in gap.closures.items()}
+    closures["pressure"] = replace(closures["pressure"], closure=None)
+    closures["shifting_time"] = replace(closures["shifting_time"], rms_before=0.0285, rms_after=0.0072)
+    others = {**closures, "shifting_time": replace(closures["shifting_time"], closure=-3.0, lower=-4.0, upper=-2.0)}
+    result = replace(result, gap=replace(gap, closures=closures, control=replace(gap.control, closures=others)))
+    spec = study_pictures(result, figures)["gap"]
+    assert len(marks(spec, "symbol")) == 2 * result.experiments + 4 + 4
+    assert "larger error than without it" in [text for mark in marks(spec, "text") for text in mark.itertext()]
+    assert spec["title"]["text"] == "On held-out conditions, the shifting-time error falls from 28.5 to 7.20 ms"
+    closures["shifting_time"] = replace(closures["shifting_time"], rms_after=0.03)
+    assert "grows from 28.5 to 30.0 ms" in study_pictures(result, figures)["gap"]["title"]["text"]
 
 
-def test_the_title_of_the_ranking_names_the_added_effect_not_the_first_in_the_ranking(output: dict[str, Any]) -> None:
-    ranking = output["result"]["rounds"][0]["ranking"]
-    ranking.insert(0, {**ranking[0], "effect": "thermal_fade", "title": "Thermal fade"})
-    title = draw(output)["ranking"]["title"]["text"]
-    assert title == "Slip-speed-dependent friction explains most together with the effects added later"
+def test_differences_are_measured_minus_predicted(studied: Studied) -> None:
+    result, figures = studied("friction")
+    late = replace(figures, measured=[value + 1.0 for value in figures.measured])
+    sums = [sum(row["difference"] for layer in study_pictures(result, one)["gap"]["vconcat"][0]["layer"]
+                for row in layer["data"]["values"] if "difference" in row) for one in (figures, late)]
+    assert sums[1] - sums[0] == pytest.approx(2 * 1000 * result.experiments, rel=1e-3)
+    high = [replace(one, measured={name: [value + 100 for value in values] for name, values in one.measured.items()})
+            for one in figures.engagements]
+    title = study_pictures(result, replace(figures, engagements=high))["signals"]["title"]["text"]
+    assert title.startswith("In the worst engagements, the pressure is off by 1e+02 bar")
 
 
-def test_the_ranking_marks_added_and_tied_effects(output: dict[str, Any], marks: Marks) -> None:
-    ranking = output["result"]["rounds"][0]["ranking"]
-    ranking[1:] = [{**ranking[0], "effect": name, "title": name, "held_out_gain": nats, "error": nats / sure,
-                    "sure": sure, "behind": behind, "tied": behind < 2, "bootstrap_share": 0.25, "bic": -12345.6}
-                   for name, nats, sure, behind in (("twin", 90.0, 9.0, 0.5), ("far", -2.302585, -2.0, 30.0))]
-    output["result"]["rounds"][1:] = [{**output["result"]["rounds"][-1], "ranking": []}]
-    assert draw(output)["ranking"]["title"]["text"] == "Slip-speed-dependent friction predicts best"
-    output["result"]["answer"]["tied"][0].append("twin")
-    spec = draw(output)["ranking"]
-    rows = {row["title"]: row for row in spec["vconcat"][0]["data"]["values"]}
-    assert [row["status"] for row in rows.values()] == ["added", "tied with the best", "behind"]
-    assert spec["title"]["text"] == (
-        "Slip-speed-dependent friction predicts best, but 1 more cannot be distinguished from it")
-    # In decades, with two standard errors on either side.
-    assert [rows["far"][name] for name in ("low", "improvement", "high")] == pytest.approx([-2, -1, 0], abs=1e-6)
-    assert {"25 %", "30.0 s.e.", "−12\u202f346"} <= set(texts(marks(spec, "text")))
+def test_without_a_significant_gap_there_are_no_closures(studied: Studied) -> None:
+    result, figures = studied("friction")
+    assert result.gap is not None
+    closures = {name: replace(one, closure=None) for name, one in result.gap.closures.items()}
+    spec = study_pictures(replace(result, gap=replace(result.gap, closures=closures, control=None)), figures)["gap"]
+    assert len(spec["vconcat"]) == 1
 
 
-def test_the_best_of_a_round_that_added_nothing_is_not_called_added(output: dict[str, Any]) -> None:
-    first = output["result"]["rounds"][0]["ranking"]
-    output["result"]["rounds"] = [{**entry, "ranking": first} for entry in output["result"]["rounds"][:2]]
-    panels = draw(output)["ranking"]["vconcat"]
-    assert [panel["data"]["values"][0]["status"] for panel in panels] == ["added", "best, but not added"]
-    assert panels[1]["title"]["text"] == "With slip-speed-dependent friction added"
-
-
-def test_the_residual_varies_less_with_the_effect(output: dict[str, Any]) -> None:
-    output["figure_data"]["residual"][0]["models"] = {
-        "before": {"at": [1, 2, 3], "low": [-1, 1, 3], "median": [0, 2, 4], "high": [1, 3, 5]},
-        "after": {"at": [1, 2, 3], "low": [-1, -1, -1], "median": [0, 0.5, 0.1], "high": [1, 1, 1]}}
-    spec = draw(output)["residual"]
-    assert spec["title"]["text"] == (
-        "Over plate slip, the median residual varies by 4 noise levels, and by 0.5 with the effect")
-    assert "while the plates slip" in spec["title"]["subtitle"][0]
-
-
-def test_the_worst_signals_are_overlaid(output: dict[str, Any], marks: Marks) -> None:
-    spec = draw(output)["signals"]
-    # Three experiments of pressure, two speeds and torque: measured, before and after.
-    assert len(marks(spec, "line")) == 3 * 4 * 3
-    assert spec["title"]["text"].startswith("RMS error of the output torque in the worst experiments: ")
-    for experiment in output["figure_data"]["signals"]:
-        for model in ("before", "after"):
-            experiment[model]["pressure"] = [value + 1.0 for value in experiment["measured"]["pressure"]]
-    assert "pressure in the worst experiments: 1 bar, 1 bar with the effect" in draw(output)["signals"]["title"]["text"]
-
-
-def test_the_gap_shows_every_experiment_and_each_closure(output: dict[str, Any], marks: Marks) -> None:
-    gap = output["result"]["gap"]
-    for closures in (gap["closures"], gap["control"]["closures"]):
-        for closure in closures.values():
-            closure |= {"closure": 0.9, "lower": 0.8, "upper": 1.0}
-    gap["closures"]["pressure"]["closure"] = None
-    gap["control"]["closures"]["shifting_time"] |= {"closure": -3.0, "lower": -4.0, "upper": -2.0}
-    gap["closures"]["shifting_time"] |= {"rms_before": 0.0285, "rms_after": 0.0072}
-    spec = draw(output)["gap"]
-    n = output["result"]["experiments"]
-    assert len(marks(spec, "symbol")) == 2 * n + 4 + 5
-    assert "larger error than without the effect" in texts(marks(spec, "text"))
-    assert spec["title"]["text"] == "On held-out conditions, the shifting-time error falls from 28.5 to 7.2 ms"
-    gap["closures"]["shifting_time"]["rms_after"] = 0.03
-    assert "grows from 28.5 to 30 ms" in draw(output)["gap"]["title"]["text"]
-
-
-def test_without_a_significant_gap_there_are_no_closures(output: dict[str, Any]) -> None:
-    gap = output["result"]["gap"]
-    gap["control"] = None
-    for closure in gap["closures"].values():
-        closure["closure"] = None
-    assert len(draw(output)["gap"]["vconcat"]) == 1
-
-
-def test_the_density_is_the_normal_one() -> None:
-    # The density per ms is a thousandth of that per s.
-    for score, std in ((0.0, 0.01), (-2.5, 0.004)):
-        expected = norm.logpdf(score * std, scale=std) / math.log(10) - 3
-        assert likelihood.density(score, std) == pytest.approx(expected)
-
-
-def test_the_title_of_the_likelihood_states_the_improvement(output: dict[str, Any], marks: Marks) -> None:
-    prediction, n = output["figure_data"]["prediction"], output["result"]["experiments"]
-    for model, std in (("before", 0.1), ("after", 0.01)):
-        prediction[model] = {"mean": prediction["measured"], "std": [std] * n}
-    spec = draw(output)["likelihood"]
-    assert spec["title"]["text"] == f"The held-out shifting times become {n} decades more likely"
-    assert len(marks(spec, "symbol")) == n
-
-
-def test_an_open_term_has_its_pictures(output: dict[str, Any]) -> None:
-    name = "open_friction_coefficient"
-    output["figure_data"]["effects"][name] = {"title": "Unlisted term in the friction coefficient", "block": "torque"}
-    output["result"]["answer"] |= {"kind": "unlisted", "effects": [name]}
-    output["result"]["rounds"][-1]["added"] = [name]
-    spec = draw(output)
-    assert list(spec) == ALONE
-    assert "with unlisted term in the friction coefficient" in json.dumps(spec["law"])
-
-
-def test_several_effects_are_counted_in_the_legend(output: dict[str, Any]) -> None:
-    output["result"]["answer"]["effects"] = ["stribeck_friction", "quadratic_load_drag"]
-    assert "with 2 effects added" in json.dumps(draw(output)["law"])
+def test_the_finding_explains_the_worst_signals(studied: Studied, marks: Marks) -> None:
+    result, figures = studied("friction")
+    spec = study_pictures(result, figures)["signals"]
+    # Each engagement: two measured speeds, and the differences of four signals to both models.
+    assert len(marks(spec, "line")) == len(figures.engagements) * (2 + 4 * 2)
+    left = {who: [abs(a - b) for one in figures.engagements
+                  for a, b in zip(one.measured["output_torque"], one.models[who]["output_torque"], strict=True)]
+            for who in ("before", "after")}
+    assert sum(left["after"]) < 0.5 * sum(left["before"])
+    assert "signals" not in study_pictures(result, replace(figures, engagements=[]))
 
 
 def test_the_same_study_gives_the_same_pictures(studied: Studied) -> None:
-    assert json.dumps(draw(studied("friction")[2])) == json.dumps(draw(studied("friction")[2]))
+    assert json.dumps(study_pictures(*studied("friction"))) == json.dumps(study_pictures(*studied("friction")))
 
 
-def test_pictures_with_too_few_bins_are_omitted(output: dict[str, Any]) -> None:
-    empty: dict[str, list[float]] = {"at": [], "low": [], "median": [], "high": []}
-    output["figure_data"]["law"]["bins"] = empty
-    output["figure_data"]["residual"][0]["models"]["before"] = empty
-    assert not {"law", "residual"} & draw(output).keys()
-
-
-def test_conditions_with_many_values_are_not_labelled(
-        output: dict[str, Any], marks: Marks, scales: Scales) -> None:
-    output["figure_data"]["conditions"]["motor_speed"] = [100.0 + index for index in range(24)]
-    for model in ("before", "after"):
-        groups = output["figure_data"]["where"][model]["by_condition"]
-        groups["motor_speed"] = [{"value": 100.0 + index, "chi_square": 1.0} for index in range(24)]
-    spec = draw(output)
-    titles = {scale["title"] for scale in scales(spec["where"]) if scale.get("title")}
-    assert titles == {"chi-square", "current profile", "run order"}
-    assert "100 rad/s" not in texts(marks(spec["gap"], "text"))
-    for model in ("before", "after"):
-        where = output["figure_data"]["where"][model]
-        where["by_condition"] = {name: [] for name in where["by_condition"]}
-    assert marks(draw(output)["where"], "rect")
+@pytest.mark.parametrize(("unit", "value", "text"), [
+    ("m", 7e-05, "0.07 mm"), ("s", 0.0123, "12.3 ms"), ("bar", 0.3, "0.3 bar"), ("A", 0.012, "12 mA"),
+    ("N m s^2", 0.03, "0.03 N m s²"), ("Pa", 2.5e5, "0.25 MPa"), ("1", -0.2, "−0.2")])
+def test_numbers_are_shown_in_readable_units(unit: str, value: float, text: str) -> None:
+    shown, factor = units.scale(unit, value)
+    assert units.with_unit(units.number(factor * value), shown) == text

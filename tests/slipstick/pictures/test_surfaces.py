@@ -2,23 +2,24 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
 from slipstick.pictures.study import Spec, surfaces
+from slipstick.study.result import Gap, SimulationResult, StudyResult
 
 Fits = dict[str, dict[str, Any]]
-STUDY = {"answer": {"effects": ["stribeck_friction"]}, "models": {
-    which: {"parameters": {"pressure_bias": bar, "initial_position": 5e-4},
-            "units": {"pressure_bias": "bar", "initial_position": "m"}}
-    for which, bar in (("before", 3.2), ("after", 1.6))}}
-FIGURE_DATA = {"effects": {"stribeck_friction": {"title": "Slip-speed-dependent friction"}}}
+BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, {
+    "parameters": {"pressure_bias": bar, "initial_position": 5e-4},
+    "units": {"pressure_bias": "bar", "initial_position": "m"}}) for bar in (3.2, 1.6))
+STUDY = StudyResult("effect", "", [], [], [], BEFORE, AFTER, Gap({}, [], [], None), 24, {}, "", "")
 
 
 def draw(fits: Fits) -> Any:
-    return surfaces.draw(STUDY, FIGURE_DATA, fits)
+    return surfaces.draw(STUDY, fits)
 
 
 def test_both_planes_share_axes_in_units(both_fits: Fits) -> None:
@@ -58,3 +59,7 @@ def test_fits_that_cannot_be_compared_have_no_picture(
         both_fits: Fits, made: Callable[..., dict[str, Any]], change: Callable[..., None]) -> None:
     change(both_fits["after"], made)
     assert draw(both_fits) is None
+
+
+def test_without_anything_added_there_is_no_second_model(both_fits: Fits) -> None:
+    assert surfaces.draw(replace(STUDY, gap=None), both_fits) is None

@@ -1,7 +1,7 @@
 """The reports in a browser, from disk: every picture is drawn, without any network request."""
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,8 @@ from selenium.webdriver.support.wait import WebDriverWait
 from slipstick.pictures import CAPTIONS, study
 from slipstick.report import page
 from slipstick.report.study.page import study_page
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudyResult, StudySettings
+from slipstick.study.figures import Figures
 
 FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recordings": "<b>mine</b>",
        "recordings_digest": "c3d4", "simulate": False, "outside": "clip",
@@ -61,12 +62,13 @@ def test_every_picture_of_a_fit_is_drawn_without_a_network(
 
 
 @pytest.mark.parametrize(("name", "hostile", "omitted"), [
-    ("friction", False, 0), ("friction", True, 0), ("nothing", False, 5)])
+    ("friction", False, 0), ("friction", True, 0), ("nothing", False, 3)])
 def test_every_picture_of_a_study_is_drawn_without_a_network(
-        shows: Shows, studied: Callable[[str], tuple[Any, Any, dict[str, Any]]],
+        shows: Shows, studied: Callable[[str], tuple[StudyResult, Figures]],
         both_fits: dict[str, dict[str, Any]], name: str, hostile: bool, omitted: int) -> None:
-    output = studied(name)[2]
+    result, figures = studied(name)
     if hostile:
-        for effect in output["figure_data"]["effects"].values():
-            effect["title"] = HOSTILE[1]
+        named = dict.fromkeys(("title", "quantity", "depends_on"), HOSTILE[1])
+        result = replace(result, sentence=HOSTILE[0], findings=[replace(one, **named) for one in result.findings])
+    output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {}, "processor_seconds": {}}
     shows(study_page(STUDY, output, None if name == "nothing" else both_fits), len(study.CAPTIONS) - omitted, 140)

@@ -1,16 +1,18 @@
 """The section on the same fit on both tables of a study: numbers in units, or instructions to add it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from slipstick.report.study.fits import numbers, same_fit
+from slipstick.study.result import Gap, SimulationResult, StudyResult
 
-MODELS = {which: {"parameters": {"pressure_bias": bar, "initial_position": 5e-4},
-                  "units": {"pressure_bias": "bar", "initial_position": "m"}}
-          for which, bar in (("before", 3.2), ("after", 1.6))}
-RESULT: dict[str, Any] = {"answer": {"effects": ["stribeck_friction"]}, "models": MODELS}
+BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, {
+    "parameters": {"pressure_bias": bar, "initial_position": 5e-4},
+    "units": {"pressure_bias": "bar", "initial_position": "m"}}) for bar in (3.2, 1.6))
+RESULT = StudyResult("effect", "", [], [], [], BEFORE, AFTER, Gap({}, [], [], None), 24, {}, "", "")
 STUDY: dict[str, Any] = {"id": "mine", "links": {"self": "/v1/studies/mine"}}
 
 
@@ -44,4 +46,4 @@ def test_without_fits_the_section_has_instructions(reading: Callable[[str], Any]
 
 
 def test_without_an_added_effect_there_is_no_section() -> None:
-    assert same_fit(STUDY, {**RESULT, "answer": {"effects": []}}, None, False) == ""
+    assert same_fit(STUDY, replace(RESULT, gap=None), None, False) == ""

@@ -1,182 +1,207 @@
-"""The HTML report of a study: answer, support, gap, caveats and limitations."""
+"""The HTML report of a study: answer, warnings, findings with their evidence, blocks, gap and limitations."""
 
 import json
 import re
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import pytest
 
-from slipstick.pictures.study import CAPTIONS
-from slipstick.report.study import limits, words
+from slipstick.report.study.limits import limits
 from slipstick.report.study.page import study_page
-from slipstick.study.settings import StudySettings
+from slipstick.report.study.warnings import warnings
+from slipstick.study import StudyResult, StudySettings
+from slipstick.study.figures import Figures
+from slipstick.study.result import Candidate, ClosureResult, Coefficient, FindingResult, FurtherExperiment
 
-Studied = Callable[[str], tuple[Any, Any, dict[str, Any]]]
+Studied = Callable[[str], tuple[StudyResult, Figures]]
 Read = Callable[[str], Any]
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>&amp;"
 STUDY = {"id": "first-study", "recordings": "few", "recordings_digest": "c3d4", "settings": asdict(StudySettings()),
          "submitted": "2026-11-01T10:00:00Z", "ended": "2026-11-01T10:00:12Z"}
+EXPERIMENT = FurtherExperiment("pressure_dependent_friction", 3, 238.76, 4.8000001, 16.0, False, 0.2136,
+                               "output_torque", 12)
 
 
-@pytest.fixture
-def output(studied: Studied) -> dict[str, Any]:
-    return studied("friction")[2]
+def page(result: StudyResult, figures: Figures) -> str:
+    output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {"name": 2.0, "confirm": 9.0},
+              "processor_seconds": {"name": 1.5, "confirm": 8.0}}
+    return study_page(STUDY, json.loads(json.dumps(output, allow_nan=False)))
 
 
-def joined(items: list[tuple[str, str]]) -> str:
-    return " ".join(f"{lead} {text}" for lead, text in items)
+def changed(result: StudyResult, **changes: Any) -> StudyResult:
+    """The result with a changed first finding."""
+    return replace(result, findings=[replace(result.findings[0], **changes)])
 
 
-def test_the_page_reports_the_missing_effect_and_its_support(output: dict[str, Any], reading: Read) -> None:
-    result = output["result"]
-    result["gap"]["closures"]["shifting_time"] |= {
-        "rms_before": 0.0286, "rms_after": 0.0074, "rms_expected": 0.0071, "closure": 0.99, "lower": 0.97,
-        "upper": 1.01}
-    result["rounds"][0]["ranking"][0] |= {"sure": 78.6, "bootstrap_share": 1.0}
-    text = reading(study_page(STUDY, output)).text
-    for phrase in ("Missing: Slip-speed-dependent friction", "by 79 standard errors over 24 experiments",
-                   "the best candidate in 100 % of bootstrap samples", "goes from 28.6 to 7.4 ms", "would leave 7.1 ms",
-                   "The effect closes 99 % (97 to 101) of the gap", "decay speed [rad/s]", "90 % interval",
-                   "the friction coefficient is alpha (1 + strength exp(", "Support: significant in the screening",
-                   "In the block “pressure, speeds → torque”", "noise of the output torque [multiple of sensor noise]",
-                   "run-to-run std of pressure bias", "The named effect is the best supported of the catalogue",
-                   "c3d4", "fit 2 s", result["settings_digest"]):
-        assert phrase in text, phrase
-    assert reading(study_page(STUDY, output)).count("figure") == len(CAPTIONS) - 1  # one needs fits
+def said(result: StudyResult) -> str:
+    return " ".join(f"{lead} {text}" for lead, text in warnings(result))
 
 
-@pytest.mark.parametrize(("name", "lead"), [
-    ("nothing", "In 24 experiments, no effect of the catalogue is both significant and large enough to matter"),
-    ("drag", "With quadratic load drag added, the model predicts held-out conditions better than the best fit"),
-    ("times", "Nothing is missing that these recordings could show")])
-def test_every_kind_of_answer_has_a_page(studied: Studied, reading: Read, name: str, lead: str) -> None:
-    parsed = reading(study_page(STUDY, studied(name)[2]))
-    assert lead in parsed.text
-    assert ("With shifting times only, a name stands for a class" in parsed.text) == (name == "times")
-    assert ("Findings" in parsed.text) == bool(studied(name)[2]["result"]["answer"]["effects"])
+def test_the_page_reports_what_is_missing_and_its_evidence(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    one = result.findings[0]
+    parsed = reading(page(result, figures))
+    for phrase in ("Missing: slip-speed-dependent friction", "Finding: slip-speed-dependent friction",
+                   f"rises by {one.nats:.0f} nats in the block “pressure, slip → torque in full contact”",
+                   "alpha (1 + strength exp(", "Bo and Pavelescu", "decay speed", "90 % interval",
+                   "asks for it as well", "it changes the shifting time by", "What every block says",
+                   "gap closed (90 %)", "brake torque", "A name is a pair and a shape", "confirm 9 s", "c3d4",
+                   result.settings_digest):
+        assert phrase in parsed.text, phrase
+    order = [attributes.get("id") for tag, attributes in parsed.elements if attributes.get("class") == "picture"]
+    assert order == ["picture-law", "picture-gap", "picture-signals"]
 
 
-def test_an_answer_without_an_effect_has_its_reason(output: dict[str, Any]) -> None:
-    output["result"]["answer"] |= {"kind": "none", "effects": []}
-    assert "no effect of the catalogue significantly improves the prediction" in words.lead(
-        output["result"], output["figure_data"])
-    output["result"]["answer"]["kind"] = "not converged"
-    assert "did not converge" in words.lead(output["result"], output["figure_data"])
+def test_a_null_answer_is_a_good_answer(studied: Studied, reading: Read) -> None:
+    result, figures = studied("nothing")
+    text = reading(page(result, figures)).text
+    assert result.kind == "none"
+    assert "Nothing is missing that these recordings could show" in text
+    assert "In all 6 blocks of the model, 24 engagements leave no more than noise" in text
+    assert "The model of the bench describes these recordings" in text
+    for phrase in ("Finding", "Gap closed", "with the findings", "same fit"):
+        assert phrase not in text
+    assert warnings(result) == []
 
 
-def test_an_open_term_is_not_reported_as_an_identified_effect(output: dict[str, Any], reading: Read) -> None:
-    term = "open_friction_coefficient"
-    output["figure_data"]["effects"][term] = {**output["figure_data"]["effects"]["stribeck_friction"],
-                                           "title": "Unlisted term in the friction coefficient"}
-    output["result"]["answer"] |= {"kind": "unlisted", "effects": [term], "tied": [[term]], "coefficients": [
-        {"effect": term, "coefficient": "signal", "unit": "1", "value": 4.0, "lower": 4.0, "upper": 4.0,
-         "at_bound": False}]}
-    output["result"]["answer"]["forms"] = [
-        {"quantity": "friction coefficient", "form": "(plate slip / 50 rad/s)", "share": 0.62},
-        {"quantity": "friction coefficient", "form": "(plate slip / 50 rad/s)^2", "share": 0.38}]
-    text = reading(study_page(STUDY, output)).text
-    assert "(plate slip / 50 rad/s) in the friction coefficient (62 %) and (plate slip / 50 rad/s)^2" in text
-    assert "The term describes the missing effect but does not identify it." in text
-    assert "selected from discrete values" in text
-    assert "Slip-speed-dependent friction, the best effect of the catalogue, improves" in text
+def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    worse = replace(result, set_aside=[3, 17], blocks=[
+        replace(block, unexplained=block.name == "valve", chi_square=1.75) for block in result.blocks])
+    text = reading(page(worse, figures)).text
+    assert "Set aside: engagements 3 and 17, numbered from 0." in text
+    assert "Unexplained: “current → pressure”. Reduced chi-square is 1.75" in text
+    assert "something that no law explains" in text
+    assert text.index("Set aside") < text.index("Finding: slip-speed-dependent friction")
+    assert text.index("Unexplained:") < text.index("On conditions that the fit has not seen")
 
 
-def test_a_tie_lists_all_tied_effects(output: dict[str, Any]) -> None:
-    output["result"]["answer"]["tied"] = [["stribeck_friction", "quadratic_load_drag"]]
-    ranking = output["result"]["rounds"][0]["ranking"]
-    ranking[1:] = [{**ranking[0], "effect": "quadratic_load_drag", "title": "Quadratic load drag", "behind": 1.2}]
-    assert "slip-speed-dependent friction and quadratic load drag. Any of them may be the missing effect." in joined(
-        limits.caveats(output["result"], output["figure_data"]))
-    assert "do not distinguish it from Quadratic load drag." in joined(
-        words.rounds(output["result"], output["figure_data"]))
+def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> None:
+    result, _ = studied("friction")
+    confirmation = result.findings[0].confirmation
+    assert "Not confirmed" not in said(result)
+    assert "Not confirmed: the simulation of the whole bench does not ask for slip-speed-dependent friction" in said(
+        changed(result, confirmation=replace(confirmation, agrees=False)))
+    alone = changed(result, confirmation=replace(confirmation, simulated="no", coefficients=[], agrees=None), worth=None)
+    assert "rests on its blocks alone" in said(alone)
+    bound = [replace(one, at_bound=True) for one in confirmation.coefficients]
+    assert "At a bound: strength and decay speed of slip-speed-dependent friction" in said(
+        changed(result, confirmation=replace(confirmation, coefficients=bound)))
+    noisy = replace(result, after=replace(result.after, chi_square={**result.after.chi_square, "pressure": 4.0}))
+    assert "reduced chi-square is 4 in the pressure" in said(noisy)
 
 
-def test_a_rival_that_later_effects_distinguish_is_no_tie(output: dict[str, Any]) -> None:
-    ranking = output["result"]["rounds"][0]["ranking"]
-    ranking[1:] = [{**ranking[0], "effect": "thermal_fade", "title": "Thermal fade", "behind": 1.2, "tied": True}]
-    text = joined(words.rounds(output["result"], output["figure_data"]))
-    assert "trails the best by 1.2 standard errors; the other added effects distinguish the two." in text
-    assert "do not distinguish it" not in text
+@pytest.mark.parametrize(("share", "doubt"), [(0.6, True), (0.1, False), (-4.0, False)])
+def test_a_control_that_closes_as_much_casts_doubt(studied: Studied, share: float, doubt: bool) -> None:
+    result, _ = studied("friction")
+    gap = result.gap
+    assert gap is not None
+    assert gap.control is not None
+
+    def time(closure: float) -> dict[str, ClosureResult]:
+        return {**gap.closures, "shifting_time": replace(gap.closures["shifting_time"], closure=closure)}
+
+    gap = replace(gap, closures=time(0.9), control=replace(gap.control, closures=time(share)))
+    assert ("closes 60 % of the gap in the shifting time, the findings 90 %" in said(replace(result, gap=gap))) == doubt
 
 
-def test_a_tie_comes_with_further_experiments(output: dict[str, Any], reading: Read) -> None:
-    assert "Experiments that would distinguish the tied effects" not in reading(study_page(STUDY, output)).text
-    experiment = {"current_profile": 3, "motor_speed": 238.76, "load_inertia": 4.8000001, "brake_torque": 16.0,
-                  "recorded": False, "apart": 0.2136, "signal": "output_torque", "repetitions": 12}
-    tie = {"effects": ["stribeck_friction", "quadratic_load_drag"], "experiments": [experiment]}
-    output["result"]["further"] = [tie]
-    text = reading(study_page(STUDY, output)).text
-    assert "To distinguish slip-speed-dependent friction and quadratic load drag, run:" in text
-    assert re.search(r"3\s*238.8\s*4.8\s*16\s*no\s*0.21\s*output torque\s*12", text)
-    experiment["repetitions"] = None
-    assert "No experiment near the recorded conditions would distinguish" in reading(study_page(STUDY, output)).text
-    tie["experiments"] = []
-    assert "There is no condition near the recorded ones under which" in reading(study_page(STUDY, output)).text
+def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    rival = Candidate("pressure_dependent_friction", "friction coefficient", "pressure", 90.0, 1.25)
+    tie = changed(result, kind="tie", rivals=[rival], experiments=[EXPERIMENT])
+    text = reading(page(tie, figures)).text
+    assert "pressure-dependent friction (90 nats, behind by 1.2 standard errors)" in text
+    assert "Not told apart: the recordings explain slip-speed-dependent friction as well by" in text
+    assert "To tell slip-speed-dependent friction from pressure-dependent friction, run:" in text
+    assert re.sub(r"\s", "", "3 238.8 4.8 16 no 0.21 output torque 12") in re.sub(r"\s", "", text)
+    hopeless = replace(tie.findings[0], experiments=[replace(EXPERIMENT, repetitions=None)])
+    text = reading(page(replace(tie, findings=[hopeless]), figures)).text
+    assert "No experiment near the recorded conditions would tell" in text
+    assert "more than 1000" in text
 
 
-def test_an_unexplained_misfit_comes_first(output: dict[str, Any], reading: Read) -> None:
-    last = output["result"]["rounds"][-1]
-    last["noise"] = [1.0, 1.2, 1.0, 3.0, 1.0]
-    text = reading(study_page(STUDY, output)).text
-    assert "the reduced chi-square is 9 in the output torque; 1 corresponds to noise" in text
-    assert text.index("Part of the misfit is unexplained") < text.index("Findings")
-    last["noise"] = [1.0] * 5
-    assert "Part of the misfit is unexplained" not in reading(study_page(STUDY, output)).text
+def test_confidence_is_a_count(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    text = reading(page(changed(result, confidence=0.9, evidence="alone, large: 41 of 45"), figures)).text
+    assert "41 of 45 names with this kind of evidence (alone, large) were right" in text
+    assert "not the probability that the name is right on yours" in text
+    text = reading(page(changed(result, confidence=0.5, evidence="alone, large: 0 of 0"), figures)).text
+    assert "have not been counted yet" in text
+    assert "0 of 0" not in text
 
 
-def test_a_control_that_closes_as_much_casts_doubt(output: dict[str, Any]) -> None:
-    gap = output["result"]["gap"]
-    gap["closures"]["shifting_time"]["closure"] = 0.9
-    for closure, doubt in ((0.6, True), (0.1, False), (-4.0, False)):
-        gap["control"]["closures"]["shifting_time"]["closure"] = closure
-        assert ("closes 60 % of the gap in the shifting time" in joined(
-            limits.caveats(output["result"], output["figure_data"]))) == doubt
-    assert next(row[-1] for row in words.gap(output["result"]) if row[0] == "shifting time [ms]") == \
-        "none, the error grows"
+def test_coefficients_have_readable_units_and_no_interval_at_a_bound(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    confirmation = replace(result.findings[0].confirmation, coefficients=[
+        Coefficient("wear", "m", 7.1e-5, 6.9e-5, 7.3e-5, False), Coefficient("lag", "s", 0.02, 0.0, 0.1, True)])
+    text = reading(page(changed(result, confirmation=confirmation), figures)).text
+    for phrase in ("0.07100 mm", "0.06900 to 0.07300 mm", "20.00 ms", "none: at a bound of the search"):
+        assert phrase in text
 
 
-def test_a_run_order_that_follows_a_condition_is_reported(output: dict[str, Any]) -> None:
-    conditions = output["figure_data"]["conditions"]
-    assert "No condition follows the run order" in joined(limits.limits(output["figure_data"]))
-    order = sorted(range(24), key=lambda index: conditions["motor_speed"][index])
-    conditions["run_order"] = [order.index(index) for index in range(24)]
-    assert "the run order follows motor speed (correlation 0.97)" in joined(limits.limits(output["figure_data"]))
-    conditions["run_order"] = None
-    assert "have no run order" in joined(limits.limits(output["figure_data"]))
+def unlisted(one: FindingResult) -> FindingResult:
+    assert one.law is not None
+    factor = replace(one.confirmation.coefficients[0], name="factor", value=1.01, lower=0.98, upper=1.04)
+    return replace(one, kind="unlisted", effect=None, title="Friction coefficient that depends on the slip",
+                   confidence=None, evidence=None, law=replace(one.law, formula=None),
+                   confirmation=replace(one.confirmation, simulated="measured law", coefficients=[factor]))
 
 
-def test_the_reason_for_the_end_is_reported(output: dict[str, Any]) -> None:
-    last = output["result"]["rounds"][-1]
-    for change, phrase in (({"p_value": 0.4, "ranking": []},
-                            "no further effect is both significant and large enough to matter (p\u00a0=\u00a00.4)"),
-                           ({"p_value": None, "ranking": []}, "no further effect was tested."),
-                           ({"p_value": 0.001, "ranking": output["result"]["rounds"][0]["ranking"]},
-                            "Slip-speed-dependent friction would be next")):
-        last |= change
-        assert phrase in joined(words.rounds(output["result"], output["figure_data"]))
+def test_an_unlisted_finding_has_its_law_and_its_factor(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    result = replace(result, kind="unlisted", findings=[unlisted(result.findings[0])])
+    text = reading(page(result, figures)).text
+    assert "no effect of this quantity and dependence whose law has this shape" in text
+    assert "with the measured law, asks for it as well" in text
+    assert "multiple of the measured law" in text
+    assert "Confidence:" not in text
+    assert "Formula:" not in text
 
 
-def test_nothing_in_the_data_becomes_markup(output: dict[str, Any], reading: Read) -> None:
-    tame = reading(study_page(STUDY, output))
-    output["result"]["answer"]["sentence"] = HOSTILE
-    output["result"]["answer"]["coefficients"][0] |= {"coefficient": HOSTILE, "unit": HOSTILE}
-    output["figure_data"]["effects"]["stribeck_friction"] = dict.fromkeys(
-        ("title", "block", "quantity", "law", "signature", "source"), HOSTILE)
-    hostile = reading(study_page(STUDY | dict.fromkeys(("id", "recordings", "recordings_digest"), HOSTILE), output))
-    assert hostile.count("img") == 0
-    assert hostile.count("script") == tame.count("script") == 5
-    assert hostile.text.count("<script>alert(1)</script>") > 8
+def test_something_without_a_law_is_not_nothing(studied: Studied, reading: Read) -> None:
+    result, figures = studied("nothing")
+    left = replace(result, kind="unlisted", blocks=[replace(one, unexplained=True) for one in result.blocks[:1]])
+    text = reading(page(left, figures)).text
+    assert "The block is known, but not the law" in text
+    assert "describes these recordings" not in text
 
 
-def test_the_page_refers_to_no_external_resource_and_is_small(output: dict[str, Any], reading: Read) -> None:
-    html = study_page(STUDY, output)
+def test_a_run_order_that_follows_a_condition_is_reported(studied: Studied) -> None:
+    conditions = dict(studied("nothing")[1].conditions)
+    assert limits(conditions)[0][0] == "No condition follows the run order:"
+    speeds = conditions["motor_speed"] or []
+    order = sorted(range(24), key=lambda index: speeds[index])
+    conditions["run_order"] = [float(order.index(index)) for index in range(24)]
+    assert "the run order follows motor speed (correlation 0.97)" in limits(conditions)[0][1]
+    assert limits({**conditions, "run_order": None})[0][0] == "The recordings have no run order:"
+
+
+def test_nothing_in_the_data_becomes_markup(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    tame = reading(page(result, figures))
+    one = result.findings[0]
+    coefficients = [replace(entry, name=HOSTILE, unit=HOSTILE) for entry in one.confirmation.coefficients]
+    hostile = replace(
+        changed(result, title=HOSTILE, quantity=HOSTILE, depends_on=HOSTILE, evidence=f"{HOSTILE}: 1 of 2",
+                confirmation=replace(one.confirmation, coefficients=coefficients),
+                rivals=[Candidate(None, HOSTILE, HOSTILE, 1.0, 1.0)],
+                experiments=[replace(EXPERIMENT, rival=HOSTILE, signal=HOSTILE)]),
+        sentence=HOSTILE, blocks=[replace(block, signals=HOSTILE, findings=[HOSTILE]) for block in result.blocks])
+    parsed = reading(page(hostile, figures))
+    assert parsed.count("img") == 0
+    assert parsed.count("script") == tame.count("script") == 5
+    assert parsed.text.count("<script>alert(1)</script>") > 15
+
+
+def test_the_page_refers_to_no_external_resource_and_is_small(studied: Studied, reading: Read) -> None:
+    html = page(*studied("friction"))
     for _, attributes in reading(html).elements:
         assert not {"src", "href", "action"} & attributes.keys()
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
     assert len(html) < 1_500_000
 
 
-def test_the_same_study_gives_the_same_page(output: dict[str, Any]) -> None:
-    assert study_page(STUDY, output) == study_page(json.loads(json.dumps(STUDY)), json.loads(json.dumps(output)))
+def test_the_same_study_gives_the_same_page(studied: Studied) -> None:
+    assert page(*studied("friction")) == page(*studied("friction"))

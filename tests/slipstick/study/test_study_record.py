@@ -1,0 +1,65 @@
+"""A stored result is the same typed values again, and a measured law is a table for other programs."""
+
+import csv
+import io
+import json
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from slipstick.errors import InvalidValue
+from slipstick.study import StudyResult
+from slipstick.study.export import file_stem, has_table, law_csv, law_mat
+from slipstick.study.figures import Figures
+from slipstick.study.record import figures_from_dict, result_from_dict
+
+Studied = Callable[[str], tuple[StudyResult, Figures]]
+
+
+def stored(value: Any) -> Any:
+    return json.loads(json.dumps(asdict(value), allow_nan=False))
+
+
+@pytest.mark.parametrize("name", ["friction", "nothing"])
+def test_a_stored_study_is_read_as_it_was(studied: Studied, name: str) -> None:
+    result, figures = studied(name)
+    assert result_from_dict(stored(result)) == result
+    assert figures_from_dict(stored(figures)) == figures
+
+
+def test_a_result_of_another_version_is_refused(studied: Studied) -> None:
+    values = stored(studied("friction")[0])
+    del values["findings"][0]["law"]["formula"]
+    with pytest.raises(InvalidValue, match="The stored Law has no 'formula'"):
+        result_from_dict(values)
+
+
+def test_a_measured_law_is_a_table_with_units(studied: Studied) -> None:
+    one = studied("friction")[0].findings[0]
+    law = one.law
+    assert law is not None
+    assert has_table(one)
+    assert file_stem(one) == "friction_coefficient_over_slip"
+    head, *rows = csv.reader(io.StringIO(law_csv(one)))
+    assert head == ["slip [rad/s]", "friction_coefficient_relative_change [1]", "lower [1]", "upper [1]", "formula [1]"]
+    columns = np.array(rows, float).T.tolist()
+    assert columns == [law.x, law.change, law.lower, law.upper, law.formula]
+    mat = loadmat(io.BytesIO(law_mat(one)))
+    assert mat["slip"].ravel().tolist() == law.x
+    assert mat["friction_coefficient_relative_change"].ravel().tolist() == law.change
+    assert mat["slip_unit"].item() == "rad/s"
+    assert mat["known_up_to"].item() == "constant"
+
+
+def test_a_single_number_is_no_table(studied: Studied) -> None:
+    one = studied("friction")[0].findings[0]
+    assert one.law is not None
+    lag = replace(one, law=replace(one.law, x=None, change=[0.01], lower=[0.0], upper=[0.02], formula=None))
+    assert not has_table(lag)
+    assert not has_table(replace(one, law=None))
+    with pytest.raises(ValueError, match="no law over a number"):
+        law_csv(lag)
