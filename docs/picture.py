@@ -22,11 +22,9 @@ from slipstick.pictures.rendering import render
 from slipstick.pictures.study import study_pictures
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study.comparison import compare
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudySettings, conclude, examine
 from slipstick.table import Table
 from slipstick.uncertainty import fit
-from worker.study import study_output
 
 CONDITION = 100
 SIGNALS = (*SIGNAL_UNITS, "piston_position")
@@ -43,10 +41,9 @@ def main(var: Path, out: Path) -> None:
 
 
 def finding(recordings: Recordings) -> Spec:
-    """The friction law that a study finds."""
+    """The friction law that a study measures, and the formula of the effect that it names."""
     settings = StudySettings()
-    output = study_output(settings, compare(HEAVY, recordings, settings.shifting_time_noise))
-    return study_pictures(output["result"], output["figure_data"])["law"]
+    return study_pictures(*conclude(settings, HEAVY, recordings, examine(settings, HEAVY, recordings)))["law"]
 
 
 def one_engagement(recordings: Recordings, calibration: Path) -> Spec:

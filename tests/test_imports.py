@@ -64,7 +64,11 @@ MAY_IMPORT = {
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.confirmation "
                        "slipstick.naming slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
+    "slipstick.pictures.study": "slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
+                                "slipstick.study",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",
+    "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
+                              "slipstick.report slipstick.study",
     "service": "numpy fastapi starlette uvicorn pydantic pydantic_settings orjson sqlalchemy dbos slipstick",
     "worker": "numpy scipy dbos sqlalchemy slipstick",
 }

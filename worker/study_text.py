@@ -1,7 +1,7 @@
 """The result of a study as plain text: the contents of its report without the pictures."""
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from slipstick.report.study import content, parts
 from slipstick.report.study.simulation import lead
@@ -33,8 +33,8 @@ def _part(part: parts.Part) -> str:
             return _paragraph(text)
         case parts.Items(entries):
             return _listing(entries)
-        case parts.Table(head, rows):
-            return _table(head, rows)
+        case parts.Table(head, rows, words):
+            return _table(head, rows, words)
         case parts.Picture():
             return ""
 
@@ -48,9 +48,10 @@ def _listing(entries: Iterable[tuple[str, str]]) -> str:
                      for label, statement in entries)
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Aligned columns; the first column labels the rows."""
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int]) -> str:
+    """Aligned columns; the first one, which labels the rows, and those of words to the left."""
     cells = [head, *rows]
     widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
-    return "\n".join("  ".join([row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in
-                                                           zip(row[1:], widths[1:], strict=True))]) for row in cells)
+    return "\n".join("  ".join(
+        cell.ljust(width) if column == 0 or column in words else cell.rjust(width)
+        for column, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip() for row in cells)

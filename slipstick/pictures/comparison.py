@@ -27,7 +27,7 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
         if (rms["after"] or math.inf) < (rms["before"] or math.inf) else \
         f"The root-mean-square difference is {before} before and {after} after the fit"
     return theme.picture(
-        title, f"{len(rows)} experiments. Positive differences: the model locks later than the test bench."
+        title, f"{len(rows)} experiments. Positive differences: the test bench locks later than the model."
         + (f" Not drawn: {undefined} without a simulated shifting time." if undefined else ""),
         {"spacing": 22, "datasets": {"experiments": rows}, "vconcat": [
             {"spacing": 60, "hconcat": [_scatter(rows), _histogram(rows)]}, _by_experiment()]})
@@ -37,7 +37,7 @@ def _row(condition: int, measured: float, before: float | None, after: float | N
     row: Spec = {"experiment": condition, "measured": theme.rounded(measured)}
     for stage, simulated in (("before", before), ("after", after)):
         row[stage] = theme.rounded(simulated)
-        row[f"difference {stage}"] = theme.rounded(None if row[stage] is None else 1e3 * (row[stage] - measured), 4)
+        row[f"difference {stage}"] = theme.rounded(None if row[stage] is None else 1e3 * (measured - row[stage]), 4)
     return row
 
 
@@ -84,7 +84,7 @@ def _histogram(rows: list[Spec]) -> Spec:
                  for index, count in enumerate(counts) if count]
     return {"width": _HALF, "height": 260, "data": {"values": bars},
             "mark": {"type": "rect", "opacity": 0.6},
-            "encoding": {"x": {"field": "from", "type": "quantitative", "title": "simulated − measured [ms]",
+            "encoding": {"x": {"field": "from", "type": "quantitative", "title": "measured − simulated [ms]",
                                "axis": {"grid": False}},
                          "x2": {"field": "to"}, "y": {"field": "count", "type": "quantitative", "title": "experiments"},
                          "y2": {"datum": 0}, "color": {**theme.series_colour(_COLOURS), "field": "series"}}}
@@ -95,4 +95,4 @@ def _by_experiment() -> Spec:
          "scale": {"nice": False, "padding": 8}}
     zero = {"mark": {"type": "rule", "color": theme.FAINT}, "data": {"values": [{}]}, "encoding": {"y": {"datum": 0}}}
     return {"width": theme.WIDTH, "height": 200,
-            "layer": [zero, *_points(x, "difference {}", "simulated − measured [ms]")]}
+            "layer": [zero, *_points(x, "difference {}", "measured − simulated [ms]")]}

@@ -1,7 +1,7 @@
 """HTML elements of the reports. All text is escaped."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from typing import Any
 
@@ -17,11 +17,13 @@ def section(title: str, *parts: str) -> str:
     return f"<section>\n<h2>{escape(title)}</h2>\n{body}\n</section>" if body else ""
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table. The first cell of each row is its header."""
-    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    body = "\n".join(f"<tr><th>{escape(name)}</th>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
-                     for name, *cells in rows)
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = ()) -> str:
+    """Return a table. The first cell of each row is its header; columns of `words` are aligned to the left."""
+    left = [' class="words"' if column in words else "" for column in range(len(head))]
+    top = "".join(f"<th{css}>{escape(cell)}</th>" for cell, css in zip(head, left, strict=True))
+    body = "\n".join(f"<tr><th>{escape(name)}</th>" + "".join(
+        f"<td{css}>{escape(cell)}</td>" for cell, css in zip(cells, left[1:], strict=True)) + "</tr>"
+        for name, *cells in rows)
     return f'<div class="wide"><table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
 
 

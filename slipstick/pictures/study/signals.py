@@ -102,7 +102,7 @@ def _differences(result: StudyResult, engagement: Engagement, models: dict[str, 
               for key, (label, _) in models.items()}
     sizes = [(abs(value), abs(t - engagement.lock)) for curve in curves.values() for t, value in curve]
     away = max([1.5 * noise, *(size for size, distance in sizes if distance > _OUTSIDE)])
-    largest = 1.08 * min(max([away, *(size for size, _ in sizes)]), _CUT * away)
+    largest = 1.1 * min(max([away, *(size for size, _ in sizes)]), _CUT * away)
     y: Spec = {"field": "y", "type": "quantitative", "title": _TITLES[signal] if first else None,
                "scale": {"domain": [theme.rounded(-largest), theme.rounded(largest)], "nice": False},
                "axis": {"tickCount": 4, "format": "~f"}}

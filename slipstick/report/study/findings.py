@@ -36,8 +36,8 @@ def _parts(one: FindingResult, result: StudyResult, level: float) -> list[Part]:
     parts: list[Part] = [Items([*_what(one), *_evidence(one, result), *_confirmed(one), *_worth(one)])]
     if one.confirmation.coefficients:
         effect = effect_of(one.effect)
-        parts.append(Table(("coefficient", "estimate", f"{100 * level:.0f} % interval", "meaning"),
-                           [coefficient_row(coefficient, effect) for coefficient in one.confirmation.coefficients]))
+        rows = [coefficient_row(coefficient, effect) for coefficient in one.confirmation.coefficients]
+        parts.append(Table(("coefficient", "estimate", f"{100 * level:.0f} % interval", "meaning"), rows, words=(3,)))
         parts.append(Note("The coefficients are fitted to all signals of the whole simulation at once. The intervals "
                           "are conditional on the form of the law."))
     return [*parts, *_further(one)]

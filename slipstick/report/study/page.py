@@ -44,8 +44,8 @@ def _part(part: parts.Part) -> str:
             return markup.paragraph(text, "note")
         case parts.Items(entries):
             return markup.listing(entries)
-        case parts.Table(head, rows):
-            return markup.table(head, rows)
+        case parts.Table(head, rows, words):
+            return markup.table(head, rows, words)
         case parts.Picture(name):
             return figure(name, CAPTIONS[name])
         case str(text):

@@ -26,6 +26,8 @@ class Table:
 
     head: tuple[str, ...]
     rows: list[tuple[str, ...]]
+    words: tuple[int, ...] = ()
+    """Columns of words, which are aligned to the left as the first one."""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def blocks(result: StudyResult) -> Section:
             asked.append("something that no law explains")
         rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(asked) or "nothing"))
     return Section("What every block says", [
-        Table(("block", "reduced chi-square", "asks for"), rows), Note(_BLOCKS)])
+        Table(("block", "reduced chi-square", "asks for"), rows, words=(2,)), Note(_BLOCKS)])
 
 
 def gap(result: StudyResult, has_picture: bool) -> Section:

@@ -84,7 +84,8 @@ def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> 
     assert "Not confirmed" not in said(result)
     assert "Not confirmed: the simulation of the whole bench does not ask for slip-speed-dependent friction" in said(
         changed(result, confirmation=replace(confirmation, agrees=False)))
-    alone = changed(result, confirmation=replace(confirmation, simulated="no", coefficients=[], agrees=None), worth=None)
+    nothing = replace(confirmation, simulated="no", coefficients=[], agrees=None)
+    alone = changed(result, confirmation=nothing, worth=None)
     assert "rests on its blocks alone" in said(alone)
     bound = [replace(one, at_bound=True) for one in confirmation.coefficients]
     assert "At a bound: strength and decay speed of slip-speed-dependent friction" in said(
