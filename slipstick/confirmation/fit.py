@@ -1,6 +1,6 @@
 """The fit of the whole simulation without and with what was named, from the estimates of the blocks."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -67,27 +67,42 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray,
     return SimulationFit(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
 
 
-def nested(traces: Traces, terms: Terms, points: np.ndarray) -> tuple[SimulationFit, SimulationFit]:
-    """The fits without and with `terms`: that with them is never below the other one.
+def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
+              is_enough: Callable[[np.ndarray], bool]) -> tuple[SimulationFit, SimulationFit]:
+    """The fits without any of `terms`, and with those of them that the simulation asks for as well.
 
-    Each also starts from where the other one ended, because either may end too early. Noise is that which the fit with
-    the terms leaves, in both.
+    Terms are added one after the other, each time that which gains most, while the gain (n,) in nats is enough: blocks
+    may need two names for what is one effect in the simulation. A fit is never below the one nested in it, and that
+    without terms also starts where that with them ended, because either may end too early. Noise is that which the fit
+    with all terms leaves, in all of them.
     """
-    first = fit_simulation(traces, terms, points)
-    traces = traces.with_noise(traces.mean_squares(traces.measured - first.fitted.predicted))
-    after = SimulationFit(block := SimulatedBench(traces, terms),
-                          fit_curved(block, start=first.fitted, iterations=_ITERATIONS))
-    if not terms.unknowns:
-        return after, after
     bare = replace(terms, effects=(), laws=())
-    before = best([fit_simulation(traces, bare, start) for start in (points, after.fitted.points)])
-    return before, above(after, before)
+    whole = fit_simulation(traces, terms, points)
+    traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
+    before = now = fit_simulation(traces, bare, points)
+    left = list(terms.names)
+    while left:
+        tried = {}
+        for name in left:
+            more = terms.only((*now.block.terms.names, name))
+            starts = [now.fitted.points, whole.fitted.points]
+            tried[name] = above(best([fit_simulation(traces, more, start) for start in starts]), now)
+        name = max(tried, key=lambda one: float(tried[one].evidence.sum()))
+        if not is_enough(tried[name].evidence - now.evidence):
+            break
+        now = tried[name]
+        left.remove(name)
+    if now is before:
+        return before, now
+    before = best([before, fit_simulation(traces, bare, now.fitted.points)])
+    return before, above(now, before)
 
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     """The fit `after`, or one that starts where `before` ended, whose model is nested in it."""
-    block, neutral = after.block, np.zeros(len(after.fitted.shared))
-    again = fit_curved(block, start=before.fitted, shared=neutral, iterations=_ITERATIONS)
+    block, known = after.block, dict(zip(before.block.fixed, before.fitted.shared, strict=True))
+    shared = np.array([known.get(name, 0.0) for name in block.fixed])
+    again = fit_curved(block, start=before.fitted, shared=shared, iterations=_ITERATIONS)
     found = best([after, SimulationFit(block, again)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")

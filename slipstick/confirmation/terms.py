@@ -1,6 +1,6 @@
 """What a confirmation adds to the model: effects of the catalogue with free coefficients, or measured laws."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,10 +53,15 @@ class Terms:
             found.append(Unknown(f"{law.quantity} ~ {law.depends_on}", "factor", "1", 0.0, -_MOST, _MOST, 1.0))
         return tuple(found)
 
-    def without(self, term: str) -> "Terms":
-        """Without the effect or law of this name."""
-        return replace(self, effects=tuple(name for name in self.effects if name != term),
-                       laws=tuple(law for law in self.laws if f"{law.quantity} ~ {law.depends_on}" != term))
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the effects, and of the laws as `quantity ~ dependence`."""
+        return *self.effects, *(f"{law.quantity} ~ {law.depends_on}" for law in self.laws)
+
+    def only(self, names: Collection[str]) -> "Terms":
+        """Those of these names."""
+        return replace(self, effects=tuple(name for name in self.effects if name in names),
+                       laws=tuple(law for law in self.laws if f"{law.quantity} ~ {law.depends_on}" in names))
 
     def coefficients(self, values: Sequence[float] | np.ndarray) -> np.ndarray:
         """The coefficient vector (c,) of the simulator for `values` (p,) of the unknowns."""

@@ -31,8 +31,8 @@ class Traces:
     """Rows of K values of the n engagements of a `scene`: the `measured` (n, K), and which are `counted` (n, K).
 
     `noise` maps each channel to the standard deviation of its values over that of the sensor's noise, which third
-    differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the signals' clocks in s, and `converter` is that of the bench with the
-    errors of its curve.
+    differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the signals' clocks in s,
+    and `converter` is that of the bench with the errors of its curve.
     """
 
     scene: Scene

@@ -25,7 +25,7 @@ class Worth:
 def worth(found: SimulationFit, term: str) -> Worth:
     """The difference that the `term` (an effect or a measured law) makes in a fitted simulation."""
     block, scene = found.block, found.block.scene
-    rest = block.terms.without(term)
+    rest = block.terms.only([name for name in block.terms.names if name != term])
     kept = [place for place, one in enumerate(block.terms.unknowns) if one.term != term]
     other = SimulatedBench(block.traces, rest)
     points = np.tile(found.fitted.mean, (len(scene), 1))

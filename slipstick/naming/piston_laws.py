@@ -153,4 +153,4 @@ def _friction_heat(given: Loading) -> np.ndarray:
     full = np.argmax(given.in_contact > 0, axis=1)  # 0 without full contact: then no heat is taken off
     below = (torque < _MEETING * torque[rows, full][:, None]) & (np.arange(heat.shape[1]) < full[:, None])
     last = np.where(below.any(axis=1), heat.shape[1] - 1 - np.argmax(below[:, ::-1], axis=1), 0)
-    return np.maximum(heat - heat[rows, last][:, None], 0.0)
+    return np.asarray(np.maximum(heat - heat[rows, last][:, None], 0.0))

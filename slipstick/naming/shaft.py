@@ -39,6 +39,8 @@ _POINTS = 2000
 """Points of the tables of the converter: far closer than those of its curve."""
 _LAGS = np.array([0.2, 0.6, 2.0, 6.0])
 """Lags of the converter over the delay of the valve: a factor 3 apart, any between them is nearly a sum of two."""
+_LAG, _ROUNDS = ("converter torque", "lag"), 4
+"""The pair of a lag of the converter, and rounds in which the speed under it is found."""
 _LEAST = 1e-6
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
 _FROM_ZERO = ("output speed", "pressure")
@@ -125,7 +127,13 @@ class InputBlock:
         for pair, coefficients in laws:
             if pair[0] == "input torque":
                 torque = torque - np.einsum("m,nmk->nk", coefficients, self._given_by(pair))
-        return self._integrated(points, torque)
+        speed = self._integrated(points, torque)
+        for coefficients in (c for pair, c in laws if pair == _LAG):
+            # The lagging torque is that at the speed that it leads to, which is found by iteration.
+            for _ in range(_ROUNDS):
+                lagging = np.einsum("m,nmk->nk", coefficients, self._torque(_LAG, speed))
+                speed = self._integrated(points, torque - lagging)
+        return speed
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the speed sensor, and the integrated one of the torque sensor, where `base` was called last."""
@@ -211,7 +219,7 @@ class InputBlock:
 
     def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
-        if pair == ("converter torque", "lag"):
+        if pair == _LAG:
             torque = self._converter(speed, self.motor[:, None])
             lags = self.scene.value("current_delay") * _LAGS
             return np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],

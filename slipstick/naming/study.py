@@ -132,7 +132,8 @@ def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
     lock = LockBlock(scene, load.clean(np.zeros((len(scene), len(load.random)))))
     fits = [fit(block, iterations=2) for block in (ValveBlock(scene), load, InputBlock(scene), lock)]
     # A linear block explains even a reversed sensor: by parameters that no scatter makes plausible.
-    reversed_sensor = np.any(np.abs(fits[0].fitted.each) > _BELIEVED * fits[0].block.widest, axis=1)
+    own = fits[0].fitted.each - np.median(fits[0].fitted.each, axis=0)  # a single one may pull the mean of all
+    reversed_sensor = np.any(np.abs(own) > _BELIEVED * fits[0].block.widest, axis=1)
     return np.asarray(np.any([*(outlying(one.chi2, settings) for one in fits), reversed_sensor], axis=0))
 
 

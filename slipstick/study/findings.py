@@ -1,9 +1,10 @@
 """One finding as a result: its measured law, its coefficients in the simulation, its worth and its confidence."""
 
+from typing import Literal
+
 import numpy as np
 from scipy.special import ndtri
 
-from slipstick.clutch import effects
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, names
@@ -27,11 +28,11 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
     share, kind = confidence(finding) if said.effect else (None, None)
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
-    drawn = None if law is None else _law(settings, law, said.effect, after.values[at] if said.effect else None)
+    drawn = None if law is None else _law(settings, law, said.effect, after.values[at] if said.effect and at else None)
     return FindingResult(
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
         finding.nats, finding.errors, rivals, drawn,
-        _confirmation(settings, after, at, "formula" if said.effect else "measured law"),
+        _confirmation(settings, after, at, term, bool(said.effect)),
         Worth(**vars(worth(after, term))) if at else None, share, kind, experiments)
 
 
@@ -52,20 +53,17 @@ def _law(settings: StudySettings, law: LawPoints, effect: str, values: np.ndarra
                law.linearised, None if its is None else its.tolist())
 
 
-def _confirmation(settings: StudySettings, after: SimulationFit, at: list[int], how: str) -> Confirmation:
-    """Coefficients with intervals, and whether one that is an amplitude differs from neutral."""
-    if not at:
+def _confirmation(settings: StudySettings, after: SimulationFit, at: list[int], term: str,
+                  is_formula: bool) -> Confirmation:
+    """What stands for the finding, with intervals of its coefficients."""
+    if not term:
         return Confirmation("no", [], None)
-    deviation, wide = np.sqrt(np.diag(after.covariance)), float(ndtri((1 + settings.level) / 2))
-    coefficients, agrees = [], False
+    how: Literal["formula", "measured law"] = "formula" if is_formula else "measured law"
+    if not at:
+        return Confirmation(how, [], False)
+    deviation, wide, coefficients = np.sqrt(np.diag(after.covariance)), float(ndtri((1 + settings.level) / 2)), []
     for place in at:
         one, value, error = after.block.terms.unknowns[place], float(after.values[place]), float(deviation[place])
         bound = min(value - one.lower, one.upper - value) < _AT_BOUND * one.span
         coefficients.append(Coefficient(one.name, one.unit, value, value - wide * error, value + wide * error, bound))
-        agrees |= _is_amplitude(one.term, one.name) and abs(value - one.neutral) > settings.naming.apart * error
-    return Confirmation("formula" if how == "formula" else "measured law", coefficients, agrees)
-
-
-def _is_amplitude(term: str, name: str) -> bool:
-    """Whether the effect is absent where this coefficient is neutral."""
-    return name == "factor" or not next(c for c in effects.find(term).coefficients if c.name == name).shape
+    return Confirmation(how, coefficients, True)

@@ -82,9 +82,9 @@ class Confirmation:
     simulated: Literal["formula", "measured law", "no"]
     """What stands for the finding in the simulation. `no`: the simulation has no such quantity or dependence."""
     coefficients: list[Coefficient]
-    """Coefficients, of all findings at once; empty if nothing stands for the finding."""
+    """Coefficients, fitted with those of all other findings; empty if the simulation does not ask for the finding."""
     agrees: bool | None
-    """Whether the simulation asks for the finding as well; null if nothing stands for it."""
+    """Whether the simulation asks for the finding as well, beside the other ones; null if nothing stands for it."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from slipstick.bench import parameters as names_of
 from slipstick.clutch import effects
 from slipstick.clutch.laws import MOST_LAWS
 from slipstick.confirmation.control import control
-from slipstick.confirmation.fit import SimulationFit, fit_simulation, nested
+from slipstick.confirmation.fit import SimulationFit, confirmed, fit_simulation
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import Prediction, closures, predict
 from slipstick.confirmation.simulated import CONDITIONS, RANDOM
@@ -27,6 +27,7 @@ from slipstick.naming import answer, name
 from slipstick.naming.answer import Answer
 from slipstick.naming.record import from_json, to_json
 from slipstick.naming.scene import Scene
+from slipstick.naming.selection import is_enough
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.study.figures import Figures, figures
@@ -57,7 +58,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     traces, points = _traces(bench, recordings, found)
     terms = _terms(bench, found, answers)
     log("fitting the simulation without and with the findings")
-    before, after = nested(traces, terms, points)
+    before, after = confirmed(traces, terms, points, lambda gain: is_enough(gain, settings.naming))
     log("comparing with effects that are tied")
     experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), after, its)
@@ -65,7 +66,8 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     log("predicting held-out conditions")
     predictions = {"before": predict(before, settings.seed)}
     gap = None
-    if terms.unknowns:
+    added = after.block.terms
+    if added.names:
         predictions["after"] = predict(after, settings.seed)
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
     kind = "none" if not results and not found.unexplained else "unlisted" if not results else \
@@ -77,7 +79,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest)
-    return result, figures(before, after if terms.unknowns else None, predictions)
+    return result, figures(before, after if added.names else None, predictions)
 
 
 def _traces(bench: Bench, recordings: Recordings, found: Naming) -> tuple[Traces, np.ndarray]:

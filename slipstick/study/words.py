@@ -35,6 +35,11 @@ def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> s
 
 
 def _phrase(one: FindingResult) -> str:
+    doubt = " (not confirmed by the simulation of the whole bench)" if one.confirmation.agrees is False else ""
+    return _name(one) + doubt
+
+
+def _name(one: FindingResult) -> str:
     name = one.title[0].lower() + one.title[1:]
     if one.kind == "unlisted":
         return f"{name}, which no effect of the catalogue explains"

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from slipstick.clutch import effects
 from slipstick.pictures import theme, units
-from slipstick.pictures.study.words import model_series, within
+from slipstick.pictures.study.words import model_series, numbers, within
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.study.figures import Figures
 from slipstick.study.result import ClosureResult, Gap, StudyResult
@@ -39,11 +39,11 @@ def draw(result: StudyResult, figures: Figures) -> Spec | None:
 
 
 def _differences(result: StudyResult, figures: Figures) -> Spec:
-    models = model_series(result)
+    models, number = model_series(result), numbers(result)
     columns = [figures.conditions[name] or [0.0] * len(figures.measured) for name in _COLUMNS]
     order = sorted(range(len(figures.measured)), key=lambda index: [column[index] for column in columns])
     speeds = [columns[0][index] for index in order]
-    rows = [{"position": position, "engagement": index, "series": label, "difference": theme.rounded(
+    rows = [{"position": position, "engagement": number[index], "series": label, "difference": theme.rounded(
                 1e3 * (figures.measured[index] - figures.predicted[key].mean[index]), 4)}
             for key, (label, _) in models.items() for position, index in enumerate(order)]
     starts = [position for position, speed in enumerate(speeds) if position == 0 or speed != speeds[position - 1]]

@@ -3,7 +3,7 @@
 import textwrap
 
 from slipstick.pictures import theme, units
-from slipstick.pictures.study.words import argument, subject
+from slipstick.pictures.study.words import argument, changed, subject
 from slipstick.pictures.theme import Spec
 from slipstick.study.figures import Figures
 from slipstick.study.result import FindingResult, Law, StudyResult
@@ -48,6 +48,8 @@ def headline(finding: FindingResult, law: Law) -> str:
         return f"{finding.title}: {units.with_unit(text, unit)}"
     span, net = max(law.change) - min(law.change), law.change[-1] - law.change[0]
     size_text = units.with_unit(units.number(factor * span), unit)
+    if law.up_to == "line":
+        return f"The {subject(finding)} varies with the {argument(finding)}, other than by a straight line"
     if abs(net) < _MONOTONIC * span:
         return f"The {subject(finding)} varies by {size_text} with the {argument(finding)}"
     return f"The {subject(finding)} {'rises' if net > 0 else 'falls'} by {size_text} as the {argument(finding)} grows"
@@ -69,8 +71,8 @@ def _panel(finding: FindingResult, law: Law, height: int) -> Spec:
     unit, factor = _shown(law)
     x_unit, x_factor = units.scale(law.x_unit, max(map(abs, law.x)))
     x: Spec = {"field": "x", "type": "quantitative", "title": _axis(argument(finding), x_unit),
-               "axis": {"grid": False}, "scale": {"nice": False, "zero": False, "padding": 6}}
-    y: Spec = {"field": "y", "type": "quantitative", "title": _axis(f"change of the {subject(finding)}", unit),
+               "axis": {"grid": False, "tickCount": 10}, "scale": {"nice": False, "zero": False, "padding": 6}}
+    y: Spec = {"field": "y", "type": "quantitative", "title": _axis(changed(finding), unit),
                "scale": {"domain": _domain(law, factor), "nice": False}}
     colour = theme.series_colour({_MEASURED: theme.MEASURED, _FORMULA: theme.AFTER} if law.formula else
                                  {_MEASURED: theme.MEASURED})
@@ -101,7 +103,7 @@ def _single(finding: FindingResult, law: Law) -> Spec:
     row = {name: theme.rounded(factor * values[0])
            for name, values in (("x", law.change), ("low", law.lower), ("high", law.upper))}
     x: Spec = {"field": "x", "type": "quantitative", "title": _axis(finding.title, unit),
-               "scale": {"zero": True, "padding": 12}}
+               "scale": {"zero": True, "padding": 12}, "axis": {"tickCount": 10}}
     return {"width": theme.WIDTH, "height": _NUMBER, "data": {"values": [row]}, "layer": [
         {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"x": {"datum": 0}}},
         {"mark": {"type": "rule", "strokeWidth": 3, "color": theme.MEASURED},

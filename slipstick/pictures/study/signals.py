@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from slipstick.pictures import theme
-from slipstick.pictures.study.words import model_series
+from slipstick.pictures.study.words import model_series, numbers
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.study.figures import Engagement, Figures
@@ -39,7 +39,7 @@ def draw(result: StudyResult, figures: Figures) -> Spec | None:
         column[0]["layer"].append({
             "data": {"values": [{}]}, "encoding": {"x": {"value": 0}, "y": {"value": -_LABEL}},
             "mark": {"type": "text", "align": "left", "baseline": "top", "color": theme.FAINT, "lineHeight": 14,
-                     "text": _conditions(figures, engagement.condition)}})
+                     "text": _conditions(figures, numbers(result), engagement.condition)}})
     rows = [{"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": list(row)}
             for row in zip(*columns, strict=True)]
     return theme.picture(_title(result, engagements, list(models)),
@@ -126,7 +126,8 @@ def _difference(engagement: Engagement, model: str, signal: str) -> Iterator[tup
         yield t, measured - simulated
 
 
-def _conditions(figures: Figures, index: int) -> list[str]:
+def _conditions(figures: Figures, number: list[int], index: int) -> list[str]:
     profile, speed, inertia, brake = ((figures.conditions[name] or [])[index] for name in (
         "current_profile", "motor_speed", "load_inertia", "brake_torque"))
-    return [f"{index}: profile {profile:.0f}, motor {speed:.0f} rad/s", f"{inertia:.3g} kg m², brake {brake:.3g} N m"]
+    return [f"{number[index]}: profile {profile:.0f}, motor {speed:.0f} rad/s",
+            f"{inertia:.3g} kg m², brake {brake:.3g} N m"]

@@ -17,16 +17,29 @@ def subject(finding: FindingResult) -> str:
     return f"error of the {finding.quantity}" if finding.quantity.endswith("sensor") else finding.quantity
 
 
+def changed(finding: FindingResult) -> str:
+    """The change as the title of an axis: an error is a change by itself."""
+    name = subject(finding)
+    return name if name.startswith("error") else f"change of the {name}"
+
+
 def argument(finding: FindingResult) -> str:
     """What the change is measured over."""
     return _X.get(finding.depends_on, finding.depends_on)
 
 
 def model_series(result: StudyResult) -> dict[str, tuple[str, str]]:
-    """`before` and, if the simulation takes a finding, `after` -> label and colour of that model."""
+    """`before` and, if the simulation asks for a finding, `after` -> label and colour of that model."""
     if result.gap is None:
         return {"before": ("model of the bench", theme.AFTER)}
-    added = [one for one in result.findings if one.confirmation.simulated != "no"]
-    label = within(added[0].title) if len(added) == 1 else f"{len(added)} findings"
+    added = [one for one in result.findings if one.confirmation.agrees]
+    label = f"{len(added)} findings" if len(added) != 1 else within(added[0].title)
+    if len(added) == 1 and added[0].confirmation.simulated == "measured law":
+        label = "the measured law"
     return {"before": (f"best fit without {'it' if len(added) == 1 else 'them'}", theme.BEFORE),
             "after": (f"with {label}", theme.AFTER)}
+
+
+def numbers(result: StudyResult) -> list[int]:
+    """Numbers in the recordings, from 0, of the engagements that count."""
+    return [place for place in range(result.experiments + len(result.set_aside)) if place not in result.set_aside]

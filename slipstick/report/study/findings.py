@@ -87,7 +87,8 @@ def _confirmed(one: FindingResult) -> Entries:
     how = {"formula": "the formula of the catalogue", "measured law": "the measured law", "no": ""}
     if one.confirmation.simulated == "no":
         return [("Simulation:", "it has no such quantity or dependence; the finding rests on the blocks alone.")]
-    verdict = "asks for it as well" if one.confirmation.agrees else "does not ask for it"
+    verdict = "asks for it as well" if one.confirmation.agrees else \
+        "does not ask for it, so that there are no coefficients and no worth"
     return [("Simulation:", f"the simulation of the whole bench, with {how[one.confirmation.simulated]}, {verdict}.")]
 
 

@@ -33,7 +33,7 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
     if not result.findings:
         return "The block is known, but not the law: record under other conditions, or look at its signals."
     if result.gap is None:
-        return "The simulation of the bench takes none of the findings, so no gap is computed."
+        return "The simulation of the whole bench takes none of what the blocks ask for, so no gap is computed."
     time = result.gap.closures["shifting_time"]
     text = (f"On conditions that the fit has not seen, the error of the shifting time goes from "
             f"{fixed(1e3 * time.rms_before)} to {fixed(1e3 * time.rms_after)} ms (root mean square); a right model "

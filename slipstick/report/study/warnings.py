@@ -37,8 +37,8 @@ def _about(one: FindingResult) -> Entries:
                   for other in one.rivals]
         found.append(("Not told apart:", f"the recordings explain {within(one.title)} as well by {listed(others)}."))
     if one.confirmation.agrees is False:
-        found.append(("Not confirmed:", f"the simulation of the whole bench does not ask for {within(one.title)}: its "
-                                        "coefficients do not differ from those without an effect."))
+        found.append(("Not confirmed:", f"the simulation of the whole bench does not ask for {within(one.title)} "
+                      "beside what else was found. It is not part of the extended model."))
     if one.confirmation.simulated == "no":
         found.append(("Not simulated:", f"the simulation does not have the {one.quantity} in dependence on "
                       f"“{one.depends_on}”, so {within(one.title)} rests on its blocks alone."))

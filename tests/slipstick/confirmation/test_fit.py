@@ -8,7 +8,7 @@ import pytest
 
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
-from slipstick.confirmation import SimulationFit, Terms, Traces, nested
+from slipstick.confirmation import SimulationFit, Terms, Traces, confirmed
 from slipstick.confirmation.control import control
 from slipstick.confirmation.fit import above, fit_simulation
 from slipstick.confirmation.further import further
@@ -26,8 +26,14 @@ LAW = MeasuredLaw("load torque", "output speed", SPEEDS, tuple(0.03 * speed**2 f
 def fits(traced: Traced) -> Callable[[str], tuple[SimulationFit, SimulationFit]]:
     """Fits to recordings with a load drag: without it and with the named effect or law."""
     terms = {"drag": Terms(HEAVY, ("quadratic_load_drag",)), "law": Terms(HEAVY, (), (LAW,)),
-             "wrong": Terms(HEAVY, ("stribeck_friction",))}
-    return cache(lambda which: nested(*(lambda traces, points: (traces, terms[which], points))(*traced(DRAG))))
+             "both": Terms(HEAVY, ("stribeck_friction", "quadratic_load_drag"))}
+
+    @cache
+    def found(which: str) -> tuple[SimulationFit, SimulationFit]:
+        traces, points = traced(DRAG)
+        return confirmed(traces, terms[which], points, lambda gain: bool(gain.sum() > 12))
+
+    return found
 
 
 def test_the_coefficient_is_the_true_one_within_its_error(fits: Callable) -> None:  # type: ignore[type-arg]
@@ -49,7 +55,7 @@ def test_a_measured_law_does_as_well_as_the_formula(fits: Callable) -> None:  # 
 
 
 def test_a_fit_is_never_below_the_one_that_is_nested_in_it(fits: Callable) -> None:  # type: ignore[type-arg]
-    for which in ("drag", "law", "wrong"):
+    for which in ("drag", "law", "both"):
         before, after = fits(which)
         assert after.evidence.sum() >= before.evidence.sum() - 1e-6
 
@@ -65,12 +71,13 @@ def test_the_gap_closes_with_the_true_effect_and_not_with_a_wrong_one(fits: Call
     before, after = fits("drag")
     wide, narrow = predict(before, 1), predict(after, 1)
     closed = closures(wide, narrow, 1)
-    assert closed["output_speed"].closure == pytest.approx(1.0, abs=0.15)
+    assert closed["output_speed"].lower < 1 < closed["output_speed"].upper + 0.2  # type: ignore[operator]
+    assert (closed["output_speed"].closure or 0.0) > 0.6
     assert closed["shifting_time"].rms_after < closed["shifting_time"].rms_before
     name, other = control(before, ["load torque"])  # type: ignore[misc]
     assert name != "quadratic_load_drag"
     judged = closures(wide, predict(other, 1), 1)
-    assert (judged["output_speed"].closure or 0.0) < 0.6
+    assert (judged["output_speed"].closure or 0.0) < 0.3
 
 
 def test_worth_is_the_change_that_the_effect_makes(fits: Callable) -> None:  # type: ignore[type-arg]
@@ -82,9 +89,14 @@ def test_worth_is_the_change_that_the_effect_makes(fits: Callable) -> None:  # t
     assert its.signals["output_speed"] > 1.0
 
 
+def test_of_two_names_the_simulation_confirms_the_true_one(fits: Callable) -> None:  # type: ignore[type-arg]
+    _, after = fits("both")
+    assert after.block.terms.names == ("quadratic_load_drag",)
+
+
 def test_further_experiments_tell_models_apart_that_differ(fits: Callable) -> None:  # type: ignore[type-arg]
-    _, after = fits("drag")
-    _, other = fits("wrong")
+    before, after = fits("drag")
+    other = fit_simulation(after.block.traces, Terms(HEAVY, ("falling_load_friction",)), before.fitted.points)
     proposed = further(after, other)
     assert proposed
     assert proposed == sorted(proposed, key=lambda one: -one.apart)

@@ -87,18 +87,18 @@ def test_errors_are_those_of_the_coefficients(fits: dict[str, BlockFit]) -> None
 def test_a_law_known_up_to_a_line_has_any_slope_but_not_any_curvature() -> None:
     x = np.linspace(0, 1, 11)
     finding = Finding((), ("valve current", "current"), np.ones(9))
-    band = 0.01 * (np.clip((0.5 - x) / 0.05, -1, 1) + (x - 0.5) * 2)  # a deadband less a line: it rises, falls and rises
+    band = 0.01 * (np.clip((0.5 - x) / 0.05, -1, 1) + (x - 0.5) * 2)  # a deadband less a line rises, falls and rises
     law = LawPoints(finding.pair, x, "A", band, "A", False, 1e-8 * np.eye(11), "line")
     assert answer(finding, law).effect == "valve_deadband"
     assert answer(finding, replace(law, up_to="constant")).effect == ""
-    drag = LawPoints(("load torque", "output speed"), x, "rad/s", np.sin(9 * x), "N m", False, 1e-4 * np.eye(11), "line")
+    drag = LawPoints(DRAG.pair, x, "rad/s", np.sin(9 * x), "N m", False, 1e-4 * np.eye(11), "line")
     assert answer(replace(finding, pair=drag.pair), drag).effect == ""
 
 
 def test_the_shape_of_a_linearised_law_is_tested_with_wider_errors() -> None:
     finding = Finding((), ("clearance", "run order"), np.ones(9))
-    law = LawPoints(finding.pair, np.array([0.0, 10, 20, 30]), "1", np.array([-3.5e-5, -7.5e-5, 4e-5, 9e-5]), "m", False,
-                    7e-6**2 * np.eye(4), "constant")
+    law = LawPoints(finding.pair, np.array([0.0, 10, 20, 30]), "1", np.array([-3.5e-5, -7.5e-5, 4e-5, 9e-5]), "m",
+                    False, 7e-6**2 * np.eye(4), "constant")
     assert answer(finding, law).effect == ""
     assert answer(finding, replace(law, linearised=True)).effect == "clearance_drift"
     assert answer(finding, replace(law, linearised=True, change=-10 * law.change)).effect == ""

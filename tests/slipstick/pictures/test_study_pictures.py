@@ -73,6 +73,13 @@ def test_a_law_that_is_not_monotonic_varies(studied: Studied) -> None:
         with_findings(result, bent), figures)["law"]["title"]["text"]
 
 
+def test_the_slope_of_a_law_known_up_to_a_line_is_not_stated(studied: Studied) -> None:
+    result, figures = studied("friction")
+    spec = study_pictures(with_findings(result, law_of(result.findings[0], up_to="line")), figures)["law"]
+    assert spec["title"]["text"].endswith("with the slip of the plates, other than by a straight line")
+    assert "up to a straight line" in " ".join(spec["title"]["subtitle"])
+
+
 def test_wide_bands_do_not_hide_the_law(studied: Studied) -> None:
     result, figures = studied("friction")
     one = result.findings[0]
@@ -157,6 +164,14 @@ def test_the_finding_explains_the_worst_signals(studied: Studied, marks: Marks) 
             for who in ("before", "after")}
     assert sum(left["after"]) < 0.5 * sum(left["before"])
     assert "signals" not in study_pictures(result, replace(figures, engagements=[]))
+
+
+def test_engagements_have_their_numbers_in_the_recordings(studied: Studied) -> None:
+    result, figures = studied("friction")
+    place = figures.engagements[0].condition
+    for set_aside, number in (([], place), ([0, place + 2], place + 1)):
+        spec = study_pictures(replace(result, set_aside=set_aside), figures)["signals"]
+        assert f'"{number}: profile ' in json.dumps(spec)
 
 
 def test_the_same_study_gives_the_same_pictures(studied: Studied) -> None:

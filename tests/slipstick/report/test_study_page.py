@@ -79,11 +79,15 @@ def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> N
 
 
 def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> None:
-    result, _ = studied("friction")
+    result, figures = studied("friction")
     confirmation = result.findings[0].confirmation
     assert "Not confirmed" not in said(result)
+    unconfirmed = changed(result, confirmation=replace(confirmation, agrees=False, coefficients=[]), worth=None)
     assert "Not confirmed: the simulation of the whole bench does not ask for slip-speed-dependent friction" in said(
-        changed(result, confirmation=replace(confirmation, agrees=False)))
+        unconfirmed)
+    html = page(replace(unconfirmed, gap=None), figures)
+    assert "does not ask for it, so that there are no coefficients" in html
+    assert "takes none of what the blocks ask for" in html
     nothing = replace(confirmation, simulated="no", coefficients=[], agrees=None)
     alone = changed(result, confirmation=nothing, worth=None)
     assert "rests on its blocks alone" in said(alone)
