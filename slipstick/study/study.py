@@ -6,7 +6,7 @@
 Both take some seconds to a minute. What `examine` returns is JSON, complete, and the same after a restart.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ from slipstick.naming import answer, name
 from slipstick.naming.answer import Answer
 from slipstick.naming.record import from_json, to_json
 from slipstick.naming.scene import Scene
-from slipstick.naming.selection import is_enough
+from slipstick.naming.selection import Finding, is_enough
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.study.figures import Figures, figures
@@ -54,6 +54,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
              log: Log = lambda _: None) -> tuple[Result, Figures]:
     """Confirm in the simulation what `examine` has named, and say what it is worth."""
     found = from_json(named)
+    found = replace(found, findings=tuple(_distinct(settings, found)))
     answers = [answer(one, found.measured.get(one.pair), settings.catalogue) for one in found.findings]
     traces, points = _traces(bench, recordings, found)
     terms = _terms(bench, found, answers)
@@ -80,6 +81,16 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest)
     return result, figures(before, after if added.names else None, predictions)
+
+
+def _distinct(settings: StudySettings, found: Naming) -> Iterator[Finding]:
+    """The findings, but of those that are the same effect, such as air in the oil under two of its pairs, the first."""
+    seen = set[str]()
+    for one in found.findings:
+        effect = answer(one, found.measured.get(one.pair), settings.catalogue).effect
+        if not effect or effect not in seen:
+            yield one
+        seen.add(effect)
 
 
 def _traces(bench: Bench, recordings: Recordings, found: Naming) -> tuple[Traces, np.ndarray]:

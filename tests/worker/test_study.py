@@ -12,10 +12,14 @@ from scipy.io import loadmat
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
+from slipstick.study import StudyResult, StudySettings
+from slipstick.study.figures import Figures
 from slipstick.study.record import result_from_dict
+from slipstick.study.result import BlockResult, SimulationResult
 from slipstick.table import Table
 from tests.benches import HEAVY, NOMINAL
 from worker.__main__ import main
+from worker.study_text import study_text
 
 
 def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
@@ -52,6 +56,19 @@ def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
     assert main([*build, "--axis", "pressure_bias=0.9:1.1:3"]) == 0
     assert Table.open(table).model == Model.from_spec(result.after.model)
     assert list(Table.open(table).model.effects) == ["stribeck_friction"]
+
+
+def test_the_text_has_warnings_before_what_was_achieved() -> None:
+    fit = SimulationResult({"pressure_bias": -0.02}, {"pressure_bias": 0.05}, {"pressure": 1.0}, 0.0, {})
+    block = BlockResult("valve", "current → pressure", 1.8, [], True)
+    result = StudyResult("unlisted", "Something is missing", [], [block], [3], fit, fit, None, 24, {}, "", "")
+    lines = study_text(result, Figures({"run_order": None}, [], {}, []), StudySettings()).splitlines()
+    assert lines[0] == "Something is missing."
+    assert lines[2] == "Warnings"
+    assert lines[3].startswith("- Set aside: engagement 3, numbered from 0.")
+    assert lines.index("Warnings") < lines.index("What every block says")
+    assert "current → pressure                1.80  something that no law explains" in lines
+    assert "pressure bias           −2.00 %   5.00 %" in lines
 
 
 def test_recordings_without_signals_are_refused(

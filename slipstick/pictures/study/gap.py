@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping
 
-from slipstick.clutch import effects
 from slipstick.pictures import theme, units
-from slipstick.pictures.study.words import model_series, numbers, within
+from slipstick.pictures.study.words import effect_title, model_series, numbers, within
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.study.figures import Figures
 from slipstick.study.result import ClosureResult, Gap, StudyResult
@@ -94,11 +93,6 @@ def _closures(result: StudyResult, gap: Gap) -> list[Spec]:
         {"transform": [{"filter": "datum.beyond != ''"}], "mark": {"type": "text", "align": "left", "dx": 8,
                                                                    "color": theme.FAINT},
          "encoding": {"x": x, "y": y, **offset, "text": {"field": "beyond"}}}]}]
-
-
-def effect_title(name: str) -> str:
-    """Return the title of an effect; its name if the catalogue does not have it any more."""
-    return next((effect.title for effect in effects.CATALOGUE if effect.name == name), in_words(name))
 
 
 def _percent(closure: ClosureResult) -> Spec:

@@ -1,5 +1,6 @@
 """Names of models and findings in pictures and reports."""
 
+from slipstick.clutch import effects
 from slipstick.pictures import theme
 from slipstick.study.result import FindingResult, StudyResult
 
@@ -10,6 +11,11 @@ _X = {"slip": "slip of the plates", "time": "time since the shift command", "hea
 def within(title: str) -> str:
     """A title for use within a sentence."""
     return title[:1].lower() + title[1:]
+
+
+def effect_title(name: str) -> str:
+    """The title of an effect; its name if the catalogue does not have it any more."""
+    return next((effect.title for effect in effects.CATALOGUE if effect.name == name), theme.in_words(name))
 
 
 def subject(finding: FindingResult) -> str:

@@ -2,9 +2,8 @@
 
 import re
 
-from slipstick.pictures.study.gap import effect_title
 from slipstick.pictures.study.law import headline, remarks
-from slipstick.pictures.study.words import within
+from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, signed
 from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
@@ -67,6 +66,11 @@ def _evidence(one: FindingResult, result: StudyResult) -> Entries:
               f"{number(other.behind, 2)} standard errors)" for other in one.rivals]
     found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
                   "no other pair of quantity and dependence comes near."))
+    # Effects of the same pair are no rival pairs; the experiments that tell them apart name them.
+    same = [within(effect_title(name)) for name in dict.fromkeys(other.rival for other in one.experiments)
+            if name not in [other.effect for other in one.rivals]]
+    if same:
+        found.append(("Same quantity and dependence:", f"{listed(same)} would have a law of such a shape as well."))
     return [*found, *_confidence(one)]
 
 

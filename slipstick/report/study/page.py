@@ -1,6 +1,7 @@
 """The report of a study as an HTML page: answer, warnings, findings, blocks, gap, simulation and limitations."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from slipstick.pictures.study import CAPTIONS, study_pictures
@@ -23,15 +24,23 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     """
     result, figures = result_from_dict(output["result"]), figures_from_dict(output["figure_data"])
     settings = StudySettings.from_dict(study["settings"])
-    specs = study_pictures(result, figures, fits)
+    specs, changed = study_pictures(result, figures, fits), _changed(settings)
     return document("study", study["id"], result.sentence, [
         markup.listing(warnings(result)), markup.paragraph(lead(result, settings), "lead"),
         *map(_section, content.evidence(result, settings, specs)),
         same_fit(study, result, fits, "surfaces" in specs),
         *map(_section, content.background(result, figures)),
-        provenance(study, output, [
+        provenance({**study, "settings": changed}, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
-            ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest)])], specs)
+            ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest),
+            ("settings", "" if changed else "default")])], specs)
+
+
+def _changed(settings: StudySettings) -> dict[str, Any]:
+    """The settings that differ from the default: all others would fill a screen."""
+    chosen, default = asdict(settings), asdict(StudySettings())
+    chosen["naming"] = {name: value for name, value in chosen["naming"].items() if value != default["naming"][name]}
+    return {name: value for name, value in chosen.items() if value not in ({}, default[name])}
 
 
 def _section(one: parts.Section) -> str:

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from slipstick.pictures.study.gap import effect_title
-from slipstick.pictures.study.words import within
+from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import fixed, number
 from slipstick.report.study.parts import Note, Part, Picture, Section, Table

@@ -1,7 +1,6 @@
 """What limits the answer of this study, said before anything else."""
 
-from slipstick.pictures.study.gap import effect_title
-from slipstick.pictures.study.words import within
+from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number
 from slipstick.report.study.parts import Entries
@@ -32,10 +31,12 @@ def warnings(result: StudyResult) -> Entries:
 def _about(one: FindingResult) -> Entries:
     """Warnings of a finding."""
     found: Entries = []
-    if one.rivals:
-        others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
-                  for other in one.rivals]
-        found.append(("Not told apart:", f"the recordings explain {within(one.title)} as well by {listed(others)}."))
+    others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
+              for other in one.rivals]
+    others += [within(effect_title(other.rival)) for other in one.experiments]
+    if others or one.kind == "tie":
+        rest = listed(list(dict.fromkeys(others))) if others else "another effect of the same quantity and dependence"
+        found.append(("Not told apart:", f"the recordings do not tell {within(one.title)} from {rest}."))
     if one.confirmation.agrees is False:
         found.append(("Not confirmed:", f"the simulation of the whole bench does not ask for {within(one.title)} "
                       "beside what else was found. It is not part of the extended model."))

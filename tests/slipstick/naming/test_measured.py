@@ -79,8 +79,10 @@ def test_a_pair_of_several_blocks_has_the_law_of_the_one_that_determines_it_best
 def test_errors_are_those_of_the_coefficients(fits: dict[str, BlockFit]) -> None:
     one = fits["contact"]
     law = one.block.law(("output torque sensor", "lag"))
-    places = np.arange(len(one.block.random) + 1, len(one.block.random) + 5)  # after the offset
-    expected = law.onto @ one.fitted.covariance[np.ix_(places, places)] @ law.onto.T
+    first = len(one.block.random) + len(one.block.fixed) + 1  # after the offset
+    clock = len(one.block.random) + one.block.fixed.index("clock")  # its delay is part of a lag
+    places, onto = np.array([clock, *range(first, first + 4)]), np.insert(law.onto, 0, 1.0, axis=1)
+    expected = onto @ one.fitted.covariance[np.ix_(places, places)] @ onto.T
     np.testing.assert_allclose(law_points(one, ("output torque sensor", "lag")).covariance, expected)
 
 

@@ -24,10 +24,10 @@ EXPERIMENT = FurtherExperiment("pressure_dependent_friction", 3, 238.76, 4.80000
                                "output_torque", 12)
 
 
-def page(result: StudyResult, figures: Figures) -> str:
+def page(result: StudyResult, figures: Figures, study: dict[str, Any] = STUDY) -> str:
     output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {"name": 2.0, "confirm": 9.0},
               "processor_seconds": {"name": 1.5, "confirm": 8.0}}
-    return study_page(STUDY, json.loads(json.dumps(output, allow_nan=False)))
+    return study_page(study, json.loads(json.dumps(output, allow_nan=False)))
 
 
 def changed(result: StudyResult, **changes: Any) -> StudyResult:
@@ -118,7 +118,10 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
     tie = changed(result, kind="tie", rivals=[rival], experiments=[EXPERIMENT])
     text = reading(page(tie, figures)).text
     assert "pressure-dependent friction (90 nats, behind by 1.2 standard errors)" in text
-    assert "Not told apart: the recordings explain slip-speed-dependent friction as well by" in text
+    assert "do not tell slip-speed-dependent friction from pressure-dependent friction." in text
+    same = changed(tie, rivals=[])
+    assert "Same quantity and dependence: pressure-dependent friction would" in reading(page(same, figures)).text
+    assert "from another effect of the same quantity" in said(changed(same, experiments=[]))
     assert "To tell slip-speed-dependent friction from pressure-dependent friction, run:" in text
     assert re.sub(r"\s", "", "3 238.8 4.8 16 no 0.21 output torque 12") in re.sub(r"\s", "", text)
     hopeless = replace(tie.findings[0], experiments=[replace(EXPERIMENT, repetitions=None)])
@@ -206,6 +209,15 @@ def test_the_page_refers_to_no_external_resource_and_is_small(studied: Studied, 
         assert not {"src", "href", "action"} & attributes.keys()
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
     assert len(html) < 1_500_000
+
+
+def test_settings_are_listed_where_they_differ_from_the_default(studied: Studied, reading: Read) -> None:
+    result, figures = studied("nothing")
+    assert re.search(r"settings\s*default", reading(page(result, figures)).text)
+    chosen = StudySettings.from_dict({"level": 0.95, "naming": {"nats": 20.0}})
+    text = reading(page(result, figures, {**STUDY, "settings": asdict(chosen)})).text
+    assert 'level 0.95, naming {"nats": 20.0}' in text
+    assert "gains the 20 nats and 4 standard errors" in text
 
 
 def test_the_same_study_gives_the_same_page(studied: Studied) -> None:

@@ -1,0 +1,32 @@
+"""The formula of an effect beside a measured law."""
+
+import numpy as np
+import pytest
+
+from slipstick.naming.measured import LawPoints
+from slipstick.study.formula import formula
+
+X = np.linspace(0.0, 100.0, 6)
+
+
+def law(pair: tuple[str, str], change: np.ndarray, relative: bool = False, up_to: str = "nothing") -> LawPoints:
+    return LawPoints(pair, X, "rad/s", change, "N m", relative, np.eye(len(X)), up_to)  # type: ignore[arg-type]
+
+
+def test_a_drag_is_the_square_of_the_speed() -> None:
+    found = formula("quadratic_load_drag", [0.03], law(("load torque", "output speed"), 0.03 * X**2))
+    np.testing.assert_allclose(found, 0.03 * X**2)  # type: ignore[arg-type]
+
+
+def test_a_law_known_up_to_a_constant_is_compared_after_it_is_fitted() -> None:
+    measured = law(("friction coefficient", "slip"), 0.2 * np.exp(-X / 20) - 0.07, True, "constant")
+    found = formula("stribeck_friction", [0.2, 20.0], measured)
+    assert found is not None
+    np.testing.assert_allclose(np.ptp(found), np.ptp(measured.change), rtol=0.05)
+    assert found.mean() == pytest.approx(measured.change.mean())
+
+
+@pytest.mark.parametrize(("name", "pair"), [
+    ("friction_buildup_lag", ("contact pressure", "lag")), ("entrained_air", ("piston rate", "pressure"))])
+def test_memories_and_other_pairs_have_no_formula_over_the_points(name: str, pair: tuple[str, str]) -> None:
+    assert formula(name, [0.1, 0.1], law(pair, X)) is None
