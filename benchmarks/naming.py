@@ -1,15 +1,16 @@
 """What is named in recordings of the hidden benches: answers beside the truth, and how often they are right.
 
-    python -m benchmarks.naming development|final
+    python -m benchmarks.naming development|final [EVERY]
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
-naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds.
+naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case
+of the list is answered.
 """
 
 import json
 import sys
 from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     try:
         found = name(BENCHES[known["bench"]], Recordings.open(file))
     except Exception as error:  # a case that raises is a result: a wrong one
-        return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": []}
+        return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
                                   "rivals": [rival.pair for rival in its.rivals]} for its in found.findings],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,
@@ -72,7 +73,8 @@ def judged(entry: dict[str, Any]) -> dict[str, Any]:
             "alone": sum(any(pair == first and not tied for first, tied in named) for pair in hidden),
             "wrong": sum(not ({first} | tied) & hidden for first, tied in named),
             "wrong_alone": sum(not tied and first not in hidden for first, tied in named),
-            "block": bool({block(first) for first, _ in named} & {block(pair) for pair in hidden})}
+            "block": bool({block(pair) for pair in hidden}
+                          & ({block(first) for first, _ in named} | set(entry["unexplained"])))}
 
 
 def block(pair: tuple[str, ...]) -> str:
@@ -100,7 +102,7 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     single = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and e["hidden"][0]["listed"]]
     outside = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and not e["hidden"][0]["listed"]]
     both = [(e, v) for e, v in verdicts if len(e["hidden"]) == 2]
-    rows = [rate("nulls called anything", [bool(e["findings"]) for e, _ in nulls])]
+    rows = [rate("nulls called anything", [bool(e["findings"] or e["unexplained"]) for e, _ in nulls])]
     for low, high in ((0, 1), (1, 3), (3, 10), (10, 1e9)):
         some = [(e, v) for e, v in single if low <= multiple(e["hidden"][0]) < high]
         bounds = f"{low:g} to {high:g}" if high < 1e9 else f"from {low:g}"
@@ -119,28 +121,30 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     return rows
 
 
-def main(which: str) -> None:
-    """Answer all cases of a list that have no answer yet, and write the tables."""
+def main(which: str, every: int = 1) -> None:
+    """Answer those cases of a list that have no answer yet, and write the tables."""
+    chosen = list(cases.LISTS[which])[::every]
     lines = FOLDER / f"naming-{which}.jsonl"
     lines.parent.mkdir(exist_ok=True)
     done = {entry["case"]: entry for entry in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
-    left = [(which, identity) for identity in cases.LISTS[which] if identity not in done]
+    left = [(which, identity) for identity in chosen if identity not in done]
     with ProcessPoolExecutor(2) as pool, lines.open("a") as file:
-        for entry in pool.map(one, left):
+        for future in as_completed([pool.submit(one, job) for job in left]):
+            entry = future.result()
             done[entry["case"]] = entry
             file.write(json.dumps(entry) + "\n")
             file.flush()
             print(entry["case"], joined(entry["hidden"]), "->", joined(entry["findings"]), round(entry["seconds"]),
                   entry["error"], flush=True)
-    entries = [done[identity] for identity in cases.LISTS[which] if identity in done]
-    made_by = f"python -m benchmarks.naming {which}"
+    entries = [done[identity] for identity in chosen if identity in done]
+    made_by = f"python -m benchmarks.naming {which}" + (f" {every}" if every > 1 else "")
     write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries), made_by)
     rows = [[e["case"], e["bench"], joined(e["hidden"]), "+".join(f"{multiple(its):.2g}" for its in e["hidden"]),
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
-             "+".join(f"{its['nats']:.0f}" for its in e["findings"]), len(e["aside"]), e["bad"], round(e["seconds"], 1),
-             e["error"]] for e in entries]
-    header = ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "set_aside", "bad_runs", "seconds",
-              "error")
+             "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), len(e["aside"]),
+             e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
+    header = ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "unexplained", "set_aside", "bad_runs",
+              "seconds", "error")
     write(f"naming_{which}_cases", header, rows, made_by)
 
 
@@ -150,4 +154,4 @@ def joined(effects: list[dict[str, Any]]) -> str:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1], *map(int, sys.argv[2:]))

@@ -12,7 +12,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 
 _MULTIPLES = (-3.0, -1.0, -0.3, 0.0, 0.1, 0.3, 1.0, 3.0)
 """Of the typical value of an amplitude, from which the best one starts the fit."""
-_ITERATIONS = 25
+_ITERATIONS = 15
 _ROUNDING = 1e-6
 """Nats by which a fit may be below the one that is nested in it: rounding errors."""
 
@@ -85,8 +85,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         tried = {}
         for name in left:
             more = terms.only((*now.block.terms.names, name))
-            starts = [now.fitted.points, whole.fitted.points]
-            tried[name] = above(best([fit_simulation(traces, more, start) for start in starts]), now)
+            tried[name] = above(fit_simulation(traces, more, whole.fitted.points), now)
         name = max(tried, key=lambda one: float(tried[one].evidence.sum()))
         if not is_enough(tried[name].evidence - now.evidence):
             break
@@ -94,8 +93,8 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         left.remove(name)
     if now is before:
         return before, now
-    before = best([before, fit_simulation(traces, bare, now.fitted.points)])
-    return before, above(now, before)
+    again = fit_simulation(traces, bare, now.fitted.points)
+    return (before, now) if best([before, again]) is before else (again, above(now, again))
 
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:

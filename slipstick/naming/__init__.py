@@ -1,7 +1,4 @@
-"""Naming: which quantity of a bench depends on what, beyond its model, found block by block in recordings.
-
-It takes the place of `slipstick.study` once confirmation, reports and the service use it.
-"""
+"""Naming: which quantity of a bench depends on what, beyond its model, found block by block in recordings."""
 
 from slipstick.naming.answer import Answer, answer
 from slipstick.naming.measured import LawPoints

@@ -23,7 +23,7 @@ RHO = 0.5
 TIMER = 0.003
 
 
-def recorded(model: Model, n: int = 24, seed: int = 3) -> tuple[Recordings, dict[str, np.ndarray]]:
+def recorded(model: Model, n: int = 18, seed: int = 3) -> tuple[Recordings, dict[str, np.ndarray]]:
     """Recordings of every so many of the bench's conditions, and the relative deviations (n,) of the parameters."""
     rng = np.random.default_rng(seed)
     conditions = HEAVY.conditions.take(np.linspace(0, len(HEAVY.conditions) - 1, n).astype(int))
