@@ -17,8 +17,8 @@ CAPTION = ("Dots: the change as the blocks of the model measure it in all engage
 _HEIGHT, _SEVERAL = 300, 220  # px, of one law and of each of several
 _NUMBER = 44  # px, of a law that is a single number
 _MEASURED, _FORMULA = "measured", "formula of the catalogue"
-_BEYOND = 0.5
-"""Share of the span of the law by which the drawn range may exceed it: points that are hardly known have wide bands."""
+_BEYOND = 0.15
+"""Share of the span of the law by which the drawn range may exceed it for points that are hardly known."""
 _MONOTONIC = 0.8  # share of the span between first and last point above which a law rises or falls
 _COLUMNS = 100  # characters per line
 _UP_TO = {"constant": "Known up to a constant, which parameters of the model take as well.",
@@ -46,7 +46,8 @@ def headline(finding: FindingResult, law: Law) -> str:
         size = factor * sum(law.change) / len(law.change)
         text = units.number(size) if finding.depends_on == "lag" else units.signed(size)
         return f"{finding.title}: {units.with_unit(text, unit)}"
-    span, net = max(law.change) - min(law.change), law.change[-1] - law.change[0]
+    change = [law.change[place] for place in _known(law)]
+    span, net = max(change) - min(change), change[-1] - change[0]
     size_text = units.with_unit(units.number(factor * span), unit)
     if law.up_to == "line":
         return f"The {subject(finding)} varies with the {argument(finding)}, other than by a straight line"
@@ -58,6 +59,13 @@ def headline(finding: FindingResult, law: Law) -> str:
 def remarks(law: Law) -> str:
     """What the band and the level of the law do not say."""
     return " ".join(one for one in (_UP_TO[law.up_to], _LINEARISED if law.linearised else "") if one)
+
+
+def _known(law: Law) -> list[int]:
+    """The places of points whose interval is no wider than the span of the law; of all if these are too few."""
+    span = max(law.change) - min(law.change)
+    found = [place for place, (low, high) in enumerate(zip(law.lower, law.upper, strict=True)) if high - low <= span]
+    return found if len(found) > 1 else list(range(len(law.change)))
 
 
 def _shown(law: Law) -> tuple[str, float]:
@@ -117,8 +125,9 @@ def _axis(name: str, unit: str) -> str:
 
 
 def _domain(law: Law, factor: float) -> list[float | None]:
-    """Return the drawn range: the law, its formula and 0, and of the band what is not far beyond."""
-    values = [0.0, *law.change, *(law.formula or [])]
+    """Return the drawn range: 0, the law and its formula, their band, and little of the band of points hardly known."""
+    values = [0.0, *law.change, *(law.formula or []),
+              *(band[place] for band in (law.lower, law.upper) for place in _known(law))]
     low, high = min(values), max(values)
     margin = _BEYOND * (high - low)
     low, high = max(min(*law.lower, low), low - margin), min(max(*law.upper, high), high + margin)

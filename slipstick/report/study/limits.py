@@ -28,7 +28,7 @@ _ALWAYS: Entries = [
     ("Engagements are counted, not samples:", "each engagement is one observation. A small effect needs more "
      "engagements, not a higher sampling rate."),
     ("Intervals are conditional on the name:", "they cover noise and scatter from run to run, but not an error in the "
-     "formula."),
+     "formula, nor that the same recordings selected the name."),
 ]
 
 
