@@ -51,6 +51,6 @@ def test_what_no_effect_explains_is_in_the_extended_model_as_its_measured_law(tm
     assert finding.confirmation.simulated == "measured law"
     law, = Model.from_spec(result.after.model).laws
     assert (law.quantity, law.depends_on) == ("converter torque", "pressure")
-    # The hidden torque is proportional to the pressure.
-    line = np.polynomial.Polynomial.fit(law.at, law.change, 1)
-    assert np.abs(line(np.array(law.at)) - law.change).max() < 0.2 * np.ptp(law.change)
+    # Below 2 bar few samples determine the law.
+    at, change = np.array(law.at), np.array(law.change)
+    np.testing.assert_allclose(change[at > 2], -EFFECTS["pump_loads_input"].typical * at[at > 2], rtol=0.2)
