@@ -73,6 +73,7 @@ def _gap(result: StudyResult) -> Entries:
     other = None if result.gap.control is None else result.gap.control.closures["shifting_time"].closure
     if result.gap.control is None or time.closure is None or other is None or other < _CONTROL * time.closure:
         return []
-    return [("The control closes much of the gap as well:", f"{within(effect_title(result.gap.control.effect))}, which acts on "
-             f"another quantity, closes {100 * other:.0f} % of the gap in the shifting time, the findings "
-             f"{100 * time.closure:.0f} %. That the gap closes is little support for the name.")]
+    name = within(effect_title(result.gap.control.effect))
+    return [("The control closes much of the gap as well:", f"{name}, which acts on another quantity, closes "
+             f"{100 * other:.0f} % of the gap in the shifting time, the findings {100 * time.closure:.0f} %. That the "
+             "gap closes is little support for the name.")]
