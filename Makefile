@@ -43,8 +43,9 @@ picture: setup ## redraw the pictures of the README (needs a finished `make demo
 bench: setup ## rewrite the tables in benchmarks/ (minutes, on an idle machine)
 	@$(BIN)/python -m benchmarks
 
-study-blind: setup ## studies of recordings with hidden effects (about two hours; a killed run is resumed)
-	@$(BIN)/python -m benchmarks.study_blind
+study-blind: setup ## what is named in recordings with hidden effects (an hour; a killed run is resumed)
+	@$(BIN)/python -m benchmarks.naming development
+	@$(BIN)/python -m benchmarks.naming final
 
 clean: ## remove the environment, the results of the demo, and caches
 	rm -rf $(VENV) var build .pytest_cache .mypy_cache .ruff_cache

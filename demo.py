@@ -30,9 +30,8 @@ AXES = ("--axis", "pressure_bias=0.5:1.5:50", "--axis", "initial_position=0.5:2:
 """Of the table that is fitted: wide enough for the scatter of the initial position."""
 STUDY = {"recordings": FIT["recordings"]}
 STAGES = {"refine": "refining the best candidate", "intervals": "computing the intervals",
-          "conclude": "computing the result", "fit": "fitting without any effect", "screen": "screening the catalogue",
-          "candidates": "fitting the candidate", "choose": "comparing the candidates on held-out conditions"}
-"""Stage of a fit or a study -> its description."""
+          "conclude": "computing the result"}
+"""Stage of a fit -> its description."""
 REFIT = {"recordings": FIT["recordings"], "settings": {"generations": 20, "intervals": False}}
 
 
@@ -77,12 +76,12 @@ def start() -> None:
     study = request("/v1/studies", STUDY)
     study_output = follow(study["links"]["self"])
     seconds["study"] = time.monotonic() - begin
-    refits = refit(study["links"], seconds) if study_output["result"]["answer"]["effects"] else {}
+    refits = refit(study["links"], seconds) if study_output["result"]["gap"] else {}
 
     print_fit(fit_output["result"], fit_output["physical"])
     print_study(study_output["result"])
     if refits:
-        print_refits(study_output["result"]["models"], refits)
+        print_refits(study_output["result"], refits)
     print("\nWall time of each step")
     for name, value in seconds.items():
         print(f"  {name:40} {value:7.1f} s")
@@ -201,9 +200,8 @@ def follow(path: str) -> dict:
 
 def progress_line(progress: dict) -> str | None:
     """The progress of a job as text; None while a fit has no candidate yet."""
-    if "added" in progress:
-        stage = f"{STAGES.get(progress['stage'], progress['stage'])} {progress['candidate'] or ''}".strip()
-        return f"{stage} (effects added so far: {', '.join(progress['added']) or 'none'})"
+    if "doing" in progress:
+        return progress["doing"]
     if progress["log10_likelihood"] is None:
         return None
     return STAGES.get(progress["stage"], progress["stage"]) if progress["stage"] != "search" else (
@@ -228,10 +226,10 @@ def print_fit(fit: dict, physical: list[dict]) -> None:
 
 
 def print_study(study: dict) -> None:
-    """Print the missing effect, and the held-out error before and after the model is extended."""
-    print(f"\n{study['answer']['sentence']}")
-    for row in study["answer"]["coefficients"]:
-        print(f"  {row['coefficient']:25} {row['value']:8.4g}   [{row['lower']:.4g}, {row['upper']:.4g}] {row['unit']}")
+    """Print what is missing, and the held-out error before and after the model is extended."""
+    print(f"\n{study['sentence']}")
+    for row in (row for finding in study["findings"] for row in finding["confirmation"]["coefficients"]):
+        print(f"  {row['name']:25} {row['value']:8.4g}   [{row['lower']:.4g}, {row['upper']:.4g}] {row['unit']}")
     if study["gap"]:
         error = study["gap"]["closures"]["shifting_time"]
         before, after, expected = (f"{1e3 * error[f'rms_{which}']:.1f} ms" for which in ("before", "after", "expected"))
@@ -239,8 +237,9 @@ def print_study(study: dict) -> None:
               f"{expected} expected for a correct model")
 
 
-def print_refits(models: dict, outputs: dict[str, dict]) -> None:
+def print_refits(study: dict, outputs: dict[str, dict]) -> None:
     """Print the fits on the tables of the models before and after, side by side."""
+    models = {which: study[which]["model"] for which in outputs}
     fits = {which: output["result"] for which, output in outputs.items()}
     rows = {"log10 likelihood per ms": [fit["log10_likelihood"] for fit in fits.values()]}
     for index, axis in enumerate(fits["before"]["axes"]):

@@ -31,13 +31,12 @@ is large on the bench at hand, its scales, so that they hold on any bench. Neutr
 the multiples, what they are multiples of, and the values on the heavy bench ([heavy.toml](../tables/heavy.toml)).
 """
 _HEAVY = Bench.open(Path(__file__).parents[1] / "tables" / "heavy.toml").scales
-_LISTED = [effect for effect in CATALOGUE if effect.listed]
 _COLUMNS = "coefficient | unit | meaning | neutral | typical | bounds | times | typical on heavy | bounds on heavy"
 
 
 def page() -> str:
     """The page in Markdown."""
-    blocks, sections = [_block_row(block) for block in BLOCKS], [_section(effect) for effect in _LISTED]
+    blocks, sections = [_block_row(block) for block in BLOCKS], [_section(effect) for effect in CATALOGUE]
     scales = [f"| {_words(name)} | {unit} | {words} | {getattr(_HEAVY, name):.4g} |"
               for name, (unit, words) in SCALES.items()]
     return "\n".join([_HEAD, "| block | effects |", "| --- | --- |", *blocks, "", _ON_BENCHES,
@@ -56,7 +55,7 @@ def _product(scale: Mapping[str, int]) -> str:
 
 
 def _block_row(block: str) -> str:
-    links = ", ".join(f"[{effect.name}](#{effect.name})" for effect in _LISTED if effect.block == block)
+    links = ", ".join(f"[{effect.name}](#{effect.name})" for effect in CATALOGUE if effect.block == block)
     return f"| {block} | {links} |"
 
 

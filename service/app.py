@@ -20,6 +20,7 @@ from service.routes import (
     recordings,
     reports,
     studies,
+    study_laws,
     study_reports,
     tables,
 )
@@ -34,7 +35,7 @@ Slipstick compares a simulation model of a wet friction clutch with test-bench r
 * propagates uncertain inputs by polynomial chaos expansion,
 * computes the likelihood of recordings,
 * fits the distributions of the inputs to recordings, and
-* runs studies that identify physical effects missing from the model.
+* runs studies that find, name and measure physical effects missing from the model.
 
 **Terms.** In an engagement, the clutch closes after a shift command; the *shifting time* is the time until its plates
 stop slipping (lock-up). A *condition* is the operating condition of an engagement: current profile, motor speed, load
@@ -68,7 +69,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings, app.state.library = configuration, Library(configuration.tables)
     for module in (index, benches, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies,
-                   study_reports):
+                   study_laws, study_reports):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)

@@ -140,7 +140,7 @@ class FitList(BaseModel):
     fits: list[Fit] = Field(description="The fits, newest first.")
 
 
-class Candidate(BaseModel):
+class FitCandidate(BaseModel):
     """A distribution of the inputs with an output noise, and the likelihood of the recordings (densities per ms)."""
 
     mean: list[float] = Field(description="Mean of each input, in multiples of nominal.")
@@ -228,9 +228,9 @@ class FitSummary(BaseModel):
     polynomial_error: float | None = Field(
         description="Error in s of the local polynomials that the refinement and the intervals use in place of the "
                     "model; null for normal inputs of a grid, for which they use the grid itself.")
-    before: Candidate = Field(
+    before: FitCandidate = Field(
         description="The nominal model with the output noise that explains its residuals best, for comparison.")
-    searched: Candidate = Field(description="The best candidate of the search, before the refinement.")
+    searched: FitCandidate = Field(description="The best candidate of the search, before the refinement.")
     intervals: list[Interval] = Field(
         description="Profile-likelihood intervals of all unknowns; empty if they were not requested.")
     combinations: list[Combination] = Field(

@@ -20,7 +20,7 @@ from slipstick.storage.library import Library
 from worker import fit_job, jobs, study_job
 
 _APPLICATION = "slipstick"
-_VERSION = "fits-2"
+_VERSION = "jobs-3"
 """Version of the workflow steps, not of the program: a worker resumes only jobs with the same version of the steps."""
 
 

@@ -1,20 +1,19 @@
 """A study as a durable workflow: killed at any moment, it resumes after its last step and gives the same result.
 
-A step is one call of `study.start`, `study.advance` or `conclude`, and takes some seconds.
+It has two steps, `examine` and `conclude` of `slipstick.study`, and each takes some seconds to a minute.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
+from slipstick.bench import Bench
+from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.study import study
-from slipstick.study.comparison import Comparison, compare
-from slipstick.study.conclusion import conclude as study_result
-from slipstick.study.evidence import evidence as study_figure_data
-from slipstick.study.progress import progress
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudySettings, conclude, examine
+from slipstick.study.progress import Stage, StudyProgress
 from worker.clocks import clock_times, stage_times
 from worker.jobs import Checkpoint, Order, report, require_same
 
@@ -22,52 +21,35 @@ from worker.jobs import Checkpoint, Order, report, require_same
 def register(library: Library) -> None:
     """Register the DBOS workflow `study` on the recordings of `library`, before `DBOS.launch`.
 
-    A checkpoint holds the `state` of the study.
+    The checkpoint between both steps holds what is `named`.
     """
 
-    @DBOS.step(name="study.start")
-    def start(order: Order) -> Checkpoint:
-        begin = clock_times()
-        task = _open(library, order)
-        stage = _report_stage(task, None)
-        return {"state": study.start(task.settings, task.comparison), **stage_times({}, stage, begin)}
+    @DBOS.step(name="study.name")
+    def name(order: Order) -> Checkpoint:
+        begin, task = clock_times(), _open(library, order)
+        named = examine(task.settings, task.bench, task.recordings, _log("name"))
+        return {"named": named, **stage_times({}, "name", begin)}
 
-    @DBOS.step(name="study.advance")
-    def advance(order: Order, checkpoint: Checkpoint) -> Checkpoint:
-        begin = clock_times()
-        task = _open(library, order)
-        stage = _report_stage(task, checkpoint["state"])
-        state = study.advance(task.settings, task.comparison, checkpoint["state"])
-        return {"state": state, **stage_times(checkpoint, stage, begin)}
-
-    @DBOS.step(name="study.conclude")
-    def conclude(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
-        begin = clock_times()
-        task = _open(library, order)
-        stage = _report_stage(task, checkpoint["state"])
-        result = study_result(task.settings, task.comparison, checkpoint["state"])
-        figures = study_figure_data(task.settings, task.comparison, checkpoint["state"])
-        return {"result": result, "figure_data": figures, **stage_times(checkpoint, stage, begin)}
+    @DBOS.step(name="study.confirm")
+    def confirm(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
+        begin, task = clock_times(), _open(library, order)
+        result, figures = conclude(task.settings, task.bench, task.recordings, checkpoint["named"], _log("confirm"))
+        return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(checkpoint, "confirm", begin)}
 
     @DBOS.workflow(name="study", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
-        checkpoint = start(order)
-        while not study.finished(checkpoint["state"]):
-            checkpoint = advance(order, checkpoint)
-        return conclude(order, checkpoint)
+        return confirm(order, name(order))
 
 
 @dataclass(frozen=True, eq=False)
 class _Task:
     settings: StudySettings
-    comparison: Comparison
+    bench: Bench
+    recordings: Recordings
 
 
-def _report_stage(task: _Task, state: study.State | None) -> str:
-    """Publish the progress of the study, and return the stage of the next step."""
-    current = progress(task.settings, state)
-    report(current)
-    return str(current["stage"])
+def _log(stage: Stage) -> Callable[[str], None]:
+    return lambda doing: report(asdict(StudyProgress(stage, doing)))
 
 
 def _open(library: Library, order: Order) -> _Task:
@@ -76,5 +58,4 @@ def _open(library: Library, order: Order) -> _Task:
     bench = library.bench(order["bench"])
     require_same(order, "bench", bench.digest, "study")
     require_same(order, "sensing", bench.sensing_digest, "study")
-    settings = StudySettings.from_dict(order["settings"])
-    return _Task(settings, compare(bench, recordings, settings.shifting_time_noise))
+    return _Task(StudySettings.from_dict(order["settings"]), bench, recordings)

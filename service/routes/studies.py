@@ -21,17 +21,10 @@ from service.jobs import (
 )
 from service.problem_details import error_responses
 from service.schemas import LibraryDependency
-from service.study_schemas import (
-    ModelSpec,
-    Study,
-    StudyList,
-    StudyProgress,
-    StudyRequest,
-    StudyResult,
-    StudyWithProgress,
-)
+from service.study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
+from slipstick.naming.study import scene_of
 from slipstick.storage.library import Library
-from slipstick.study.comparison import compare
+from slipstick.study.progress import StudyProgress
 
 router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)
 
@@ -45,19 +38,19 @@ StudyStore = Annotated[JobStore, Depends(_study_store)]
 StudyId = Annotated[str, job_id_path("study")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]
 
-_EXAMPLE = {"recordings": "measured", "settings": {
-    "catalogue": ["stribeck_friction", "quadratic_load_drag"], "shortlist": 1, "most_effects": 1}}
+_EXAMPLE = {"recordings": "measured", "settings": {"level": 0.9, "seed": 1}}
 
 
 @router.post("", summary="Submit a study", status_code=202, responses=error_responses(404, 408, 409, 413, 415, 503))
 def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
                  store: StudyStore, response: Response, key: IdempotencyKey = None) -> StudyWithProgress:
-    """Submit a study, which identifies physical effects that the recordings show and the model lacks.
+    """Submit a study, which finds and measures physical effects that the recordings show and the model lacks.
 
-    The request returns immediately, with the address of the study in the header Location. A worker runs the study: it
-    fits the parameters and their scatter from run to run, screens the catalogue of effects, fits the most promising
-    effects jointly with the parameters, and adds the best one to the model. These steps are repeated until no further
-    effect improves the model. By default the whole catalogue is screened.
+    The request returns immediately, with the address of the study in the header Location. A worker runs the study. It
+    takes the model apart at its measured signals and asks each block, driven by what was measured at its input, which
+    quantity depends on what beyond the model. Findings are named after effects of the catalogue, and confirmed by fits
+    of the simulation of the whole test bench without and with them. Recordings need signals and 24 or more engagements;
+    others are rejected with 422.
     """
     study = submit(store, key, _job_input(library, body))
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
@@ -74,31 +67,32 @@ def list_studies(store: StudyStore,
 
 @router.get("/{id}", summary="Get the status of a study", responses=error_responses(404, 503))
 def follow_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
-    """Return the status of a study and its progress: stage, number of candidates, and effects added so far."""
+    """Return the status of a study and its progress: its stage, and what it is doing."""
     return _with_progress(store, store.find(id))
 
 
 @router.get("/{id}/result", summary="Get the result of a study", responses=error_responses(404, 409, 503))
-def study_result(id: StudyId, store: StudyStore) -> StudyResult:
-    """Return the missing effects, the evidence for them and the improvement of the model; 409 unless it is done."""
+def study_result(id: StudyId, store: StudyStore) -> FinishedStudy:
+    """Return what is missing, its measured law, the evidence for it and what it is worth; 409 unless it is done."""
     study = finished_job(store, id)
     job_input, output = input_of(study), output_of(study)
-    return StudyResult(id=id, recordings=job_input["recordings"], recordings_digest=job_input["recordings_digest"],
-                       **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
+    return FinishedStudy(id=id, recordings=job_input["recordings"], recordings_digest=job_input["recordings_digest"],
+                         **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
 
 
 @router.get("/{id}/model", summary="Get the extended model of a study", response_model_exclude_unset=True,
             responses=error_responses(404, 409, 503))
 def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before", "after"], Query(
-        description="`after`: the refitted model with the added effects. `before`: the refitted model without them.",
+        description="`after`: the refitted model with what was found. `before`: the refitted model without it.",
         )] = "after") -> ModelSpec:
     """Return a model of the study in the format that `python -m worker build --model` reads.
 
-    If no effect was added, both models are the refitted model without effects. The worker builds a table from the
-    model, which the service then serves with the other tables. The report of the study can compare fits on the tables
-    of both models.
+    A finding is added as the effect of the catalogue that it is named after, or else as its measured law, where the
+    simulation has such a quantity. If nothing is added, both models are the refitted model. The worker builds a table
+    from the model, which the service then serves with the other tables. The report of the study can compare fits on the
+    tables of both models.
     """
-    return ModelSpec(**output_of(finished_job(store, id))["result"]["models"][which])
+    return ModelSpec(**output_of(finished_job(store, id))["result"][which]["model"])
 
 
 @router.post("/{id}/cancel", summary="Cancel a study", responses=error_responses(404, 503))
@@ -110,18 +104,18 @@ def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
 
 def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
-    recordings, settings = library.recording(body.recordings), body.settings.checked()
+    recordings = library.recording(body.recordings)
     bench = body.bench or library.bench_of_recordings(recordings)
-    compare(library.bench(bench), recordings, settings.shifting_time_noise)
+    scene_of(library.bench(bench), recordings)
     job_input: JobInput = orjson.loads(orjson.dumps({
-        "recordings": body.recordings, "recordings_digest": recordings.digest, "settings": asdict(settings),
+        "recordings": body.recordings, "recordings_digest": recordings.digest, "settings": asdict(body.settings),
         **bench_input(library, bench)}))
     return job_input
 
 
 def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
     """Return a study without its progress and result."""
-    return Study(**job_fields(store, study, "result", "report", "pictures", "model", "cancel"))
+    return Study(**job_fields(store, study, "result", "laws", "report", "pictures", "model", "cancel"))
 
 
 def _with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:

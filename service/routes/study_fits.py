@@ -1,4 +1,4 @@
-"""The two fits that the report of a study compares: on tables of the model without and with the added effects."""
+"""The two fits that the report of a study compares: on tables of the model without and with what was found."""
 
 from typing import Annotated, Any
 
@@ -16,8 +16,8 @@ _EQUAL_INPUTS = ("simulate", "parameters", "outside", "settings")
 """Entries of the job input in which the two fits must agree."""
 
 
-def _fit_query(model: str, effects: str) -> Any:
-    return Query(description=f"Id of a finished fit on a table of the study's model {effects} the effects (`{model}`). "
+def _fit_query(model: str, how: str) -> Any:
+    return Query(description=f"Id of a finished fit on a table of the study's model {how} what was found (`{model}`). "
                              "Give both `before` and `after`, or neither.")
 
 
@@ -33,8 +33,8 @@ def study_fits(id: StudyId, studies: StudyStore, fits: FitStore, library: Librar
     if before is None or after is None:
         raise InvalidValue("Only one of `before` and `after` is given", "Give both, or neither")
     study = finished_job(studies, id)
-    if not output_of(study)["result"]["answer"]["effects"]:
-        raise InvalidValue(f"The study '{id}' added no effect, so it has only one model",
+    if output_of(study)["result"]["gap"] is None:
+        raise InvalidValue(f"The study '{id}' added nothing to the model, so it has only one",
                            "Omit `before` and `after`")
     jobs = {"before": finished_job(fits, before), "after": finished_job(fits, after)}
     for which, fit in jobs.items():
@@ -59,7 +59,7 @@ def _require_model(study: WorkflowStatus, which: str, fit: WorkflowStatus, libra
     if table.digest != fit_input["table_digest"]:
         raise InvalidValue(f"The table '{fit_input['table']}' has changed since the fit '{fit.workflow_id}'",
                            "Submit the fit again")
-    if table.model.spec() != output_of(study)["result"]["models"][which]:
+    if table.model.spec() != output_of(study)["result"][which]["model"]:
         raise InvalidValue(f"The table '{fit_input['table']}' was not built from the study's model `{which}`",
                            f"Build a table from /v1/studies/{study.workflow_id}/model?which={which} with `python -m "
                            "worker build --model`, and submit the fit on that table")

@@ -24,10 +24,11 @@ from slipstick.pictures import Spec
 from slipstick.pictures.study import CAPTIONS
 from slipstick.pictures.study import study_pictures as picture_specs
 from slipstick.report.study.page import study_page
+from slipstick.study.record import figures_from_dict, result_from_dict
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 
-PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error without and with the effects")]
+PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error without and with the findings")]
 
 
 @router.get("/report", summary="Get the report of a study", response_class=HTMLResponse, response_model=None,
@@ -35,10 +36,10 @@ PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error 
 def study_report(id: StudyId, store: StudyStore, fits: StudyFits) -> HTMLResponse:
     """Return the report of a finished study as a single HTML page that needs no network access.
 
-    The report contains the missing effects and the evidence for them, the location of the misfit, the gap between model
-    and recordings before and after with a control, the pictures, and the limitations of a study. With `before` and
-    `after` it also compares two fits, on tables of the models without and with the effects: likelihood, scatter of the
-    inputs, and output noise.
+    The report contains what is missing and the evidence for it, what each block of the model says, the gap between
+    model and recordings before and after with a control, the pictures, and the limitations of a study. With `before`
+    and `after` it also compares two fits, on tables of the models without and with what was found: likelihood, scatter
+    of the inputs, and output noise.
     """
     study = finished_job(store, id)
     return HTMLResponse(study_page(without_progress(store, study).model_dump(mode="json"), output_of(study), fits))
@@ -64,4 +65,4 @@ def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: Study
 
 def _specs(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:
     output = output_of(finished_job(store, id))
-    return picture_specs(output["result"], output["figure_data"], fits)
+    return picture_specs(result_from_dict(output["result"]), figures_from_dict(output["figure_data"]), fits)

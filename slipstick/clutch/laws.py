@@ -6,8 +6,6 @@ A law is piecewise linear between its points and constant outside. It acts on th
     quantity + law(x)       absolute, with the law in the unit of the quantity
 """
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.clutch import law_files
 from slipstick.clutch.effects.effect import QUANTITIES as _ALL_QUANTITIES
 from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
 from slipstick.errors import InvalidValue, UnknownName
@@ -101,25 +100,12 @@ class MeasuredLaw:
 
     def to_csv(self) -> str:
         """The law as CSV: a row for each point, columns with units such as `output_speed [rad/s]`."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(f"{name} [{unit}]" for name, unit in zip(self._columns(), self.units, strict=True))
-        writer.writerows(zip(map(repr, self.at), map(repr, self.change), strict=True))
-        return text.getvalue()
+        return law_files.to_csv(self._columns())
 
     def to_mat(self) -> bytes:
         """The law as a MATLAB file: a row vector for each column of `to_csv`, and the names and units as text."""
-        from scipy.io import savemat  # here, because loading it takes longer than the rest of a model
+        return law_files.to_mat(self._columns(), quantity=self.quantity, depends_on=self.depends_on,
+                                relative=self.relative)
 
-        columns, units = self._columns(), dict(zip(("at", "change"), self.units, strict=True))
-        content = {**dict(zip(columns, (np.array(self.at), np.array(self.change)), strict=True)),
-                   "quantity": self.quantity, "depends_on": self.depends_on, "relative": self.relative,
-                   **{f"{column}_unit": unit for column, unit in zip(columns, units.values(), strict=True)}}
-        file = io.BytesIO()
-        savemat(file, content, oned_as="row")  # type: ignore[arg-type]
-        return file.getvalue()
-
-    def _columns(self) -> tuple[str, str]:
-        """Names of the columns of a file."""
-        quantity = self.quantity.replace(" ", "_")
-        return self.depends_on.replace(" ", "_"), f"{quantity}_{'relative_' if self.relative else ''}change"
+    def _columns(self) -> tuple[law_files.Column, law_files.Column]:
+        return law_files.columns(self.quantity, self.depends_on, self.units, self.at, self.change, self.relative)

@@ -13,9 +13,9 @@ from slipstick.naming.grams import estimate
 
 
 def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, SimulationFit] | None:
-    """The listed effect on none of the `quantities` that explains most of what the fit `before` leaves, and its fit.
+    """The effect on none of the `quantities` that explains most of what the fit `before` leaves, and its fit.
 
-    Effects are ranked by the linear mixed model about that fit. None where all listed effects are excluded.
+    Effects are ranked by the linear mixed model about that fit. None where all effects are excluded.
     """
     block, points = before.block, before.fitted.points
     predicted, scene = before.fitted.predicted, before.block.scene
@@ -23,7 +23,7 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
     z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own)
     gained = {}
     for effect in effects.CATALOGUE:
-        if not effect.listed or effect.quantity in quantities or (effect.uses_run_order and not scene.run.any()):
+        if effect.quantity in quantities or (effect.uses_run_order and not scene.run.any()):
             continue
         other = SimulatedBench(block.traces, Terms(scene.bench, (effect.name,)))
         typical = [(one.typical - one.neutral) / one.span for one in other.terms.unknowns]

@@ -3,42 +3,42 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass
+from typing import Any, ClassVar
 
 from slipstick.errors import InvalidValue
 
 
 @dataclass(frozen=True)
 class NamingSettings:
-    """What a pair of quantity and dependence must show to be named.
+    """What a pair of quantity and dependence must show to be named; raises `InvalidValue`."""
 
-    - `nats`, `errors`: least gain in log-likelihood, and in standard errors of its signed roots over engagements. One
-      odd engagement can give nats, and noise a few standard errors: both are asked for. With 60 pairs tried, Student's
-      distribution of 53 degrees of freedom exceeds 3.8 once in a hundred sets of 54 recordings.
-    - `apart`: standard errors by which the best pair must lead another one, or both are told as a tie.
-    - `further`: share of what the first pair of a block explains that a further one must add. Less may be no more than
-      what a free law with few knots leaves of the first.
-    - `most`: pairs named in a block at most; `rivals`: pairs fitted in full beside the best one.
-    - `strong`: reduced chi-square of a block without laws from which its laws have 17 knots instead of 9.
-    - `outlying`: robust standard deviations of the logarithm of chi-square beyond which an engagement is set aside;
-      `most_outlying`: largest share of engagements that may be. More is no accident, but something to name.
-    - `noise`: standard error of the logarithm of a sensor's estimated noise variance, by which the chi-square of all
-      engagements may be off: the root mean square of the logarithm of chi-square is 0.05 over the blocks of the 15
-      development cases without an effect. A block whose chi-square exceeds 1 by more than `errors` standard errors,
-      this one included, is not explained.
-
-    Raises `InvalidValue`.
-    """
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"use_attribute_docstrings": True, "extra": "forbid"}
 
     nats: float = 12.0
+    """Least gain in natural log-likelihood. One odd engagement can give nats: `errors` is asked for as well."""
     errors: float = 4.0
+    """Least gain in standard errors of its signed roots over engagements. With 60 pairs tried, Student's distribution
+    of 53 degrees of freedom exceeds 3.8 once in a hundred sets of 54 recordings."""
     apart: float = 2.5
+    """Standard errors by which the best pair must lead another one, or both are told as a tie."""
     further: float = 0.03
+    """Share of what the first pair of a block explains that a further one must add. Less may be no more than what a
+    free law with few knots leaves of the first."""
     most: int = 3
+    """Pairs named in a block at most."""
     rivals: int = 3
+    """Pairs fitted in full beside the best one."""
     strong: float = 2.0
+    """Reduced chi-square of a block without laws from which its laws have 17 knots instead of 9."""
     outlying: float = 6.0
+    """Robust standard deviations of the logarithm of chi-square beyond which an engagement is set aside."""
     most_outlying: float = 0.1
+    """Largest share of engagements that may be set aside. More is no accident, but something to name."""
     noise: float = 0.05
+    """Standard error of the logarithm of a sensor's estimated noise variance, by which the chi-square of all
+    engagements may be off: the root mean square of the logarithm of chi-square is 0.05 over the blocks of the 15
+    development cases without an effect. A block whose chi-square exceeds 1 by more than `errors` standard errors, this
+    one included, is not explained."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot decide anything."""

@@ -80,18 +80,9 @@ class Start:
 
 def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None = None,
          log: Log = lambda *_: None) -> Naming:
-    """Find what `recordings` of a `bench` ask for.
-
-    Raises `InvalidValue` without signals and with too few engagements.
-    """
+    """Find what `recordings` of a `bench` ask for; raises `InvalidValue` as `scene_of` does."""
     began, settings = time.perf_counter(), settings or NamingSettings()
-    if recordings.signals is None:
-        raise InvalidValue("These recordings have no signals, and blocks are driven by measured signals",
-                           "Record pressure, speeds and torque as well")
-    if len(recordings) < FEWEST:
-        raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
-                           f"Record at least {FEWEST} engagements under different conditions")
-    whole = Scene.of(bench, recordings)
+    whole = scene_of(bench, recordings)
     kept = np.arange(len(whole))
     bad = implausible(whole, settings)
     if bad.mean() <= settings.most_outlying:
@@ -112,6 +103,20 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   measured(everything), parameters_of(everything), clocks_of(everything), converter_of(everything),
                   time.perf_counter() - began)
+
+
+def scene_of(bench: Bench, recordings: Recordings) -> Scene:
+    """The scene of recordings that can be studied.
+
+    Raises `InvalidValue` without signals, with too few engagements, and for a signal without noise.
+    """
+    if recordings.signals is None:
+        raise InvalidValue("These recordings have no signals, and blocks are driven by measured signals",
+                           "Record pressure, speeds and torque as well")
+    if len(recordings) < FEWEST:
+        raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
+                           f"Record at least {FEWEST} engagements under different conditions")
+    return Scene.of(bench, recordings)
 
 
 def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:

@@ -155,6 +155,7 @@ class FindingResult:
     law: Law | None
     """The measured law."""
     confirmation: Confirmation
+    """What the simulation of the whole bench says about it."""
     worth: Worth | None
     """What it is worth; null if nothing stands for it in the simulation."""
     confidence: float | None

@@ -4,25 +4,30 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 from slipstick.clutch import effects
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.naming import NamingSettings
 
+LARGEST_SEED = 2**53
+"""Larger whole numbers are not exact in JSON."""
+
 
 @dataclass(frozen=True)
 class StudySettings:
-    """What may be named, and when; raises `InvalidValue`, `UnknownName`.
+    """What may be named, and when; raises `InvalidValue`, `UnknownName`."""
 
-    `catalogue` names the effects that an answer may contain, all by default: what another one explains is unlisted.
-    `level` is that of intervals, `seed` that of folds and bootstrap samples. `naming` are the constants that decide.
-    """
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"use_attribute_docstrings": True, "extra": "forbid"}
 
     catalogue: tuple[str, ...] = tuple(effect.name for effect in effects.CATALOGUE)
+    """Names of the effects that an answer may contain, by default all: what another one explains is unlisted."""
     level: float = 0.9
+    """Confidence level of the intervals and bands."""
     seed: int = 1
+    """Seed of folds and bootstrap samples; the same seed gives the same result."""
     naming: NamingSettings = field(default_factory=NamingSettings)
+    """The constants that decide what is named."""
 
     def __post_init__(self) -> None:
         """Refuse what would fail later."""
@@ -32,8 +37,8 @@ class StudySettings:
             effects.find(name)
         if not 0 < self.level < 1:
             raise InvalidValue(f"level is {self.level}", "Give a number between 0 and 1")
-        if not isinstance(self.seed, int) or self.seed < 0:
-            raise InvalidValue(f"seed is {self.seed!r}", "Give a whole number that is not negative")
+        if not isinstance(self.seed, int) or not 0 <= self.seed <= LARGEST_SEED:
+            raise InvalidValue(f"seed is {self.seed!r}", f"Give a whole number from 0 to {LARGEST_SEED}")
 
     @property
     def digest(self) -> str:

@@ -46,8 +46,8 @@ losses that are too small the converter drives the input shaft beyond the motor.
 def examine(settings: StudySettings, bench: Bench, recordings: Recordings,
             log: Log = lambda _: None) -> dict[str, Any]:
     """Name what the blocks ask for, as JSON; raises `InvalidValue` for recordings that say too little."""
-    log("asking every block")
-    return to_json(name(bench, recordings, settings.naming))
+    log("asking the blocks")
+    return to_json(name(bench, recordings, settings.naming, lambda *_: log("asking the blocks")))
 
 
 def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, named: dict[str, Any],

@@ -9,7 +9,7 @@ import httpx
 
 from worker.__main__ import main
 
-QUICK = {"population": 8, "generations": 2, "refine": False, "intervals": False}
+QUICK = {"population": 8, "generations": 2, "intervals": False}
 
 
 def test_the_extended_model_is_built_fitted_and_reported(
@@ -31,7 +31,6 @@ def test_the_extended_model_is_built_fitted_and_reported(
     report = client.get(study["report"], params=fits)
     assert report.status_code == 200, report.text
     assert results["after"]["log10_likelihood"] > results["before"]["log10_likelihood"] + 1
-    assert results["after"]["output_std"] < results["before"]["output_std"]
     for which, id in fits.items():
         assert f"fit {id}, table study-{which}" in report.text
         assert f"{results[which]['log10_likelihood']:.2f}".replace("-", "−") in report.text

@@ -52,13 +52,13 @@ def test_every_field_is_described(document: dict[str, Any]) -> None:
               for content in operation.get("requestBody", {"content": {}})["content"].values()]
     for schema in [*document["components"]["schemas"].values(), *bodies]:
         for name, field in schema.get("properties", {}).items():
-            assert field.get("description") or "$ref" in field, f"{schema.get('title')}.{name}"
+            assert field.get("description") or _resolve(document, field).get("description"), (schema.get("title"), name)
 
 
 def test_every_example_works_and_its_response_matches_its_schema(
         client: httpx.Client, document: dict[str, Any], operations: list[tuple[str, str, dict[str, Any]]]) -> None:
     for method, path, operation in operations:
-        if path.endswith(("/result", "/report", "/model")) or "/pictures" in path:
+        if path.endswith(("/result", "/report", "/model")) or "/pictures" in path or "/laws" in path:
             _await_example(client, path)
         parameters: dict[str, dict[str, Any]] = {"path": {}, "query": {}, "header": {}}
         for parameter in operation.get("parameters", ()):

@@ -53,6 +53,7 @@ def test_examples_work_as_written(quick_service: tuple[Path, httpx.Client], tmp_
     assert (tmp_path / "profiles.png").read_bytes().startswith(b"\x89PNG")
     for page in ("report.html", "study.html"):
         assert "<html" in (tmp_path / page).read_text()
+    assert (tmp_path / "law.csv").read_text().startswith("slip [rad/s],friction_coefficient_relative_change [1]")
     assert "parameters" in json.loads((tmp_path / "extended.json").read_text())
 
 

@@ -28,9 +28,9 @@ def client(serving_jobs, tmp_path_factory: pytest.TempPathFactory) -> Iterator[h
     for name, grid in tables.items():
         grid.write(folder / f"{name}.h5")
     before, after = (JOB_INPUT | {"table": name, "table_digest": grid.digest} for name, grid in tables.items())
-    models = {"models": {"before": BEFORE.spec(), "after": AFTER.spec()}}
-    extended, unchanged = ({"result": {**models, "answer": {"effects": effects}}}
-                           for effects in (["stribeck_friction"], []))
+    extended, unchanged = (
+        {"result": {"before": {"model": BEFORE.spec()}, "after": {"model": model.spec()}, "gap": gap}}
+        for model, gap in ((AFTER, {}), (BEFORE, None)))
     jobs = {"study": (JOB_INPUT, extended), "none": (JOB_INPUT, unchanged), "open": (JOB_INPUT, None),
             "before": (before, unchanged), "after": (after, unchanged), "running": (after, None),
             "foreign": (after | {"recordings_digest": "e5f6"}, unchanged),

@@ -1,26 +1,32 @@
 """Studies in the service without a running worker; tests/worker covers the worker."""
 
+import csv
+import io
 import json
 import shutil
 from collections.abc import Iterator
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import h5py
 import httpx
+import numpy as np
 import pytest
+from pydantic import TypeAdapter
+from scipy.io import loadmat
 
 from service.settings import Settings
-from service.study_schemas import ModelSpec, StudyProgress, StudySettingsBody, StudySummary
+from service.study_schemas import ModelSpec
 from slipstick.clutch.model import Model
-from slipstick.study import study
-from slipstick.study.progress import STAGES, progress
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudyResult, StudySettings
 from tests.benches import HEAVY
 
 KEY = {"Idempotency-Key": "mine"}
-BODY = {"recordings": "few", "settings": {"significance": 0.99, "most_effects": 1}}
+BODY = {"recordings": "few", "settings": {"level": 0.95}}
+SINGLE = {"title": "Lag", "law": {
+    "x": None, "x_unit": "", "change": [0.01], "lower": [0.0], "upper": [0.02], "unit": "s", "relative": False,
+    "up_to": "nothing", "linearised": False, "formula": None}}
 
 
 @pytest.fixture
@@ -33,42 +39,30 @@ def client(few_recordings: Path, shelf: Path, tmp_path: Path, serving) -> Iterat
 
 
 @pytest.fixture(scope="module")
-def steps(few_study: dict[str, Any]) -> list[study.State | None]:
-    """The states of a study after each step; None before the first."""
-    states: list[study.State | None] = few_study["states"]
-    return states
-
-
-@pytest.fixture(scope="module")
-def output(few_study: dict[str, Any]) -> dict[str, Any]:
-    """The output of the job of that study, as JSON."""
-    stored: dict[str, Any] = few_study["output"]
-    return stored
-
-
-@pytest.fixture(scope="module")
-def done(few_study: dict[str, Any], output: dict[str, Any], serving_jobs,
-         tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    """Client of a service whose job store contains the finished study `done`."""
+def done(few_study: dict[str, Any], serving_jobs, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    """Client of a service whose job store has the finished study `done`, and `lag` whose second finding is a lag."""
     job_input = {"recordings": "few", "recordings_digest": "c3d4", "bench": "heavy", "bench_digest": HEAVY.digest,
                  "sensing_digest": HEAVY.sensing_digest,
-                 "settings": json.loads(json.dumps(asdict(StudySettings.from_dict(few_study["settings"]))))}
-    with serving_jobs(tmp_path_factory.mktemp("reports"), {"done": (job_input, output)}) as client:
+                 "settings": json.loads(json.dumps(asdict(StudySettings())))}
+    first, = few_study["result"]["findings"]
+    lag = few_study | {"result": few_study["result"] | {"findings": [first | {"law": None}, first | SINGLE]}}
+    with serving_jobs(tmp_path_factory.mktemp("reports"),
+                      {"done": (job_input, few_study), "lag": (job_input, lag)}) as client:
         yield client
 
 
 def test_a_study_is_queued_with_a_note_about_the_worker(client: httpx.Client) -> None:
-    response = client.post("/v1/studies", json={"recordings": "few", "settings": {"shortlist": 3}})
+    settings = {"level": 0.8, "naming": {"most": 2}}
+    response = client.post("/v1/studies", json={"recordings": "few", "settings": settings})
     assert response.status_code == 202
     queued = client.get(response.headers["Location"]).json()
     assert (queued["status"], queued["progress"]) == ("queued", None)
     assert "serve-jobs" in queued["note"]
-    assert queued["settings"]["shortlist"] == 3
-    assert queued["settings"]["catalogue"] == list(StudySettings().catalogue)
+    assert queued["settings"] == json.loads(json.dumps(asdict(StudySettings.from_dict(settings))))
     health = client.get("/v1/health").json()
     assert (health["studies_waiting"], health["fits_waiting"]) == (1, 0)
     assert [entry["id"] for entry in client.get("/v1/studies").json()["studies"]] == [queued["id"]]
-    for part in ("result", "report", "pictures", "pictures/gap", "model"):
+    for part in ("result", "report", "pictures", "pictures/gap", "model", "laws", "laws/0"):
         assert client.get(f"{queued['links']['self']}/{part}").status_code == 409
 
 
@@ -95,13 +89,14 @@ def test_a_queued_study_can_be_cancelled_and_stays_cancelled(client: httpx.Clien
 @pytest.mark.parametrize(("body", "status", "message"), [
     ({"recordings": "fev"}, 404, "Did you mean 'few'?"),
     ({"settings": {"catalogue": ["stribek_friction"]}}, 404, "Did you mean 'stribeck_friction'?"),
-    ({"settings": {"scatter": ["current_gain"], "parameters": ["pressure_bias"]}}, 404, "Known: pressure_bias"),
-    ({"settings": {"significance": 1.5}}, 422, "between 0 and 1"),
-    ({"settings": {"catalogue": []}}, 422, "Name one or more"),
-    ({"settings": {"shifting_time_noise": -1}}, 422, "Give seconds"),
-    ({"settings": {"short_list": 3}}, 422, "short_list"),
-    ({"settings": {"seed": 1.5}}, 422, "seed"),
-    ({"table": "nominal"}, 422, "table")])
+    ({"settings": {"catalogue": ["thermal_fade"] * 2}}, 422, "each once"),
+    ({"settings": {"level": 1.5}}, 422, "between 0 and 1"),
+    ({"settings": {"naming": {"nats": -1}}}, 422, "not negative"),
+    ({"settings": {"levels": 0.9}}, 422, "body.settings.levels"),
+    ({"settings": {"naming": {"nat": 9}}}, 422, "body.settings.naming.nat"),
+    ({"settings": {"seed": 1.5}}, 422, "body.settings.seed"),
+    ({"settings": {"seed": 2**60}}, 422, "whole number from 0"),
+    ({"table": "nominal"}, 422, "body.table")])
 def test_invalid_studies_are_rejected_with_a_remedy(
         client: httpx.Client, body: dict[str, Any], status: int, message: str) -> None:
     response = client.post("/v1/studies", json={"recordings": "few", **body})
@@ -110,45 +105,86 @@ def test_invalid_studies_are_rejected_with_a_remedy(
     assert not client.get("/v1/studies").json()["studies"]
 
 
-def test_a_constant_signal_is_rejected(client: httpx.Client, tmp_path: Path) -> None:
-    with h5py.File(tmp_path / "tables" / "few.h5", "r+") as file:
+def test_recordings_that_cannot_be_studied_are_rejected(client: httpx.Client, tmp_path: Path) -> None:
+    path = tmp_path / "tables" / "few.h5"
+
+    def refused() -> str:
+        response = client.post("/v1/studies", json=BODY)
+        assert response.status_code == 422
+        return str(response.json()["detail"])
+
+    with h5py.File(path, "r+") as file:
+        pressure = file["signals/pressure"][:]
         file["signals/pressure"][...] = 1.0
-    response = client.post("/v1/studies", json=BODY)
-    assert (response.status_code, response.json()["detail"][:33]) == (422, "The signal pressure shows no nois")
+    assert refused().startswith("The signal pressure shows no noise")
+    with h5py.File(path, "r+") as file:
+        file["signals/pressure"][...] = pressure
+        for name in [*(f"conditions/{name}" for name in file["conditions"]), "shifting_time",
+                     *(f"signals/{name}" for name in file["signals"] if name != "time")]:
+            values, units = file[name][:23], file[name].attrs["units"]
+            del file[name]
+            file[name] = np.arange(23) if name.endswith("run_order") else values
+            file[name].attrs["units"] = units
+    assert refused().startswith("23 engagements are too few")
+    with h5py.File(path, "r+") as file:
+        del file["signals"]
+    assert refused().startswith("These recordings have no signals")
+    assert not client.get("/v1/studies").json()["studies"]
 
 
-def test_the_schemas_cover_all_fields_of_a_study(
-        few_study: dict[str, Any], output: dict[str, Any], steps: list[study.State | None]) -> None:
-    assert set(StudySettingsBody.model_fields) == {field.name for field in fields(StudySettings)}
-    reports = [progress(StudySettings.from_dict(few_study["settings"]), state) for state in steps]
-    assert tuple(dict.fromkeys(report["stage"] for report in reports)) == STAGES
-    assert [report["candidate"] for report in reports[2:4]] == ["stribeck_friction", "centrifugal_pressure"]
-    assert [report["fitted"] for report in reports if report["stage"] == "candidates"] == list(
-        range(reports[2]["candidates"]))
-    assert reports[-1]["added"] == ["stribeck_friction"]
-    assert set(STAGES) == set(get_args(StudyProgress.model_fields["stage"].annotation))
-    for report in reports:
-        assert json.loads(StudyProgress.model_validate(report).model_dump_json()) == report
-    result = output["result"]
-    assert json.loads(StudySummary.model_validate(result).model_dump_json()) == result
-    assert ModelSpec(**result["models"]["after"]).model_dump(exclude_none=True) == result["models"]["after"]
-
-
-def test_a_finished_study_is_served(done: httpx.Client, output: dict[str, Any]) -> None:
+def test_a_finished_study_is_served(done: httpx.Client, few_study: dict[str, Any]) -> None:
     job = done.get("/v1/studies/done").json()
     assert (job["status"], job["recordings"]) == ("done", "few")
     result = done.get(job["links"]["result"]).json()
-    assert result["result"] == output["result"]
-    assert result["seconds"] == {"fit": 2.0}
-    model = Model.from_spec(done.get(job["links"]["model"]).json())
-    assert list(model.effects) == ["stribeck_friction"]
+    assert result["result"] == few_study["result"]
+    assert result["seconds"] == few_study["seconds"]
+    assert asdict(TypeAdapter(StudyResult).validate_python(result["result"])) == few_study["result"]
+    for which, effects in (("before", []), ("after", ["stribeck_friction"])):
+        spec = done.get(job["links"]["model"], params={"which": which}).json()
+        assert spec == few_study["result"][which]["model"]
+        assert ModelSpec(**spec).model_dump(exclude_none=True) == spec
+        assert list(Model.from_spec(spec).effects) == effects
 
 
-def test_the_report_and_the_pictures_are_those_of_the_study(done: httpx.Client) -> None:
+def test_the_measured_laws_are_served_as_json_csv_and_mat(done: httpx.Client, few_study: dict[str, Any]) -> None:
+    finding, = few_study["result"]["findings"]
+    law = finding["law"]
+    entry, = done.get(done.get("/v1/studies/done").json()["links"]["laws"]).json()["laws"]
+    assert entry["law"] == law
+    assert (entry["finding"], entry["effect"], entry["depends_on"]) == (0, "stribeck_friction", "slip")
+    assert done.get(entry["links"]["json"]).json() == entry
+    file = done.get(entry["links"]["csv"])
+    assert file.headers["Content-Type"] == "text/csv; charset=utf-8"
+    assert 'filename="done_0_friction_coefficient_over_slip.csv"' in file.headers["Content-Disposition"]
+    heading, *rows = csv.reader(io.StringIO(file.text))
+    assert heading == ["slip [rad/s]", "friction_coefficient_relative_change [1]", "lower [1]", "upper [1]",
+                       "formula [1]"]
+    columns = [law[name] for name in ("x", "change", "lower", "upper", "formula")]
+    assert np.array_equal(np.array(rows, float).T, columns)
+    content = loadmat(io.BytesIO(done.get(entry["links"]["mat"]).content), simplify_cells=True)
+    for head, column in zip(heading, columns, strict=True):
+        name, unit = head.removesuffix("]").split(" [")
+        assert np.array_equal(content[name], column)
+        assert content[f"{name}_unit"] == unit
+    assert (content["quantity"], content["known_up_to"], content["relative"]) == (
+        "friction coefficient", law["up_to"], law["relative"])
+
+
+def test_a_law_without_points_is_no_file_and_a_finding_without_law_has_none(done: httpx.Client) -> None:
+    entry, = done.get("/v1/studies/lag/laws").json()["laws"]
+    assert (entry["finding"], entry["law"]["change"], list(entry["links"])) == (1, [0.01], ["json"])
+    refused = done.get("/v1/studies/lag/laws/1", params={"format": "mat"})
+    assert (refused.status_code, "is a single number" in refused.json()["detail"]) == (422, True)
+    for index in (0, 2):
+        unknown = done.get(f"/v1/studies/lag/laws/{index}")
+        assert (unknown.status_code, unknown.json()["remedy"]) == (404, "Known: 1")
+
+
+def test_the_report_and_the_pictures_are_those_of_the_study(done: httpx.Client, few_study: dict[str, Any]) -> None:
     report = done.get("/v1/studies/done/report")
     assert report.headers["Content-Type"] == "text/html; charset=utf-8"
     assert report.text == done.get("/v1/studies/done/report").text
-    assert "lip-speed-dependent friction" in report.text
+    assert few_study["result"]["sentence"].removeprefix("Missing: ") in report.text
     listed = done.get("/v1/studies/done/pictures").json()["pictures"]
     assert "gap" in [entry["name"] for entry in listed]
     for entry in listed:

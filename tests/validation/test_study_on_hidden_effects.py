@@ -1,75 +1,56 @@
-"""Studies of recordings from an independent bench with hidden effects, a small part of the blind benchmark.
+"""Whole studies of recordings of the independent bench: the gap closes by the right effect, and by no other.
 
-`python -m benchmarks.study_blind` runs all of it.
+test_naming_on_hidden_effects.py has more of naming alone, and `make study-blind` all of its cases.
 """
 
-from functools import cache
 from pathlib import Path
-from typing import Any
 
-import pytest
+import numpy as np
 from hidden import EFFECTS, Case, write
 
+from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
-from slipstick.study import study
-from slipstick.study.comparison import compare
-from slipstick.study.conclusion import conclude
-from slipstick.study.settings import StudySettings
+from slipstick.study import StudyResult, StudySettings, conclude, examine
 from tests.benches import HEAVY
 
 COUNT = 30
 
 
-@pytest.fixture(scope="module")
-def studied(tmp_path_factory: pytest.TempPathFactory) -> Any:
+def studied(folder: Path, seed: int, *hidden: str) -> StudyResult:
     """The result of a study with default settings, of recordings with the given hidden effects."""
-    @cache
-    def result(seed: int, *hidden: str) -> dict[str, Any]:
-        path = Path(tmp_path_factory.mktemp("sealed")) / "recordings.h5"
-        write(path, Case({effect: EFFECTS[effect].typical for effect in hidden}, seed=seed, count=COUNT))
-        settings = StudySettings()
-        compared = compare(HEAVY, Recordings.open(path), settings.shifting_time_noise)
-        state = study.start(settings, compared)
-        while not study.finished(state):
-            state = study.advance(settings, compared, state)
-        return conclude(settings, compared, state)
-
-    return result
+    write(folder / "case.h5", Case({effect: EFFECTS[effect].typical for effect in hidden}, seed=seed, count=COUNT))
+    settings, recordings = StudySettings(), Recordings.open(folder / "case.h5")
+    return conclude(settings, HEAVY, recordings, examine(settings, HEAVY, recordings))[0]
 
 
-def test_friction_that_falls_with_slip_is_found_and_closes_the_gap(studied: Any) -> None:
-    result = studied(41, "friction_falls_with_slip")
-    assert result["answer"]["effects"] == ["stribeck_friction"]
-    assert result["gap"]["closures"]["shifting_time"]["closure"] > 0.8
-    coefficients = {entry["coefficient"]: entry for entry in result["answer"]["coefficients"]}
-    assert coefficients["strength"]["lower"] > 0, "the interval contains zero"
+def test_friction_that_falls_with_slip_is_found_and_closes_the_gap_and_another_effect_does_not(tmp_path: Path) -> None:
+    result = studied(tmp_path, 41, "friction_falls_with_slip")
+    assert (result.kind, result.effects) == ("effect", ["stribeck_friction"])
+    confirmation = result.findings[0].confirmation
+    assert confirmation.agrees
+    assert confirmation.coefficients[0].lower > 0, "the interval contains zero"
+    assert result.gap is not None
+    assert result.gap.control is not None
+    closed, control = (its["shifting_time"] for its in (result.gap.closures, result.gap.control.closures))
+    assert closed.closure is not None
+    assert control.closure is not None
+    assert closed.closure > 0.8
+    assert control.closure < 0.5
 
 
-def test_a_wrong_effect_does_not_close_the_gap(studied: Any) -> None:
-    control = studied(41, "friction_falls_with_slip")["gap"]["control"]
-    assert control["effect"] != "stribeck_friction"
-    closed = control["closures"]["shifting_time"]["closure"]
-    assert closed is not None, "no gap was clear, so that the control says nothing"
-    assert closed < 0.5
+def test_nothing_is_found_in_recordings_without_an_effect(tmp_path: Path) -> None:
+    result = studied(tmp_path, 11)
+    assert (result.kind, result.findings, result.gap) == ("none", [], None)
+    assert result.before.model == result.after.model
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-def test_no_effect_is_found_in_recordings_without_one(studied: Any, seed: int) -> None:
-    assert studied(seed)["answer"]["kind"] == "none"
-
-
-def test_an_effect_outside_the_catalogue_is_reported_as_unlisted(studied: Any) -> None:
-    answer = studied(43, "pump_loads_input")["answer"]
-    assert answer["kind"] == "unlisted"
-    assert answer["effects"] == ["open_converter_torque"]
-    # The hidden effect is linear in the pressure; the recordings exclude other powers.
-    assert answer["forms"][0]["form"] == "(pressure / 5 bar)"
-    assert answer["forms"][0]["share"] > 0.8
-
-
-def test_two_effects_are_both_found_without_a_similar_third(studied: Any) -> None:
-    result = studied(44, "thermal_fade", "centrifugal_head")
-    assert sorted(result["answer"]["effects"]) == ["centrifugal_pressure", "thermal_fade"]
-    # In the first round, other effects predict as well as the best one; once both are in the model, none does.
-    assert sum(entry["tied"] for entry in result["rounds"][0]["ranking"]) > 1
-    assert sorted(result["answer"]["tied"]) == [["centrifugal_pressure"], ["thermal_fade"]]
+def test_what_no_effect_explains_is_in_the_extended_model_as_its_measured_law(tmp_path: Path) -> None:
+    result = studied(tmp_path, 43, "pump_loads_input")
+    finding, = result.findings
+    assert (result.kind, finding.quantity, finding.depends_on) == ("unlisted", "input torque", "pressure")
+    assert finding.confirmation.simulated == "measured law"
+    law, = Model.from_spec(result.after.model).laws
+    assert (law.quantity, law.depends_on) == ("converter torque", "pressure")
+    # Below 2 bar few samples determine the law.
+    at, change = np.array(law.at), np.array(law.change)
+    np.testing.assert_allclose(change[at > 2], -EFFECTS["pump_loads_input"].typical * at[at > 2], rtol=0.2)

@@ -53,9 +53,9 @@ def find(name: str) -> Effect:
 
 
 def matching(quantity: str, depends_on: str) -> tuple[Effect, ...]:
-    """The listed effects that a study may find as this pair; raises `UnknownName` for an unknown word."""
+    """The effects that a study may find as this pair; raises `UnknownName` for an unknown word."""
     check_pair(quantity, depends_on)
-    return tuple(effect for effect in CATALOGUE if effect.listed and (quantity, depends_on) in effect.pairs)
+    return tuple(effect for effect in CATALOGUE if (quantity, depends_on) in effect.pairs)
 
 
 def index(effect: str, coefficient: str) -> int:

@@ -186,10 +186,9 @@ class Effect:
     the `SCALAR_DEPENDENCES` by the `shape` of the change over it. `also` lists further pairs (quantity, depends on)
     under which a study may find the same effect, with the same shape.
 
-    An effect with fast dynamics gives its `time_constant(*coefficients)` in s,
-    which maps arrays (m,) to one array (m,) and is infinite where the effect is neutral; steps stay below a third of
-    it. `uses_run_order` is set where the formula reads `signals.run`. `forms` lists the admissible values of the shape
-    coefficients if they are discrete. Effects that are not `listed` are no part of the named catalogue (open_terms.py).
+    An effect with fast dynamics gives its `time_constant(*coefficients)` in s, which maps arrays (m,) to one array (m,)
+    and is infinite where the effect is neutral; steps stay below a third of it. `uses_run_order` is set where the
+    formula reads `signals.run`.
 
     Raises `UnknownName` for an unknown quantity, dependence or scale, `InvalidValue` for an invalid number of
     coefficients, or a shape over what is not scalar.
@@ -207,10 +206,8 @@ class Effect:
     memory: Memory | None = None
     time_constant: Callable[..., np.ndarray] | None = None
     uses_run_order: bool = False
-    forms: tuple[tuple[float, ...], ...] = ()
     shape: Shape | None = None
     also: tuple[tuple[str, str], ...] = ()
-    listed: bool = True
 
     def __post_init__(self) -> None:
         """Reject here what would fail later without the name of the effect."""

@@ -1,0 +1,72 @@
+"""The measured laws of the findings of a study, as JSON and as files for other programs."""
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Path, Query, Response
+
+from service.bodies import JsonRoute
+from service.job_store import JobStore
+from service.jobs import finished_job, output_of
+from service.problem_details import error_responses
+from service.routes.studies import StudyId, StudyStore
+from service.study_schemas import FindingLaw, LawList
+from slipstick.errors import InvalidValue, UnknownName
+from slipstick.study.export import file_stem, has_table, law_csv, law_mat
+from slipstick.study.record import result_from_dict
+from slipstick.study.result import FindingResult
+
+router = APIRouter(prefix="/v1/studies/{id}/laws", tags=["studies"], route_class=JsonRoute)
+
+Index = Annotated[int, Path(description="Index (from 0) of the finding in the result of the study.", ge=0,
+                            openapi_examples={"first": {"summary": "The first finding", "value": 0}})]
+Format = Literal["json", "csv", "mat"]
+_BINARY = "application/octet-stream"
+_FILES: dict[int | str, dict[str, Any]] = {200: {"description": "The law as JSON (`FindingLaw`), CSV or a MATLAB file",
+                "content": {"text/csv": {"schema": {"type": "string"}},
+                            _BINARY: {"schema": {"type": "string", "format": "binary"}}}}}
+
+
+@router.get("", summary="List the measured laws of a study", responses=error_responses(404, 409, 503))
+def study_laws(id: StudyId, store: StudyStore) -> LawList:
+    """Return the measured law of each finding that has one: how a quantity changes with what it depends on."""
+    return LawList(laws=[_law(store, id, n, one) for n, one in enumerate(_findings(store, id)) if one.law is not None])
+
+
+@router.get("/{n}", summary="Get a measured law of a study", response_model=FindingLaw,
+            responses={**error_responses(404, 409, 503), **_FILES})
+def study_law(id: StudyId, n: Index, store: StudyStore,
+              format: Annotated[Format, Query(description="`json`, or a file with the columns point, change, lower "
+                                                          "and upper end of its band, and the change by the formula "
+                                                          "of the named effect if there is one: `csv`, with units in "
+                                                          "the headings, or `mat`, a MATLAB file with a row vector "
+                                                          "for each column.")] = "json") -> Response | FindingLaw:
+    """Return the measured law of a finding.
+
+    A law that is a single number, such as the lag of a sensor, has no points; it is available as JSON only, and other
+    formats are rejected with 422.
+    """
+    findings = _findings(store, id)
+    if n >= len(findings) or findings[n].law is None:
+        known = ", ".join(str(place) for place, one in enumerate(findings) if one.law is not None)
+        raise UnknownName(f"The study '{id}' has no law {n}", f"Known: {known or 'none'}")
+    finding = findings[n]
+    if format == "json":
+        return _law(store, id, n, finding)
+    if not has_table(finding):
+        raise InvalidValue(f"The law of the finding “{finding.title}” is a single number", "Omit `format`")
+    name = f"{id}_{n}_{file_stem(finding)}.{format}"
+    content, media_type = (law_csv(finding), "text/csv") if format == "csv" else (law_mat(finding), _BINARY)
+    return Response(content, media_type=media_type, headers={"Content-Disposition": f'attachment; filename="{name}"'})
+
+
+def _findings(store: JobStore, id: str) -> list[FindingResult]:
+    return result_from_dict(output_of(finished_job(store, id))["result"]).findings
+
+
+def _law(store: JobStore, id: str, n: int, finding: FindingResult) -> FindingLaw:
+    assert finding.law is not None
+    address = f"{store.address}/{id}/laws/{n}"
+    files = ("csv", "mat") if has_table(finding) else ()
+    return FindingLaw(finding=n, title=finding.title, effect=finding.effect, quantity=finding.quantity,
+                      depends_on=finding.depends_on, law=finding.law,
+                      links={"json": address, **{name: f"{address}?format={name}" for name in files}})
