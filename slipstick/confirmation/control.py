@@ -25,7 +25,7 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
     for effect in effects.CATALOGUE:
         if effect.quantity in quantities or (effect.uses_run_order and not scene.run.any()):
             continue
-        other = SimulatedBench(block.traces, Terms(scene.bench, (effect.name,)))
+        other = SimulatedBench(block.traces, Terms(scene.bench, (effect.name,)), block.widest)
         typical = [(one.typical - one.neutral) / one.span for one in other.terms.unknowns]
         column = other.rows_at(points[None], np.array(typical))[0] - predicted
         gram = gram_of(block, [own, column[:, None]], z, before.fitted.noise, 1)
@@ -33,5 +33,5 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
     if not gained:
         return None
     name = max(gained, key=gained.__getitem__)
-    found = fit_simulation(block.traces, Terms(scene.bench, (name,)), points)
+    found = fit_simulation(block.traces, Terms(scene.bench, (name,)), points, widest=block.widest)
     return name, above(found, before)

@@ -59,10 +59,13 @@ class SimulationFit:
         return dict(zip(self.block.random, np.sqrt(self.fitted.variance).tolist(), strict=True))
 
 
-def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray,
-                   shared: np.ndarray | None = None) -> SimulationFit:
-    """Fit from `points` (n, q), and from coefficients that are searched where `shared` (p,) gives none."""
-    block = SimulatedBench(traces, terms)
+def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.ndarray | None = None,
+                   widest: np.ndarray | None = None) -> SimulationFit:
+    """Fit from `points` (n, q), and from coefficients that are searched where `shared` (p,) gives none.
+
+    Standard deviations of the parameters between engagements are at most `widest` (q,).
+    """
+    block = SimulatedBench(traces, terms, widest)
     begun = _searched(block, points) if shared is None else shared
     return SimulationFit(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
 
@@ -95,6 +98,18 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         return before, now
     again = fit_simulation(traces, bare, now.fitted.points)
     return (before, now) if best([before, again]) is before else (again, above(now, again))
+
+
+def with_scatter_of(after: SimulationFit, before: SimulationFit) -> SimulationFit:
+    """The model of `before`, fitted again with no more scatter of the parameters than the fit `after` has found.
+
+    Scatter belongs to the bench. A model that lacks an effect, free to scatter as it likes, explains each engagement by
+    itself and predicts none.
+    """
+    traces, terms, own = after.block.traces, before.block.terms, after.fitted.points - after.fitted.mean
+    widest = np.sqrt(after.fitted.variance)
+    starts = [own + mean for mean in (after.fitted.mean, before.fitted.mean, np.zeros(own.shape[1]))]
+    return best([fit_simulation(traces, terms, start, widest=widest) for start in starts])
 
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:

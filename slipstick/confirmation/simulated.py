@@ -45,11 +45,13 @@ class SimulatedBench:
     name, signal, fine = "simulation", "all signals", 0
     random: tuple[str, ...] = tuple(RANDOM)
 
-    def __init__(self, traces: Traces, terms: Terms) -> None:
+    def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None) -> None:
+        """`widest` (q,) are the largest standard deviations of the parameters, those of `RANDOM` by default."""
         self.traces, self.terms, self.scene = traces, terms, traces.scene
         self.measured, self.counted = traces.measured, traces.counted
         self.fixed: tuple[str, ...] = tuple(f"{one.term}: {one.name}" for one in terms.unknowns)
-        self.random_std, self.widest = (np.array(values) for values in zip(*RANDOM.values(), strict=True))
+        self.random_std, scatter = (np.array(values) for values in zip(*RANDOM.values(), strict=True))
+        self.widest = scatter if widest is None else widest
         self.fixed_std = np.full(len(self.fixed), _WIDE)
         self.shared = np.zeros(len(self.fixed))
 

@@ -117,9 +117,9 @@ def marginalise(gram: Gram, variance: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def solve(gram: Gram, marginal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients (c - 1,) by generalized least squares with the prior of `gram`, and their covariance (c - 1, c - 1).
 
-    `marginal` (m, c, c) are the products of the engagements that count, all or some of those of `gram`. A coefficient is
-    at most `REACH` standard deviations of its prior from its target, where recordings that are far off would move it
-    further: what asks for a clock that is 200 samples late is not a clock.
+    `marginal` (m, c, c) are the products of the engagements that count, all or some of those of `gram`. A coefficient
+    is at most `REACH` standard deviations of its prior from its target: what asks for a clock that is 200 samples late
+    is not a clock.
     """
     products, pull = marginal[:, :-1, :-1].sum(axis=0), marginal[:, :-1, -1].sum(axis=0)
     precision, target = gram.precision, gram.target

@@ -269,7 +269,7 @@ class StudyResult:
     set_aside: list[int]
     """Engagements, numbered from 0 as in the recordings, that are far worse than all others and count nothing."""
     before: SimulationResult
-    """The fit without the findings."""
+    """The fit without the findings, in which parameters scatter no more than in the fit with them."""
     after: SimulationResult
     """The fit with those findings that the simulation takes."""
     gap: Gap | None

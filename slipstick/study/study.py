@@ -17,7 +17,7 @@ from slipstick.bench import parameters as names_of
 from slipstick.clutch import effects
 from slipstick.clutch.laws import MOST_LAWS
 from slipstick.confirmation.control import control
-from slipstick.confirmation.fit import SimulationFit, confirmed, fit_simulation
+from slipstick.confirmation.fit import SimulationFit, confirmed, fit_simulation, with_scatter_of
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import Prediction, closures, predict
 from slipstick.confirmation.simulated import CONDITIONS, RANDOM
@@ -65,9 +65,10 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), after, its)
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
     log("predicting held-out conditions")
-    predictions = {"before": predict(before, settings.seed)}
-    gap = None
     added = after.block.terms
+    if added.names:
+        before = with_scatter_of(after, before)
+    predictions, gap = {"before": predict(before, settings.seed)}, None
     if added.names:
         predictions["after"] = predict(after, settings.seed)
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
