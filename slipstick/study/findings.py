@@ -28,6 +28,9 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
     share, kind = confidence(finding) if said.effect else (None, None)
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
+    # Effects with the same pair have the same gain.
+    same = [name for name in names(finding.pair, settings.catalogue) if name in said.others]
+    rivals = [*(Candidate(name, *finding.pair, finding.nats, 0.0) for name in same), *rivals]
     drawn = None if law is None else _law(settings, law, said.effect, after.values[at] if said.effect and at else None)
     return FindingResult(
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
