@@ -19,6 +19,7 @@ from slipstick.naming.answer import answer
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
+from slipstick.study.confidence import confidence
 
 TABLE = Path(__file__).with_name("blind_answers.csv")
 HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence",
@@ -51,11 +52,14 @@ def main(files: list[Path]) -> None:
         seconds = round(found.seconds, 1)
         for finding in found.findings:
             its = answer(finding, found.measured.get(finding.pair))
-            rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, "", "+".join(its.others),
+            sure = round(confidence(finding)[0], 2) if its.effect else ""
+            rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, sure, "+".join(its.others),
                          seconds])
-        if not found.findings:
+        rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]
+        if not found.findings and not found.unexplained:
             rows.append([*start, "none", "", "", "", "", "", "", seconds])
-        print(*rows[-max(1, len(found.findings)):], sep="\n", flush=True)
+    for row in rows:
+        print(row, flush=True)
     with TABLE.open("a", newline="") as table:
         writer = csv.writer(table)
         if not earlier:
