@@ -31,6 +31,6 @@ def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | 
     change = np.array([effect.formula(base, one, tuple(values)) - base for one in signals])
     columns = {"nothing": [], "constant": [np.ones_like(x)], "line": [np.ones_like(x), x]}[law.up_to]
     if columns:
-        design = np.stack(columns, axis=1)
-        change = change + design @ np.linalg.lstsq(design, law.change - change, rcond=None)[0]
+        design, weight = np.stack(columns, axis=1), 1 / np.maximum(law.std, 1e-3 * law.std.max())
+        change = change + design @ np.linalg.lstsq(weight[:, None] * design, weight * (law.change - change))[0]
     return np.asarray(change)
