@@ -4,7 +4,7 @@
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case
-of the list is answered.
+of the list is answered. The development list also gives the counts of slipstick/study/confidence.json.
 """
 
 import json
@@ -19,8 +19,11 @@ from scipy.stats import beta
 
 from benchmarks.benches import BENCHES
 from benchmarks.results import write
+from slipstick.naming.answer import names
 from slipstick.naming.study import name
 from slipstick.recordings import Recordings
+from slipstick.study.confidence import COUNTS, kind_of
+from slipstick.study.confidence import FILE as CONFIDENCE
 from tests.validation.hidden import cases, files
 from tests.validation.hidden.truths import truth
 
@@ -117,8 +120,21 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
              rate("unlisted, from 3 limits: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in strong])]
     strong = [(e, v) for e, v in both if min(map(multiple, e["hidden"])) >= 3]
     rows.append(rate("two effects, both from 3 limits: both found", [v["found"] == 2 for _, v in strong]))
+    rows += [rate(f"names with the evidence “{kind}”: right", its) for kind, its in by_evidence(entries).items()]
     rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
     return rows
+
+
+def by_evidence(entries: list[dict[str, Any]]) -> dict[str, list[bool]]:
+    """Kind of evidence -> whether each name that the catalogue has for a finding of this kind was right."""
+    found: dict[str, list[bool]] = {kind: [] for kind in COUNTS}
+    for entry in entries:
+        hidden = {same(its["pair"]) for its in entry["hidden"]}
+        for its in entry["findings"]:
+            if names(tuple(its["pair"])):
+                group = {same(its["pair"]), *(same(pair) for pair in its["rivals"])}
+                found[kind_of(bool(its["rivals"]), its["errors"])].append(bool(group & hidden))
+    return found
 
 
 def main(which: str, every: int = 1) -> None:
@@ -143,6 +159,9 @@ def main(which: str, every: int = 1) -> None:
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
              "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), len(e["aside"]),
              e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
+    if which == "development":
+        counted = {kind: [sum(its), len(its)] for kind, its in by_evidence(entries).items()}
+        CONFIDENCE.write_text(json.dumps(counted, ensure_ascii=False) + "\n")
     header = ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "unexplained", "set_aside", "bad_runs",
               "seconds", "error")
     write(f"naming_{which}_cases", header, rows, made_by)
