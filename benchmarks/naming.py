@@ -4,7 +4,7 @@
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case
-of the list is answered. The development list also gives the counts of slipstick/study/confidence.json.
+of the list is answered. The final list also gives slipstick/study/confidence.json.
 """
 
 import json
@@ -159,7 +159,7 @@ def main(which: str, every: int = 1) -> None:
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
              "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), len(e["aside"]),
              e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
-    if which == "development":
+    if which == "final":
         counted = {kind: [sum(its), len(its)] for kind, its in by_evidence(entries).items()}
         CONFIDENCE.write_text(json.dumps(counted, ensure_ascii=False) + "\n")
     header = ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "unexplained", "set_aside", "bad_runs",

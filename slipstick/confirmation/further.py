@@ -11,11 +11,13 @@ is the expected rise of twice the log-likelihood of the right model above the ot
 
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any, ClassVar
 
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
 from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.simulated import SimulatedBench
 from slipstick.confirmation.traces import CHANNELS, Traces
 from slipstick.recordings import Recordings, Signals
@@ -33,26 +35,36 @@ _FACTORS = ("motor_speed", "load_inertia", "brake_torque")
 
 
 @dataclass(frozen=True)
-class Experiment:
-    """A proposed experiment: its conditions, how far the models are `apart`, and where most of that is.
+class FurtherExperiment:
+    """A proposed experiment in which two tied effects predict different results."""
 
-    `apart` is d in the docstring of the module; `signal` is a signal or the shifting time. `repetitions` is the
-    expected number of runs until five standard errors, None for more than 1000. `recorded` tells whether it is in the
-    recordings.
-    """
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
+    rival: str
+    """The effect that it tells apart from the finding."""
     current_profile: int
+    """Index of the current profile in the recordings."""
     motor_speed: float
+    """Motor speed in rad/s."""
     load_inertia: float
+    """Load inertia in kg m^2."""
     brake_torque: float
+    """Brake torque in N m."""
     recorded: bool
+    """Whether the recordings contain this condition."""
     apart: float
+    """Distance of both predictions in standard deviations, beyond what the scatter of the parameters can hide."""
     signal: str
+    """Signal, or `shifting_time`, that contributes most."""
     repetitions: int | None
+    """Expected number of runs until five standard errors; null for more than 1000."""
 
 
-def further(right: SimulationFit, other: SimulationFit) -> list[Experiment]:
-    """The experiments that tell two fits apart best, each of another profile or motor speed, the best first."""
+def further(right: SimulationFit, other: SimulationFit, rival: str) -> list[FurtherExperiment]:
+    """The experiments that tell two fits apart best, each of another profile or motor speed, the best first.
+
+    `rival` is the name of the other fit.
+    """
     given = right.block.scene.recordings.conditions
     conditions, recorded = _candidates(given)
     here, there = (_elsewhere(one, conditions) for one in (right, other))
@@ -68,7 +80,7 @@ def further(right: SimulationFit, other: SimulationFit) -> list[Experiment]:
     through = np.linalg.solve(inner, weighted @ left[:, :, None])
     left = left - (weighted.transpose(0, 2, 1) @ through)[..., 0]
     square = np.where(locks, (left * (mine - its)).sum(axis=1), 0.0)
-    found, kinds = list[Experiment](), set[tuple[int, float]]()
+    found, kinds = list[FurtherExperiment](), set[tuple[int, float]]()
     for place in np.argsort(-square, kind="stable"):
         kind = int(conditions.current_profile[place]), float(conditions.motor_speed[place])
         if kind in kinds or len(found) == _KINDS or square[place] <= 0:
@@ -76,9 +88,10 @@ def further(right: SimulationFit, other: SimulationFit) -> list[Experiment]:
         kinds.add(kind)
         shares = {name: float((left[place, columns] ** 2).sum()) for name, columns in here.traces.columns.items()}
         runs = int(np.ceil(4 * _ERRORS**2 / square[place]))
-        found.append(Experiment(*kind, float(conditions.load_inertia[place]), float(conditions.brake_torque[place]),
-                                bool(recorded[place]), float(np.sqrt(square[place])),
-                                max(CHANNELS, key=shares.__getitem__), runs if runs <= _MOST else None))
+        found.append(FurtherExperiment(
+            rival, *kind, float(conditions.load_inertia[place]), float(conditions.brake_torque[place]),
+            bool(recorded[place]), float(np.sqrt(square[place])), max(CHANNELS, key=shares.__getitem__),
+            runs if runs <= _MOST else None))
     return found
 
 

@@ -8,6 +8,7 @@ engagements leave where the model is right, by the fit with what was named.
 """
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import ndtri
@@ -16,6 +17,7 @@ from scipy.stats import qmc
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import LOCKED, Response
 from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.traces import CHANNELS
 from slipstick.naming.grams import solve
 from slipstick.recordings.signals import SIGNAL_UNITS
@@ -45,18 +47,22 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Closure:
-    """Root-mean-square errors of a channel in its unit, and the share of the gap that is closed.
+    """The gap in one signal (in its unit) or in the shifting time (in s), on held-out conditions."""
 
-    `lower` and `upper` are the ends of a 90 % bootstrap interval over engagements. The share is None where there is no
-    gap beyond its own error before.
-    """
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     rms_before: float
+    """Root-mean-square error without the findings."""
     rms_after: float
+    """Root-mean-square error with the findings."""
     rms_expected: float
+    """Root-mean-square error of a right model, due to noise and scatter."""
     closure: float | None
+    """Share of the gap that the findings close; null if there is no significant gap without them."""
     lower: float | None
+    """Lower end of the 90 % bootstrap interval of `closure`."""
     upper: float | None
+    """Upper end of the 90 % bootstrap interval of `closure`."""
 
 
 def folds(conditions: Conditions, seed: int) -> list[np.ndarray]:

@@ -1,25 +1,28 @@
 """What a finding is worth: how much it changes the shifting times and signals under the recorded conditions."""
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
 from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.simulated import SimulatedBench
 from slipstick.recordings.signals import SIGNAL_UNITS
 
 
 @dataclass(frozen=True)
 class Worth:
-    """Changes by a finding, over the recorded conditions with the mean parameters of the fit.
+    """What a finding changes under the recorded conditions."""
 
-    `shifting_time` is the root-mean-square change in ms and `largest` that of the largest magnitude, `signals` the
-    root-mean-square change of each signal in the standard deviations of its noise.
-    """
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     shifting_time: float
+    """Root-mean-square change of the shifting time in ms."""
     largest: float
+    """Change of largest magnitude of a shifting time in ms, with its sign."""
     signals: dict[str, float]
+    """Root-mean-square change of each signal, in standard deviations of its noise."""
 
 
 def worth(found: SimulationFit, term: str) -> Worth:

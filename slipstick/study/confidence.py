@@ -1,7 +1,7 @@
 """How often a name is right: the share of right ones among findings with evidence of the same kind.
 
-`benchmarks.naming` counts them on the development cases of hidden effects (confidence.json). The final cases, of other
-forms, are the test.
+`benchmarks.naming` counts them on recordings of hidden effects whose forms the development has not seen
+(confidence.json).
 """
 
 import json

@@ -12,7 +12,7 @@ from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
 from slipstick.study.confidence import confidence
 from slipstick.study.formula import formula
-from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law, Worth
+from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import title
 
@@ -36,7 +36,7 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
         finding.nats, finding.errors, rivals, drawn,
         _confirmation(settings, after, at, term, bool(said.effect)),
-        Worth(**vars(worth(after, term))) if at else None, share, kind, experiments)
+        worth(after, term) if at else None, share, kind, experiments)
 
 
 def _term(said: Answer, law: LawPoints | None) -> str:

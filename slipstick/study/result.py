@@ -3,15 +3,20 @@
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
-_CONFIG: dict[str, Any] = {"use_attribute_docstrings": True}
-"""Tells pydantic, and so the OpenAPI page, to take the docstrings of fields as their descriptions."""
+from slipstick.confirmation.further import FurtherExperiment
+from slipstick.confirmation.gap import Closure
+from slipstick.confirmation.schema import DOCUMENTED
+from slipstick.confirmation.worth import Worth
+
+__all__ = ["BlockResult", "Candidate", "Closure", "Coefficient", "Confirmation", "Control", "FindingResult",
+           "FurtherExperiment", "Gap", "Law", "SimulationResult", "StudyResult", "Worth"]
 
 
 @dataclass(frozen=True)
 class Coefficient:
     """A coefficient of a named effect, fitted to all signals at once."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     name: str
     """Name of the coefficient; `factor` for the multiple of a measured law."""
@@ -31,7 +36,7 @@ class Coefficient:
 class Law:
     """A measured law: how a quantity changes with what it depends on, without a formula."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     x: list[float] | None
     """Points at which the change was measured; null for a single number, such as a lag."""
@@ -59,7 +64,7 @@ class Law:
 class Candidate:
     """A pair of quantity and dependence that the recordings do not tell apart from the finding."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     effect: str | None
     """Effect of the catalogue; null if it has none for this pair."""
@@ -77,7 +82,7 @@ class Candidate:
 class Confirmation:
     """What the simulation of the whole bench says about a finding of the blocks."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     simulated: Literal["formula", "measured law", "no"]
     """What stands for the finding in the simulation. `no`: the simulation has no such quantity or dependence."""
@@ -87,51 +92,13 @@ class Confirmation:
     """Whether the simulation asks for the finding as well, beside the other ones; null if nothing stands for it."""
 
 
-@dataclass(frozen=True)
-class Worth:
-    """What a finding changes under the recorded conditions."""
-
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
-
-    shifting_time: float
-    """Root-mean-square change of the shifting time in ms."""
-    largest: float
-    """Change of largest magnitude of a shifting time in ms, with its sign."""
-    signals: dict[str, float]
-    """Root-mean-square change of each signal, in standard deviations of its noise."""
-
-
-@dataclass(frozen=True)
-class FurtherExperiment:
-    """A proposed experiment in which two tied effects predict different results."""
-
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
-
-    rival: str
-    """The effect that it tells apart from the finding."""
-    current_profile: int
-    """Index of the current profile in the recordings."""
-    motor_speed: float
-    """Motor speed in rad/s."""
-    load_inertia: float
-    """Load inertia in kg m^2."""
-    brake_torque: float
-    """Brake torque in N m."""
-    recorded: bool
-    """Whether the recordings contain this condition."""
-    apart: float
-    """Distance of both predictions in standard deviations, beyond what the scatter of the parameters can hide."""
-    signal: str
-    """Signal, or `shifting_time`, that contributes most."""
-    repetitions: int | None
-    """Expected number of runs until five standard errors; null for more than 1000."""
 
 
 @dataclass(frozen=True)
 class FindingResult:
     """Something that the recordings ask for beside the model."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     kind: Literal["effect", "tie", "unlisted"]
     """`effect`: the catalogue has it. `tie`: one of several. `unlisted`: the catalogue has no effect of this pair with
@@ -171,7 +138,7 @@ class FindingResult:
 class BlockResult:
     """What a block of the model says: between the signals at its input and the one at its output."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     name: str
     """Name of the block."""
@@ -185,35 +152,16 @@ class BlockResult:
     """Whether something is left that no pair explains."""
 
 
-@dataclass(frozen=True)
-class ClosureResult:
-    """The gap in one signal (in its unit) or in the shifting time (in s), on held-out conditions."""
-
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
-
-    rms_before: float
-    """Root-mean-square error without the findings."""
-    rms_after: float
-    """Root-mean-square error with the findings."""
-    rms_expected: float
-    """Root-mean-square error of a right model, due to noise and scatter."""
-    closure: float | None
-    """Share of the gap that the findings close; null if there is no significant gap without them."""
-    lower: float | None
-    """Lower end of the 90 % bootstrap interval of `closure`."""
-    upper: float | None
-    """Upper end of the 90 % bootstrap interval of `closure`."""
-
 
 @dataclass(frozen=True)
 class Control:
     """What the best effect on another quantity closes: a wrong effect must not close the gap."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     effect: str
     """Name of that effect."""
-    closures: dict[str, ClosureResult]
+    closures: dict[str, Closure]
     """Closure by signal or `shifting_time`."""
 
 
@@ -221,9 +169,9 @@ class Control:
 class Gap:
     """The gap between model and recordings without and with the findings."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
-    closures: dict[str, ClosureResult]
+    closures: dict[str, Closure]
     """Closure by signal or `shifting_time`."""
     before: list[float]
     """Held-out prediction of each shifting time in s, without the findings."""
@@ -237,7 +185,7 @@ class Gap:
 class SimulationResult:
     """A fit of the simulation of the whole bench to all signals."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     parameters: dict[str, float]
     """Mean of each parameter and stated condition, relative to its nominal value (0: as stated)."""
@@ -255,7 +203,7 @@ class SimulationResult:
 class StudyResult:
     """What a study has found."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = _CONFIG
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     kind: Literal["none", "effect", "tie", "several", "unlisted"]
     """`none`: the recordings show no missing effect. `effect`: one effect is missing. `tie`: one of several.

@@ -7,7 +7,7 @@ Both take some seconds to a minute. What `examine` returns is JSON, complete, an
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.study.figures import Figures, figures
 from slipstick.study.findings import finding_result
-from slipstick.study.result import BlockResult, ClosureResult, Control, FurtherExperiment, Gap, SimulationResult
+from slipstick.study.result import BlockResult, Control, FurtherExperiment, Gap, SimulationResult
 from slipstick.study.result import StudyResult as Result
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import SIGNALS, sentence
@@ -118,7 +118,7 @@ def _experiments(one: Answer, after: SimulationFit) -> list[FurtherExperiment]:
             continue
         swapped = replace(terms, effects=tuple(rival if name == one.effect else name for name in terms.effects))
         other = fit_simulation(after.block.traces, swapped, after.fitted.points)
-        found += [FurtherExperiment(rival, **asdict(its)) for its in further(after, other)]
+        found += further(after, other, rival)
     return found
 
 
@@ -132,12 +132,8 @@ def _gap(settings: StudySettings, before: SimulationFit, predictions: dict[str, 
         other = predict(spent[1], settings.seed)
         # What a right model would leave is the findings' to say, of the control as well.
         judged = Prediction(other.square, narrow.variance, other.time)
-        its = Control(spent[0], _closures(wide, judged, settings.seed))
-    return Gap(_closures(wide, narrow, settings.seed), wide.time.tolist(), narrow.time.tolist(), its)
-
-
-def _closures(before: Prediction, after: Prediction, seed: int) -> dict[str, ClosureResult]:
-    return {channel: ClosureResult(**asdict(one)) for channel, one in closures(before, after, seed).items()}
+        its = Control(spent[0], closures(wide, judged, settings.seed))
+    return Gap(closures(wide, narrow, settings.seed), wide.time.tolist(), narrow.time.tolist(), its)
 
 
 def _simulation(one: SimulationFit) -> SimulationResult:

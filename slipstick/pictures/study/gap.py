@@ -6,7 +6,7 @@ from slipstick.pictures import theme, units
 from slipstick.pictures.study.words import effect_title, model_series, numbers, within
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.study.figures import Figures
-from slipstick.study.result import ClosureResult, Gap, StudyResult
+from slipstick.study.result import Closure, Gap, StudyResult
 
 CAPTION = ("Top: measured minus predicted shifting time of every engagement. Each prediction comes from fits without "
            "the engagements of that motor speed or of that current profile. Bottom: the closed share of the gap with "
@@ -66,7 +66,7 @@ def _differences(result: StudyResult, figures: Figures) -> Spec:
 
 def _closures(result: StudyResult, gap: Gap) -> list[Spec]:
     """Return one row per channel with a significant gap; empty without one."""
-    series: dict[str, tuple[Mapping[str, ClosureResult], str]] = {
+    series: dict[str, tuple[Mapping[str, Closure], str]] = {
         model_series(result)["after"][0]: (gap.closures, theme.AFTER)}
     if gap.control is not None:
         series[f"control: {within(effect_title(gap.control.effect))}"] = (gap.control.closures, theme.FAINT)
@@ -95,7 +95,7 @@ def _closures(result: StudyResult, gap: Gap) -> list[Spec]:
          "encoding": {"x": x, "y": y, **offset, "text": {"field": "beyond"}}}]}]
 
 
-def _percent(closure: ClosureResult) -> Spec:
+def _percent(closure: Closure) -> Spec:
     values = {"closure": closure.closure, "lower": closure.lower, "upper": closure.upper}
     percent = {name: 100 * (0.0 if value is None else value) for name, value in values.items()}
     if percent["closure"] < _LOWEST:

@@ -4,7 +4,7 @@ from slipstick.clutch.effects import CATALOGUE, Effect
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study.result import ClosureResult, Coefficient
+from slipstick.study.result import Closure, Coefficient
 
 CHANNELS = {name: (unit, 1.0) for name, unit in SIGNAL_UNITS.items()} | {"shifting_time": ("ms", 1e3)}
 """Signal or shifting time -> displayed unit, and the factor from the unit of the result to it."""
@@ -44,7 +44,7 @@ def between(lower: float, upper: float) -> str:
     return f"{units.fixed(lower, 4)} to {units.fixed(upper, 4)}"
 
 
-def closed(closure: ClosureResult) -> str:
+def closed(closure: Closure) -> str:
     """The closed share of a gap, with its interval."""
     if closure.closure is None or closure.lower is None or closure.upper is None:
         return "no significant gap"

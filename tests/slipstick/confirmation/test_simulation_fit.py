@@ -97,8 +97,8 @@ def test_of_two_names_the_simulation_confirms_the_true_one(fits: Callable) -> No
 def test_further_experiments_tell_models_apart_that_differ(fits: Callable) -> None:  # type: ignore[type-arg]
     before, after = fits("drag")
     other = fit_simulation(after.block.traces, Terms(HEAVY, ("falling_load_friction",)), before.fitted.points)
-    proposed = further(after, other)
+    proposed = further(after, other, "falling_load_friction")
     assert proposed
     assert proposed == sorted(proposed, key=lambda one: -one.apart)
     assert proposed[0].repetitions is not None
-    assert further(after, after) == []
+    assert further(after, after, "itself") == []

@@ -13,7 +13,7 @@ from slipstick.report.study.page import study_page
 from slipstick.report.study.warnings import warnings
 from slipstick.study import StudyResult, StudySettings
 from slipstick.study.figures import Figures
-from slipstick.study.result import Candidate, ClosureResult, Coefficient, FindingResult, FurtherExperiment
+from slipstick.study.result import Candidate, Closure, Coefficient, FindingResult, FurtherExperiment
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Read = Callable[[str], Any]
@@ -105,7 +105,7 @@ def test_a_control_that_closes_as_much_casts_doubt(studied: Studied, share: floa
     assert gap is not None
     assert gap.control is not None
 
-    def time(closure: float) -> dict[str, ClosureResult]:
+    def time(closure: float) -> dict[str, Closure]:
         return {**gap.closures, "shifting_time": replace(gap.closures["shifting_time"], closure=closure)}
 
     gap = replace(gap, closures=time(0.9), control=replace(gap.control, closures=time(share)))
