@@ -18,8 +18,9 @@ def test_the_truth_leaves_white_noise_of_unit_variance(traced: Traced) -> None:
     left = np.where(traces.counted, traces.measured - SimulatedBench(traces, Terms(HEAVY)).base(points), np.nan)
     for name, columns in traces.columns.items():
         its = left[:, columns]
-        # Third differences of the signals tell the noise to some ten percent, slow parts of it to a half.
-        assert np.nanmean(its**2) == pytest.approx(1.0, abs=0.6 if name == "shifting_time" else 0.5), name
+        # Third differences of the signals tell the noise to some ten percent, slow parts of it to a half; there are
+        # only 18 shifting times.
+        assert np.nanmean(its**2) == pytest.approx(1.0, abs=1.0 if name == "shifting_time" else 0.5), name
         if name != "shifting_time":
             assert abs(np.nanmean(its[:, 1:] * its[:, :-1])) < 0.15, name
     assert traces.mean_squares(np.nan_to_num(left)).keys() == set(CHANNELS)
