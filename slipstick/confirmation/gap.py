@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from slipstick.bench.conditions import Conditions
-from slipstick.clutch.ensemble import LOCKED, Response
+from slipstick.clutch.ensemble import Response
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.traces import CHANNELS
@@ -91,7 +91,7 @@ def predict(found: SimulationFit, seed: int) -> Prediction:
         mean, shared = found.fitted.mean + change[:q], found.fitted.shared + change[q:]
         response = block.respond(np.tile(mean, (n, 1)), shared)
         square[rows] += _squares(found, response)[rows]
-        time[rows] += _times(found, response)[rows]
+        time[rows] += found.block.traces.times(response)[rows]
         count[rows] += 1
     drawn = ndtri(qmc.Sobol(q, rng=seed).random(_DRAWS)) * np.sqrt(found.fitted.variance)
     scattered = [block.respond(np.tile(found.fitted.mean + one, (n, 1)), found.fitted.shared) for one in drawn]
@@ -114,20 +114,13 @@ def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Clos
     return found
 
 
-def _times(found: SimulationFit, response: Response) -> np.ndarray:
-    """Shifting times (n,) in s; the end of its profile where an engagement does not lock."""
-    conditions = found.block.scene.recordings.conditions
-    latest = conditions.profile_time[conditions.current_profile, -1]
-    return np.where(response.status == LOCKED, response.shifting_time, latest)
-
-
 def _squares(found: SimulationFit, response: Response) -> np.ndarray:
     """Mean squared errors (n, 5) of a simulation."""
     scene, values = found.block.scene, []
     for name in SIGNAL_UNITS:
         left = scene.measured(name) - np.nan_to_num(getattr(response, name))
         values.append((left**2).mean(axis=1))
-    return np.stack([*values, (scene.recordings.measured_time - _times(found, response)) ** 2], axis=1)
+    return np.stack([*values, (scene.recordings.measured_time - found.block.traces.times(response)) ** 2], axis=1)
 
 
 def _variances(found: SimulationFit, scattered: list[Response]) -> np.ndarray:
@@ -136,5 +129,5 @@ def _variances(found: SimulationFit, scattered: list[Response]) -> np.ndarray:
     for name in SIGNAL_UNITS:
         drawn = np.array([np.nan_to_num(getattr(response, name)) for response in scattered])
         values.append(drawn.var(axis=0, ddof=1).mean(axis=1) + scene.noise[name][0] ** 2)
-    times = np.array([_times(found, response) for response in scattered])
+    times = np.array([found.block.traces.times(response) for response in scattered])
     return np.stack([*values, times.var(axis=0, ddof=1) + scene.timer_noise**2], axis=1)

@@ -59,19 +59,20 @@ class Traces:
                        counted=np.concatenate(counted, axis=1))
 
     def simulated(self, response: Response) -> np.ndarray:
-        """The rows (m, K) of simulated engagements, of the n conditions again and again.
-
-        Where one did not lock, the end of its profile is its shifting time.
-        """
-        conditions, time = self.scene.recordings.conditions, self.scene.time
-        latest = np.resize(conditions.profile_time[conditions.current_profile, -1], response.status.shape)
-        times = np.where(response.status == LOCKED, response.shifting_time, latest)
+        """The rows (m, K) of simulated engagements, of the n conditions again and again."""
+        time, times = self.scene.time, self.times(response)
         signals = {name: getattr(response, name) for name in SIGNAL_UNITS}
         torque = signals["output_torque"]
         signals["output_torque"] = blended_at_lock_up(torque[None], times[None], time)[0]
         for name, late in self.clocks.items():
             signals[name] = signals[name] - late * np.gradient(signals[name], time, axis=1)
         return np.asarray(np.nan_to_num(self.rows(signals, times), nan=_FAILED))
+
+    def times(self, response: Response) -> np.ndarray:
+        """Shifting times (m,) in s of simulated engagements; where one did not lock, the end of its profile."""
+        conditions = self.scene.recordings.conditions
+        latest = np.resize(conditions.profile_time[conditions.current_profile, -1], response.status.shape)
+        return np.where(response.status == LOCKED, response.shifting_time, latest)
 
     def rows(self, signals: dict[str, np.ndarray], times: np.ndarray) -> np.ndarray:
         """Signals (n, k) and shifting times (n,) as rows (n, K)."""

@@ -65,13 +65,13 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), after, its)
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
     log("predicting held-out conditions")
-    added = after.block.terms
-    if added.names:
+    gap, is_extended = None, bool(after.block.terms.names)
+    if is_extended:
         before = with_scatter_of(after, before)
-    predictions, gap = {"before": predict(before, settings.seed)}, None
-    if added.names:
-        predictions["after"] = predict(after, settings.seed)
+        predictions = {"before": predict(before, settings.seed), "after": predict(after, settings.seed)}
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
+    else:
+        predictions = {"before": predict(before, settings.seed)}
     kind = "none" if not results and not found.unexplained else "unlisted" if not results else \
         "several" if len(results) > 1 else results[0].kind
     result = Result(
@@ -81,7 +81,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest)
-    return result, figures(before, after if added.names else None, predictions)
+    return result, figures(before, after if is_extended else None, predictions)
 
 
 def _distinct(settings: StudySettings, found: Naming) -> Iterator[Finding]:
