@@ -9,11 +9,16 @@ from numba.extending import register_jitable
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def kernel(function: Function) -> Function:
+def kernel(function: Function, variant: str = "") -> Function:
     """Compile a function without array allocations on first use; it needs no reference counts shared by threads.
 
-    Division by zero gives inf or NaN, because checking for it would prevent vectorization.
+    Division by zero gives inf or NaN, because checking for it would prevent vectorization. A function that is defined
+    within another one, once for each of some values, needs a `variant` that names them: numba tells such functions apart
+    by a counter of the process only, so that of two entry points that two processes compiled into the cache, one would
+    call functions of the other (numba issue 10486).
     """
+    if variant:
+        function.__qualname__ += f"[{variant}]"
     return _compile(function, _nrt=False)
 
 

@@ -5,6 +5,7 @@ effect.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ def hook(quantity: str) -> Hook:
     flag, row = QUANTITY_FLAG[quantity], np.uint64(QUANTITY_ROW[quantity])
 
     # The guard is small enough for inlining into the equations; the chain and the laws are not.
-    @kernel
+    @partial(kernel, variant=quantity)
     def guarded(b, active):
         if active[flag]:
             chain(b, active)
@@ -115,7 +116,7 @@ def _first_row(effect: Effect) -> int:
 def _link(effect: Effect, position: int, rest: Hook) -> Hook:
     formula, row, first = effect.formula, QUANTITY_ROW[effect.quantity], _first_row(effect)
 
-    @kernel
+    @partial(kernel, variant=effect.name)
     def link(b, active):
         if active[position]:
             for i in range(LANES):
@@ -131,7 +132,7 @@ def _memory_link(effect: Effect, position: int, rest: Hook) -> Hook:
     state, value = STAGE + (STATE_SIZE + column) * LANES, MEMORY_INPUT + column * LANES
     relaxation_time = 0.0 if effect.memory is not None and effect.memory.relaxed else -1.0
 
-    @kernel
+    @partial(kernel, variant=effect.name)
     def link(b, active):
         if active[position]:
             for i in range(LANES):
@@ -149,7 +150,7 @@ def _rate_link(effect: Effect, memory: Memory, position: int, rest: Hook) -> Hoo
     state, value = STAGE + (STATE_SIZE + column) * LANES, MEMORY_INPUT + column * LANES
     rate_row = RATE + (STATE_SIZE + column) * LANES
 
-    @kernel
+    @partial(kernel, variant=effect.name)
     def link(b, active):
         if active[position]:
             for i in range(LANES):

@@ -4,6 +4,8 @@ They are separate from the five model states, and those of laws from those of ef
 number of rows compile to scalar code.
 """
 
+from functools import partial
+
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
     EFFECT_STATE_SIZE,
@@ -23,20 +25,22 @@ from slipstick.clutch.lanes import (
 
 def _kernels(first, last):
     """Compile the steps of an integration of these rows of the state vector."""
-    @kernel
+    of_rows = partial(kernel, variant=f"{first}:{last}")
+
+    @of_rows
     def begin_step(b):
         """Set the memories at the first stage."""
         for i in range(first * LANES, last * LANES):
             b[STAGE + i] = b[START + i]
 
-    @kernel
+    @of_rows
     def store_first_rate(b):
         """Store the rates of the first stage, and the initial values of relaxed memories set there at t = 0."""
         for i in range(first * LANES, last * LANES):
             b[FIRST + i] = b[RATE + i]
             b[START + i] = b[STAGE + i]
 
-    @kernel
+    @of_rows
     def advance_stage(b, fraction):
         """Set the memories at a later stage, at `fraction` of the step."""
         for s in range(first, last):
@@ -44,7 +48,7 @@ def _kernels(first, last):
                 k = s * LANES + i
                 b[STAGE + k] = b[START + k] + fraction * b[STEP + i] * b[RATE + k]
 
-    @kernel
+    @of_rows
     def sum_middle_rates(b, stage):
         """Store the sum of the rates of the two middle stages."""
         for i in range(first * LANES, last * LANES):
@@ -53,7 +57,7 @@ def _kernels(first, last):
             elif stage == 1:
                 b[MIDDLE + i] += b[RATE + i]
 
-    @kernel
+    @of_rows
     def finish_step(b):
         """Compute the memories at the end of the step."""
         for s in range(first, last):
@@ -61,7 +65,7 @@ def _kernels(first, last):
                 k = s * LANES + i
                 b[END + k] = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
 
-    @kernel
+    @of_rows
     def accept_step(b):
         """Move the memories to the end of the step, except in lanes with an event."""
         for s in range(first, last):
