@@ -14,7 +14,7 @@ columns of a linear model alike.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,46 +50,41 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     return out
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@njit(nogil=True, cache=True, error_model="numpy", parallel=True)
 def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, onto, out):  # type: ignore[no-untyped-def]
     n, p, k = columns.shape
     # Variances of what is new in v and u at each sample.
     fresh, input_fresh = std * std * (1 - rho * rho), input_std * input_std * (1 - input_rho * input_rho)
-    x, u, v = np.zeros(p), np.zeros(p), np.zeros(p)
-    for i in range(n):
-        x[:], u[:], v[:] = 0.0, 0.0, 0.0
+    for i in prange(n):
+        # The gains are those of all columns; where a sample is not counted, they are 0.
+        gain = np.zeros((k, 4))
         pxx, pxu, pxv, puu, puv, pvv = 0.0, 0.0, 0.0, input_std * input_std, 0.0, std * std
         for t in range(k):
             if counted[i, t]:
-                # Covariances of the states with the sample, its variance, and the gains.
+                # Covariances of the states with the sample, and its variance.
                 cx, cu, cv = pxx + pxv, pxu + puv, pxv + pvv
                 variance = cx + cv
-                gx, gu, gv, scale = cx / variance, cu / variance, cv / variance, 1 / np.sqrt(variance)
-                for j in range(p):
-                    innovation = columns[i, j, t] - x[j] - v[j]
-                    out[i, j, t] = innovation * scale
-                    x[j] += gx * innovation
-                    u[j] += gu * innovation
-                    v[j] += gv * innovation
+                gx, gu, gv = cx / variance, cu / variance, cv / variance
+                gain[t, 0], gain[t, 1], gain[t, 2], gain[t, 3] = gx, gu, gv, 1 / np.sqrt(variance)
                 pxx -= gx * cx
                 pxu -= gx * cu
                 pxv -= gx * cv
                 puu -= gu * cu
                 puv -= gu * cv
                 pvv -= gv * cv
-            if t + 1 == k:
-                break
-            if driven:
+            if driven and t + 1 < k:
                 a, b = decay[i, t], onto[i, t]
-                for j in range(p):
-                    x[j] = a * x[j] + b * u[j]
-                    u[j] *= input_rho
-                    v[j] *= rho
                 onward = a * pxu + b * puu
                 pxx, pxu, pxv = a * (a * pxx + b * pxu) + b * onward, input_rho * onward, rho * (a * pxv + b * puv)
                 puu, puv = input_rho * input_rho * puu + input_fresh, input_rho * rho * puv
-                pvv = rho * rho * pvv + fresh
-            else:
-                for j in range(p):
-                    v[j] *= rho
-                pvv = rho * rho * pvv + fresh
+            pvv = rho * rho * pvv + fresh
+        for j in range(p):
+            x, u, v = 0.0, 0.0, 0.0
+            for t in range(k):
+                innovation = columns[i, j, t] - x - v
+                out[i, j, t] = innovation * gain[t, 3]
+                v = rho * (v + gain[t, 2] * innovation)
+                if driven and t + 1 < k:
+                    u += gain[t, 1] * innovation
+                    x = decay[i, t] * (x + gain[t, 0] * innovation) + onto[i, t] * u
+                    u *= input_rho

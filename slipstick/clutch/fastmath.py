@@ -12,10 +12,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def kernel(function: Function, variant: str = "") -> Function:
     """Compile a function without array allocations on first use; it needs no reference counts shared by threads.
 
-    Division by zero gives inf or NaN, because checking for it would prevent vectorization. A function that is defined
-    within another one, once for each of some values, needs a `variant` that names them: numba tells such functions apart
-    by a counter of the process only, so that of two entry points that two processes compiled into the cache, one would
-    call functions of the other (numba issue 10486).
+    Division by zero gives inf or NaN, because checking for it would prevent vectorization.
+
+    A function that is defined within another one, once for each of some values, needs a `variant` that names them.
+    Numba tells such functions apart by a counter of the process only: of two entry points that two processes compiled
+    into the cache, one would call functions of the other (numba issue 10486).
     """
     if variant:
         function.__qualname__ += f"[{variant}]"

@@ -34,4 +34,4 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
         return None
     name = max(gained, key=gained.__getitem__)
     found = fit_simulation(block.traces, Terms(scene.bench, (name,)), points, widest=block.widest)
-    return name, above(found, before)
+    return name, found if found.evidence.sum() > before.evidence.sum() else above(found, before)

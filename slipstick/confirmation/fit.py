@@ -75,9 +75,9 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     """The fits without any of `terms`, and with those of them that the simulation asks for as well.
 
     Terms are added one after the other, each time that which gains most, while the gain (n,) in nats is enough: blocks
-    may need two names for what is one effect in the simulation. A fit is never below the one nested in it, and that
-    without terms also starts where that with them ended, because either may end too early. Noise is that which the fit
-    with all terms leaves, in all of them.
+    may need two names for what is one effect in the simulation. Fits may end too early: no term is refused before its
+    fit has also started from the one nested in it, and the fit without terms also starts where that with them ended.
+    Noise is that which the fit with all terms leaves, in all of them.
     """
     bare = replace(terms, effects=(), laws=())
     whole = fit_simulation(traces, terms, points)
@@ -88,7 +88,8 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         tried = {}
         for name in left:
             more = terms.only((*now.block.terms.names, name))
-            tried[name] = above(fit_simulation(traces, more, whole.fitted.points), now)
+            begun = fit_simulation(traces, more, whole.fitted.points, _shared(whole, more))
+            tried[name] = begun if is_enough(begun.evidence - now.evidence) else above(begun, now)
         name = max(tried, key=lambda one: float(tried[one].evidence.sum()))
         if not is_enough(tried[name].evidence - now.evidence):
             break
@@ -106,17 +107,18 @@ def with_scatter_of(after: SimulationFit, before: SimulationFit) -> SimulationFi
     Scatter belongs to the bench. A model that lacks an effect, free to scatter as it likes, explains each engagement by
     itself and predicts none.
     """
-    traces, terms, own = after.block.traces, before.block.terms, after.fitted.points - after.fitted.mean
-    widest = np.sqrt(after.fitted.variance)
-    starts = [own + mean for mean in (after.fitted.mean, before.fitted.mean, np.zeros(own.shape[1]))]
-    return best([fit_simulation(traces, terms, start, widest=widest) for start in starts])
+    own, widest = after.fitted.points - after.fitted.mean, np.sqrt(after.fitted.variance)
+    return best([fit_simulation(after.block.traces, before.block.terms, own + mean, widest=widest)
+                 for mean in (after.fitted.mean, before.fitted.mean)])
 
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
-    """The fit `after`, or one that starts where `before` ended, whose model is nested in it."""
-    block, known = after.block, dict(zip(before.block.fixed, before.fitted.shared, strict=True))
-    shared = np.array([known.get(name, 0.0) for name in block.fixed])
-    again = fit_curved(block, start=before.fitted, shared=shared, iterations=_ITERATIONS)
+    """The fit `after`, or one that starts where `before` ended, whose model is nested in it.
+
+    Raises `AssertionError` if both are below `before`.
+    """
+    block = after.block
+    again = fit_curved(block, start=before.fitted, shared=_shared(before, block.terms), iterations=_ITERATIONS)
     found = best([after, SimulationFit(block, again)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
@@ -126,6 +128,12 @@ def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
 def best(fits: Sequence[SimulationFit]) -> SimulationFit:
     """The fit of the largest evidence."""
     return max(fits, key=lambda one: float(one.evidence.sum()))
+
+
+def _shared(known: SimulationFit, terms: Terms) -> np.ndarray:
+    """Coefficients (p,) of `terms` over their spans: those of a fit, and neutral where it has none."""
+    values = dict(zip(known.block.fixed, known.fitted.shared, strict=True))
+    return np.array([values.get(name, 0.0) for name in SimulatedBench(known.block.traces, terms).fixed])
 
 
 def _searched(block: SimulatedBench, points: np.ndarray) -> np.ndarray:

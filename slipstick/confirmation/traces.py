@@ -8,12 +8,15 @@ are independent with unit variance. Means of `WIDTH` of them, times the root of 
 effects that last longer. The filter is linear: residuals and derivatives are those of filtered signals.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from slipstick.bench.converter import Converter
 from slipstick.clutch.ensemble import LOCKED, Response
+from slipstick.confirmation.rows_kernel import fill
 from slipstick.naming.scene import Scene
 from slipstick.recordings.processing import blended_at_lock_up, block_means
 from slipstick.recordings.signals import SIGNAL_UNITS
@@ -64,9 +67,7 @@ class Traces:
         signals = {name: getattr(response, name) for name in SIGNAL_UNITS}
         torque = signals["output_torque"]
         signals["output_torque"] = blended_at_lock_up(torque[None], times[None], time)[0]
-        for name, late in self.clocks.items():
-            signals[name] = signals[name] - late * np.gradient(signals[name], time, axis=1)
-        return np.asarray(np.nan_to_num(self.rows(signals, times), nan=_FAILED))
+        return np.asarray(np.nan_to_num(self.rows(signals, times, self.clocks), nan=_FAILED))
 
     def times(self, response: Response) -> np.ndarray:
         """Shifting times (m,) in s of simulated engagements; where one did not lock, the end of its profile."""
@@ -74,17 +75,16 @@ class Traces:
         latest = np.resize(conditions.profile_time[conditions.current_profile, -1], response.status.shape)
         return np.where(response.status == LOCKED, response.shifting_time, latest)
 
-    def rows(self, signals: dict[str, np.ndarray], times: np.ndarray) -> np.ndarray:
-        """Signals (n, k) and shifting times (n,) as rows (n, K)."""
-        values = []
+    def rows(self, signals: Mapping[str, np.ndarray], times: np.ndarray,
+             clocks: Mapping[str, float] = MappingProxyType({})) -> np.ndarray:
+        """Signals (m, k) and shifting times (m,) as rows (m, K), with `clocks` that are late."""
+        values = np.empty((len(times), self.columns["shifting_time"].stop))
         for name in SIGNAL_UNITS:
-            (std, rho), signal = self.scene.noise[name], signals[name]
-            fresh = signal.copy()
-            fresh[:, 1:] -= rho * signal[:, :-1]
-            fresh[:, 1:] /= np.sqrt(1 - rho**2)
-            values.append(block_means(fresh, WIDTH) * np.sqrt(WIDTH) / (std * self.noise[name]))
-        timer = self.scene.timer_noise * self.noise["shifting_time"]
-        return np.concatenate([*values, times[:, None] / timer], axis=1)
+            std, rho = self.scene.noise[name]
+            fill(signals[name], clocks.get(name, 0.0) / self.scene.step, rho,
+                 np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, values[:, self.columns[name]])
+        values[:, -1] = times / (self.scene.timer_noise * self.noise["shifting_time"])
+        return values
 
     @property
     def columns(self) -> dict[str, slice]:

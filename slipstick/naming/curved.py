@@ -159,9 +159,9 @@ def _linearised(block: SearchedBlock, values: _Values, noise: BlockNoise) -> tup
     own, fixed = block.columns(values.points, laws, predicted)
     free = [block.basis(pair, values.points, laws, predicted) for pair, _ in laws]
     z = block.measured - predicted + np.einsum("nq,nqk->nk", values.points, own)
-    z = z + np.einsum("p,npk->nk", values.shared, fixed)
+    z = z + values.shared @ fixed
     for (_, law), columns in zip(laws, free, strict=True):
-        z = z + np.einsum("m,nmk->nk", law, columns)
+        z = z + law @ columns
     extra = sum(len(law) for _, law in laws)
     gram: Gram = gram_of(block, [own, fixed, *free], z, noise, extra)  
     return predicted, gram

@@ -66,7 +66,7 @@ def predict(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws) ->
         return np.asarray(block.base(points, laws))
     total = block.base(points, laws)
     if len(shared):
-        total = total + np.einsum("p,npk->nk", shared, block.shared_columns(points, laws, total))
+        total = total + shared @ block.shared_columns(points, laws, total)
     return np.asarray(total)
 
 
@@ -113,10 +113,10 @@ def linearised(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws,
     own, fixed = block.columns(points, laws, predicted)
     basis = {pair: block.basis(pair, points, laws, predicted) for pair in pairs}
     basis = {pair: columns for pair, columns in basis.items() if columns.shape[1]}
-    z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + np.einsum("p,npk->nk", shared, fixed)
+    z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + shared @ fixed
     for pair, values in laws:
         if pair in basis:
-            z = z + np.einsum("m,nmk->nk", values, basis[pair])
+            z = z + values @ basis[pair]
     ends = len(shared) + np.cumsum([0, *(columns.shape[1] for columns in basis.values())])
     gram = gram_of(block, [own, fixed, *basis.values()], z, noise, int(ends[-1] - ends[0]))
     return Part(gram, len(shared), {pair: np.arange(ends[i], ends[i + 1]) for i, pair in enumerate(basis)})

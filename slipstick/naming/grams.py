@@ -150,7 +150,7 @@ def estimate(gram: Gram, variance: np.ndarray, fixed: bool = False) -> Fitted:
         own = marginal[:, :q, :-1]
         # The slope of the restricted likelihood in a variance is half the difference of squares and trace.
         squares = ((marginal[:, :q, -1] - own @ coefficients) ** 2).sum(axis=0)
-        trace = np.einsum("nkk->k", marginal[:, :q, :q]) - np.einsum("nkp,pr,nkr->k", own, covariance, own)
+        trace = np.einsum("nkk->k", marginal[:, :q, :q]) - (own @ covariance * own).sum(axis=(0, 2))
         factor = np.sqrt(squares / np.maximum(trace, _TINY))
         # What a variance contributes to the likelihood is of the order of variance * trace.
         matters = variance * trace > _MATTERS

@@ -56,14 +56,14 @@ class LoadBlock:
         self._speed = reference = self.clean(points, laws)
         for pair, coefficients in laws:
             if not _is_reading(pair):
-                torque = torque + np.einsum("m,nmk->nk", coefficients, self._torque(pair))
+                torque = torque + coefficients @ self._torque(pair)
         inertia = self.inertia / (1 + points[:, 2])
         speed = relaxed(self.scene.time, torque / inertia[:, None], self.viscous * (1 + points[:, 0]) / inertia,
                         np.zeros(len(torque)), least=0.0)
         self._moving = speed[:, 1:] > 0
         for pair, coefficients in laws:
             if _is_reading(pair):
-                speed = speed + np.einsum("m,nmk->nk", coefficients, self._reading(pair, reference))
+                speed = speed + coefficients @ self._reading(pair, reference)
         return np.asarray(speed + np.einsum("nq,nqk->nk", points[:, 3:], self._kicks(points)))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -71,7 +71,7 @@ class LoadBlock:
         torque = self.scene.smooth["output_torque"]
         for pair, coefficients in laws:
             if pair[0] == "load torque":
-                torque = torque + np.einsum("m,nmk->nk", coefficients, self._torque(pair))
+                torque = torque + coefficients @ self._torque(pair)
         net = (torque - (self.brake * (1 + points[:, 1]))[:, None]) / self.inertia[:, None] * (1 + points[:, 2:3])
         return relaxed(self.scene.time, net, self._rates(points)[:, 0], np.zeros(len(points)), least=0.0)
 

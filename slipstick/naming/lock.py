@@ -37,7 +37,7 @@ class LockBlock:
         """g b * output speed and the laws, (n, k) in rad/s, at `points` (n, 1)."""
         total = self.scene.gear * points[:, :1] * self.output
         for pair, coefficients in laws:
-            total = total + np.einsum("m,nmk->nk", coefficients, self.basis(pair, points, laws, total))
+            total = total + coefficients @ self.basis(pair, points, laws, total)
         return np.asarray(total)
 
     def noise(self, points: np.ndarray) -> BlockNoise:

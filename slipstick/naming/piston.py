@@ -54,6 +54,7 @@ class ClutchBlock:
         self._nominal = scene.base[[parameters.index(name) for name in NAMES]]
         self._own = [NAMES.index(name) for name in OWN]
         self._known: tuple[Loading, dict[Pair, PistonLaw]] = self._loading(), {}
+        self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m at `points` (n, q), 0 after the samples that are counted."""
@@ -129,17 +130,15 @@ class ClutchBlock:
         """Torque in N m and piston position in m, (n, k) each, up to the samples `end` (n,)."""
         values = np.tile(self._nominal, (len(points), 1))
         values[:, self._own] *= 1 + self._all(points)
-        added = dict.fromkeys(ADDED, np.zeros(self.pressure.shape))
+        added = self._added(laws)
         tables, drag, readings = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0, []
         for pair, c in laws:
             law = self._law(pair)
-            if law.kind in added:
-                added[law.kind] = added[law.kind] + np.einsum("m,nmk->nk", c, law.basis)
-            elif law.kind in tables:
+            if law.kind in tables:
                 tables[law.kind] = law.basis, np.concatenate([[0.0], c])
             elif law.kind == "drag":
                 drag = max(0.0, float(c[0])) * float(law.basis[0])
-            else:
+            elif law.kind == "reading":
                 readings.append((pair[1], c))
         torque, position = np.zeros(self.pressure.shape), np.zeros(self.pressure.shape)
         close(self.scene.step, _SUB, end, self.pressure, self.change, self.slip, values,
@@ -147,8 +146,20 @@ class ClutchBlock:
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
         for on, c in readings:
-            torque = torque + np.einsum("m,nmk->nk", c, self.scene.torque_error(on, torque)[:, :len(c)])
+            torque = torque + c @ self.scene.torque_error(on, torque)[:, :len(c)]
         return torque, position
+
+    def _added(self, laws: Laws) -> dict[str, np.ndarray]:
+        """What laws add to each quantity of `ADDED`, (n, k): kept, because columns are differences at the same laws."""
+        its = [(self._law(pair), c) for pair, c in laws]
+        its = [(law, c) for law, c in its if law.kind in ADDED]
+        key = [(law, c.tobytes()) for law, c in its]
+        if self._sums is None or self._sums[0] != key:
+            found = dict.fromkeys(ADDED, np.zeros(self.pressure.shape))
+            for law, c in its:
+                found[law.kind] = found[law.kind] + c @ law.basis
+            self._sums = key, found
+        return self._sums[1]
 
 
 def last_of(counted: np.ndarray) -> np.ndarray:

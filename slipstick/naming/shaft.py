@@ -113,12 +113,12 @@ class InputBlock:
         torque = self.torque / self.scene.gear
         for pair, coefficients in laws:
             if not _is_reading(pair):
-                torque = torque - np.einsum("m,nmk->nk", coefficients, self._torque(pair, reference))
+                torque = torque - coefficients @ self._torque(pair, reference)
         speed = self._integrated(points, torque - points[:, 4, None] * self._kick * self._spike)
         self._about = self._linearised(points)
         for pair, coefficients in laws:
             if _is_reading(pair):
-                speed = speed + np.einsum("m,nmk->nk", coefficients, self._reading(pair, reference))
+                speed = speed + coefficients @ self._reading(pair, reference)
         return np.asarray(speed + self._shared[0] * bases.late(reference, self.scene.time))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -126,12 +126,12 @@ class InputBlock:
         torque = self.scene.smooth["output_torque"] / self.scene.gear
         for pair, coefficients in laws:
             if pair[0] == "input torque":
-                torque = torque - np.einsum("m,nmk->nk", coefficients, self._given_by(pair))
+                torque = torque - coefficients @ self._given_by(pair)
         speed = self._integrated(points, torque)
         for coefficients in (c for pair, c in laws if pair == _LAG):
             # The lagging torque is that at the speed that it leads to, which is found by iteration.
             for _ in range(_ROUNDS):
-                lagging = np.einsum("m,nmk->nk", coefficients, self._torque(_LAG, speed))
+                lagging = coefficients @ self._torque(_LAG, speed)
                 speed = self._integrated(points, torque - lagging)
         return speed
 
@@ -157,7 +157,7 @@ class InputBlock:
         start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
         own[:, 3] += start  # the shaft turns with the motor before the plates meet
         hats = bases.hats(about.ratio, self._knots)
-        factor = 1 + np.einsum("p,npk->nk", self._shared[-_CONVERTER_KNOTS:], hats)
+        factor = 1 + self._shared[-_CONVERTER_KNOTS:] @ hats
         sag, converter = -about.motor * about.pump, (about.converter / factor)[:, None] * hats
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
         clock = bases.late(speed, self.scene.time)

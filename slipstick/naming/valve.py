@@ -63,7 +63,7 @@ class ValveBlock:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
         base = total = self._own(points, self.clock)
         for pair, coefficients in laws:
-            total = total + np.einsum("m,nmk->nk", coefficients, self.basis(pair, points, laws, base))
+            total = total + coefficients @ self.basis(pair, points, laws, base)
         return total
 
     def pressure(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
