@@ -59,7 +59,7 @@ MAY_IMPORT = {
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
                         "slipstick.calibration.noise slipstick.clutch slipstick.recordings",
-    "slipstick.confirmation": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks.whitening "
+    "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks.whitening "
                               "slipstick.clutch slipstick.naming slipstick.recordings",
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.confirmation "
                        "slipstick.naming slipstick.recordings",

@@ -101,15 +101,15 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     return (before, now) if best([before, again]) is before else (again, above(now, again))
 
 
-def with_scatter_of(after: SimulationFit, before: SimulationFit) -> SimulationFit:
-    """The model of `before`, fitted again with no more scatter of the parameters than the fit `after` has found.
+def with_scatter_of(after: SimulationFit, before: SimulationFit) -> list[SimulationFit]:
+    """Fits of the model of `before` with no more scatter of the parameters than the fit `after` has found.
 
     Scatter belongs to the bench. A model that lacks an effect, free to scatter as it likes, explains each engagement by
-    itself and predicts none.
+    itself and predicts none. Its likelihood has many maxima: there is a fit from the mean parameters of either.
     """
     own, widest = after.fitted.points - after.fitted.mean, np.sqrt(after.fitted.variance)
-    return best([fit_simulation(after.block.traces, before.block.terms, own + mean, widest=widest)
-                 for mean in (after.fitted.mean, before.fitted.mean)])
+    return [fit_simulation(after.block.traces, before.block.terms, own + mean, widest=widest)
+            for mean in (after.fitted.mean, before.fitted.mean)]
 
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:

@@ -18,7 +18,7 @@ from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Response
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
-from slipstick.confirmation.traces import CHANNELS
+from slipstick.confirmation.traces import CHANNELS, Traces
 from slipstick.naming.grams import solve
 from slipstick.recordings.signals import SIGNAL_UNITS
 
@@ -43,6 +43,11 @@ class Prediction:
     square: np.ndarray
     variance: np.ndarray
     time: np.ndarray
+
+    def total(self, traces: Traces) -> float:
+        """Mean squared error of all channels, each in the variance of its noise."""
+        noise = [*(traces.scene.noise[name][0] for name in SIGNAL_UNITS), traces.scene.timer_noise]
+        return float((self.square / np.square(noise)).mean())
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,8 @@ RANDOM: Mapping[str, tuple[float, float]] = {
 """Parameter or condition -> standard deviations, relative to nominal: of the prior of its mean, and of its scatter at
 most. They are those of the blocks."""
 _STEP = 1e-3
-"""Relative step of the differences: an engagement's shifting time then changes by ten times its error."""
+"""Relative step of the differences. A third of it and three times it change the evidence of fits by 2 nats of 15,000,
+and coefficients by less than a tenth of their errors."""
 _SHARE = 0.01
 """Step of a coefficient over its span."""
 _AT_ONCE = 1000

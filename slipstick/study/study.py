@@ -67,8 +67,10 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     log("predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)
     if is_extended:
-        before = with_scatter_of(after, before)
-        predictions = {"before": predict(before, settings.seed), "after": predict(after, settings.seed)}
+        # What predicts best without the findings is what they are compared with.
+        tried = [(one, predict(one, settings.seed)) for one in with_scatter_of(after, before)]
+        before, wide = min(tried, key=lambda one: one[1].total(traces))
+        predictions = {"before": wide, "after": predict(after, settings.seed)}
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
     else:
         predictions = {"before": predict(before, settings.seed)}

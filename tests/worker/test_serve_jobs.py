@@ -169,20 +169,9 @@ def test_killed_in_any_stage_a_study_ends_with_the_result_of_an_uninterrupted_on
     assert bench.follow("killed-study", ended, address="/v1/studies")["status"] == "done"
     took = time.monotonic() - begun
     result = bench.client.get("/v1/studies/killed-study/result").json()
-    found, expected = result["result"], few_study["result"]
-    assert [found[key] for key in ("kind", "sentence", "set_aside")] == [
-        expected[key] for key in ("kind", "sentence", "set_aside")]
-    # Other processes may round sums differently, and fits that stop within a tolerance carry this on.
-    for mine, its in zip(coefficients(found), coefficients(expected), strict=True):
-        assert mine == pytest.approx(its, rel=0.01)
-    assert found["gap"]["closures"]["shifting_time"]["rms_after"] == pytest.approx(
-        expected["gap"]["closures"]["shifting_time"]["rms_after"], rel=0.05)
+    assert result["result"] == few_study["result"]
     assert list(result["seconds"]) == ["name", "confirm"]
     assert result["seconds"]["confirm"] < took < sum(result["seconds"].values()), "the blocks were asked again"
-
-
-def coefficients(result: dict[str, Any]) -> list[float]:
-    return [one["value"] for finding in result["findings"] for one in finding["confirmation"]["coefficients"]]
 
 
 def test_a_cancelled_study_frees_the_worker_for_a_fit(bench: Bench) -> None:
