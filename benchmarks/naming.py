@@ -1,10 +1,10 @@
 """What is named in recordings of the hidden benches: answers beside the truth, and how often they are right.
 
-    python -m benchmarks.naming development|final [EVERY]
+    python -m benchmarks.naming development|final [EVERY [FIRST]]
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case
-of the list is answered. The final list also gives slipstick/study/confidence.json.
+of the list is answered, from the case FIRST on, counted from 0. The final list also gives slipstick/study/confidence.json.
 """
 
 import json
@@ -137,9 +137,9 @@ def by_evidence(entries: list[dict[str, Any]]) -> dict[str, list[bool]]:
     return found
 
 
-def main(which: str, every: int = 1) -> None:
+def main(which: str, every: int = 1, first: int = 0) -> None:
     """Answer those cases of a list that have no answer yet, and write the tables."""
-    chosen = list(cases.LISTS[which])[::every]
+    chosen = list(cases.LISTS[which])[first::every]
     lines = FOLDER / f"naming-{which}.jsonl"
     lines.parent.mkdir(exist_ok=True)
     done = {entry["case"]: entry for entry in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
@@ -153,7 +153,7 @@ def main(which: str, every: int = 1) -> None:
             print(entry["case"], joined(entry["hidden"]), "->", joined(entry["findings"]), round(entry["seconds"]),
                   entry["error"], flush=True)
     entries = [done[identity] for identity in chosen if identity in done]
-    made_by = f"python -m benchmarks.naming {which}" + (f" {every}" if every > 1 else "")
+    made_by = " ".join(["python -m benchmarks.naming", which, *(str(one) for one in (every, first) if every > 1)])
     write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries), made_by)
     rows = [[e["case"], e["bench"], joined(e["hidden"]), "+".join(f"{multiple(its):.2g}" for its in e["hidden"]),
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),

@@ -34,6 +34,7 @@ class OnsetBlock(ClutchBlock):
                  contact: np.ndarray | None = None) -> None:
         """`contact` (n, k) in s is the time in contact, from an earlier fit: the window then ends after it begins."""
         super().__init__(scene, pressure)
+        self.measured = self.measured - self._zero()
         first = self._onset()
         if contact is not None:
             first = np.maximum(first, np.where(contact[:, -1] > 0, np.argmax(contact > 0, axis=1), 0))
@@ -41,6 +42,12 @@ class OnsetBlock(ClutchBlock):
         self.end = last_of(self.counted)
         # Wider in friction: it is that of the onset alone, and a law may change it by more than runs scatter.
         self.widest = np.concatenate([[0.6], self.widest[1:]])
+
+    def _zero(self) -> float:
+        """What the sensor reads too much before the plates close, in N m: an offset is not their friction."""
+        quiet = self.scene.time < _QUIET
+        film = self.base(np.zeros((len(self.measured), len(self.random))))
+        return float(np.median((self.measured - film)[:, quiet]))
 
     def _onset(self) -> np.ndarray:
         """First sample (n,) whose torque exceeds half of that in full contact, alpha g z / (z - l) p."""

@@ -5,6 +5,7 @@ for a gear ratio g (1 + b), a clock that is late, and errors of either sensor.
 """
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
@@ -14,6 +15,9 @@ from slipstick.naming.scene import Scene
 
 _TWIST = 1e-3
 """Compliance in rad/s for each N m/s that is the unit of a twist law, so that coefficients are about 1."""
+_AVERAGED = 0.25
+"""Standard deviation, in time constants of the valve, of the average of the torque whose derivative twists the shaft:
+with less its noise hides the law, with far more the oscillation after lock-up is lost."""
 
 
 class LockBlock:
@@ -63,8 +67,10 @@ class LockBlock:
         """Changes (n, m, k) in rad/s of the difference of speeds with the coefficients of a law."""
         scene, (quantity, on) = self.scene, pair
         if quantity == "stick torque":
-            rate = np.gradient(scene.smooth["output_torque"], scene.time, axis=1) / scene.gear
-            return np.asarray((rate * _TWIST)[:, None])
+            # Measured, because an elastic shaft oscillates and the torque of rigidly coupled ones does not.
+            width = _AVERAGED * scene.bench.scales.time / scene.step
+            torque = gaussian_filter1d(scene.measured("output_torque"), width, axis=1)
+            return np.asarray((np.gradient(torque, scene.time, axis=1) / scene.gear * _TWIST)[:, None])
         if quantity.startswith("output"):
             return np.asarray(-scene.gear * scene.reading(quantity, on, self.output))
         # A lag of the sensor keeps what it read before lock-up for a while.

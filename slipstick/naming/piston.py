@@ -135,7 +135,8 @@ class ClutchBlock:
         for pair, c in laws:
             law = self._law(pair)
             if law.kind in tables:
-                tables[law.kind] = law.basis, np.concatenate([[0.0], c])
+                unit = self.scene.bench.scales.piston_rate if law.kind == "place" else 1.0
+                tables[law.kind] = law.basis, np.concatenate([[0.0], c * unit])
             elif law.kind == "drag":
                 drag = max(0.0, float(c[0])) * float(law.basis[0])
             elif law.kind == "reading":

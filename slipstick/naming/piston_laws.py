@@ -34,7 +34,8 @@ class PistonLaw:
     """The `kind` of input that a law changes, its number of coefficients `size`, its `basis` and its `values`.
 
     The basis is (n, m, k) for the kinds in `ADDED`; the knots (m + 1,) of a table that is 0 at the first one for "rate"
-    (relative, over m/s) and "place" (in m/s, over m); a rate (1,) in m/s for "drag"; empty for a "reading".
+    (relative, over m/s) and "place" (over m, in piston rates of the bench); a rate (1,) in m/s for "drag"; empty for a
+    "reading".
 
     Changes of friction, film torque and piston gain are relative. Friction has a mean of 0 over the samples in full
     contact; others known up to a constant are 0 at the first knot. A larger clearance delays the contact. The drag
@@ -102,7 +103,7 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return PistonLaw("rate", bases.KNOTS - 1, knots * rate, law)
     if pair == ("piston rate", "piston position"):
         # The kernel's table is over the state of the piston, which the gain turns into its position.
-        law = over(pair, knots * stroke * scene.value("temperature_gain"), values[:, 1:], up_to="constant")
+        law = over(pair, knots * stroke * scene.value("temperature_gain"), rate * values[:, 1:], up_to="constant")
         return PistonLaw("place", bases.KNOTS - 1, knots * stroke, law)
     if pair == ("piston rate", "direction"):
         return PistonLaw("drag", 1, np.array([_DRAG * rate]), single(_DRAG * rate, "m/s"))

@@ -189,5 +189,7 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
         found[:, 0] = contact.points[:, 0]
         again = settled(block, found, contact.laws, contact.coefficients)
         clutch = max(clutch, again, key=lambda one: float(one.evidence.sum()))
+    if start.valve.chi2.mean() > settings.strong:  # the piston integrates the error of the pressure
+        return clutch, []
     least = settings.further * max((one.nats for one in findings if "contact" in one.blocks), default=0.0)
     return closing(block, clutch, settings, least, log)

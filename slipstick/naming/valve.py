@@ -24,7 +24,7 @@ _FINE = 2
 """Steps of the filter in a sample: a current that bends between samples is then followed to a quarter of the error."""
 _STEP, _CLOCK_STEP = 1e-4, 0.1
 """Steps of the finite differences: relative, and of the clock in samples. The prediction is smooth and has no noise."""
-_PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08])
+_PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 """Half-widths of the play operators over the largest current: a factor 2 apart, any between them is a sum of two."""
 _BETWEEN = {"valve delay": 0, "valve current": 1}
 """The parameter whose change between engagements is the law of a quantity."""
