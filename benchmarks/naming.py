@@ -4,7 +4,8 @@
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case
-of the list is answered, from the case FIRST on, counted from 0. The final list also gives slipstick/study/confidence.json.
+of the list is answered, from the case FIRST on, counted from 0. The final list also gives
+slipstick/study/confidence.json.
 """
 
 import json

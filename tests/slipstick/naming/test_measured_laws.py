@@ -12,6 +12,7 @@ from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming import answer
 from slipstick.naming.block import Pair
+from slipstick.naming.contact import OnsetBlock
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.measured import LawPoints, law_points, measured
 from slipstick.naming.selection import Finding
@@ -128,6 +129,12 @@ def test_a_lag_between_those_of_the_mixture_is_measured_to_a_seventh(
     assert abs(law.change[0] - lag) < min(4 * law.std[0], lag / 7)
 
 
+def test_a_wide_hysteresis_between_the_play_operators_is_measured_to_a_thirtieth() -> None:
+    width, pair = 0.09, ("valve current", "past current")
+    block = block_of("valve", scene_of(HEAVY, NOMINAL.with_effect("valve_hysteresis", {"width": width}), COUNT, SEED))
+    assert law_points(fit(block, (pair,)), pair).change[0] == pytest.approx(width, rel=1 / 30)
+
+
 def test_a_gain_error_is_the_relative_error_over_the_signal() -> None:
     gain, pair = 0.02, ("input speed sensor", "gain")
     model = NOMINAL.with_effect("input_speed_sensor_gain", {"gain": gain})
@@ -135,3 +142,25 @@ def test_a_gain_error_is_the_relative_error_over_the_signal() -> None:
     assert (law.relative, law.x_unit) == (True, "rad/s")
     assert np.all(np.abs(law.change - gain) < 4 * law.std)
     assert np.all(law.std < 0.01 * gain)
+
+
+def test_an_elastic_shaft_is_measured_although_the_torque_of_rigid_ones_does_not_oscillate() -> None:
+    compliance, pair = 8e-4, ("stick torque", "twist")
+    model = NOMINAL.with_effect("shaft_compliance", {"compliance": compliance, "damping": 0.002})
+    scene = scene_of(HEAVY, model, COUNT, SEED)
+    scene = scene.explained("output_torque", scene.model_torque(scene.smooth["output_torque"]))
+    plain = fit(block_of("lock", scene))
+    found = fit(plain.block, (pair,), start=plain)
+    assert plain.chi2.mean() > 2
+    assert found.chi2.mean() - 1 < 0.2 * (plain.chi2.mean() - 1)
+    assert law_points(found, pair).change[0] == pytest.approx(compliance, rel=0.2)
+
+
+@pytest.mark.parametrize("offset", [0.0, 80.0])
+def test_the_onset_of_the_torque_is_found_with_an_offset_of_its_sensor(offset: float) -> None:
+    model = NOMINAL.with_effect("output_torque_sensor_offset", {"offset": offset}) if offset else NOMINAL
+    scene = scene_of(HEAVY, model, COUNT, SEED)
+    pressure = scene.smooth["pressure"]
+    block, right = (OnsetBlock(one, pressure) for one in (scene, scene_of(HEAVY, NOMINAL, COUNT, SEED)))
+    assert np.abs(block.counted.sum(axis=1) - right.counted.sum(axis=1)).max() <= 1
+    np.testing.assert_allclose(block.measured, right.measured, atol=1.0)
