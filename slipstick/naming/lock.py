@@ -17,8 +17,8 @@ _TWIST = 1e-3
 """Compliance in rad/s for each N m/s that is the unit of a twist law, so that coefficients are about 1."""
 _WINDOW, _ORDER = 0.8, 4
 """Length, in time constants of the valve, and order of the polynomials whose derivative is that of the torque. The
-twist of shafts of 2e-4 and 8e-4 rad/(N m) is then measured to a tenth. With a window of 1.2 the oscillation after lock-up is
-lost; with one of 0.6 the noise of the torque hides the law."""
+twist of shafts of 2e-4 and 8e-4 rad/(N m) is then measured to a tenth. With a window of 1.2 the oscillation after
+lock-up is lost; with one of 0.6 the noise of the torque hides the law."""
 
 
 class LockBlock:
