@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
                             "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.quantities slipstick.bench "
-                             "slipstick.recordings slipstick.storage.hdf5",
+                             "slipstick.recordings slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
                        "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5",

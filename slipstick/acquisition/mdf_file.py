@@ -1,5 +1,6 @@
 """Files in the Measurement Data Format, MDF 2 to 4.2, read by asammdf (an extra: `pip install slipstick[mdf]`)."""
 
+import io
 import logging
 import traceback
 from collections import Counter
@@ -11,7 +12,8 @@ import numpy as np
 from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel
 from slipstick.errors import BadRecording
 
-SIGNATURES = (b"MDF     ", b"UnFinMF ")
+_UNFINISHED = b"UnFinMF "
+SIGNATURES = (b"MDF     ", _UNFINISHED)
 """The first eight bytes of a file, finished or not."""
 
 
@@ -27,6 +29,10 @@ class MdfFile:
                                "Install it: pip install 'slipstick[mdf]'") from None
         # asammdf logs what it then raises; the error below says it once.
         logging.getLogger("asammdf").setLevel(logging.CRITICAL)
+        if file.read(8) == _UNFINISHED:
+            file.seek(0)
+            file = io.BytesIO(file.read())  # asammdf finishes the file in place
+        file.seek(0)
         try:
             self._mdf: Any = asammdf.MDF(cast(Any, file))
         except Exception as error:  # asammdf raises its own, struct, key and value errors on damaged files
@@ -61,9 +67,15 @@ class MdfFile:
     def _places(self) -> dict[str, tuple[int, int]]:
         """Name -> (group, index)."""
         found = [(channel.name, group, index) for group, content in enumerate(self._mdf.groups)
-                 for index, channel in enumerate(content.channels) if index != self._mdf.masters_db.get(group)]
+                 for index, channel in enumerate(content.channels)
+                 if index != self._mdf.masters_db.get(group) and self._is_number(channel)]
         count = Counter(name for name, *_ in found)
         return {name if count[name] == 1 else f"{name}@{group}": (group, index) for name, group, index in found}
+
+    def _is_number(self, channel: Any) -> bool:
+        """Whether the file declares integers or floating-point numbers, by the codes of MDF 3 and 4."""
+        is_text = channel.data_type in (7, 8) if self._mdf.version < "4" else channel.data_type > 5
+        return not is_text and not getattr(channel, "component_addr", 0)
 
     def _unit(self, group: int, index: int) -> str:
         channel = self._mdf.groups[group].channels[index]

@@ -1,6 +1,7 @@
 """Files of one engagement as benches write them, in all formats: a made-up clutch whose lock-up is known."""
 
 import io
+import zipfile
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +65,14 @@ def csv(one: Run, separator: str = ";", decimal: str = ",", units: str = "") -> 
     lines += [separator.join("" if np.isnan(value) else f"{value:.9g}" for value in row).replace(".", decimal)
               for row in rows]
     return "\n".join(lines).encode()
+
+
+def archive(files: dict[str, bytes]) -> bytes:
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as target:
+        for name, content in files.items():
+            target.writestr(name, content)
+    return memory.getvalue()
 
 
 def opened(content: bytes) -> io.BytesIO:

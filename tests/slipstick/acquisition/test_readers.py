@@ -44,6 +44,16 @@ def test_mdf_keeps_the_clock_of_each_channel(tmp_path: Path, version: str, compr
     np.testing.assert_allclose(slow.values, np.cos(SLOW))
 
 
+def test_an_unfinished_file_of_a_logger_is_read_and_left_as_it_is(tmp_path: Path) -> None:
+    path = mdf(tmp_path / "a.mf4", "4.10")
+    content = bytearray(path.read_bytes())
+    content[:8], content[60:62] = b"UnFinMF ", (1).to_bytes(2, "little")  # the counters of samples are not up to date
+    path.write_bytes(content)
+    with path.open("rb") as file:
+        np.testing.assert_array_equal(open_source("a.mf4", file).channel("n@0").values, np.arange(500))
+    assert path.read_bytes() == content
+
+
 def test_an_invalid_sample_of_mdf_is_left_out(tmp_path: Path) -> None:
     invalid = np.zeros(500, bool)
     invalid[[3, 4]] = True
