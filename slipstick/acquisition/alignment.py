@@ -57,7 +57,11 @@ def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench
         remarks.append(f"the recordings end {end:.4g} s after the shift command, " + (
             "with the current profile" if end == profile_end else
             f"with the shortest engagement that locks, {shortest.label}; the longest ends at {longest:.4g} s"))
-    return Window(np.arange(int(np.floor(end / step + 1e-6)) + 1) * step, step, profile_end, tuple(remarks))
+    # Where signals are sampled faster, a mean over whole samples: it shares none with its neighbours.
+    fastest = min(sampling_step(one.tracks[name].time) for one in found for name in one.tracks)
+    start = 0.5 * max(0.0, step - fastest) if fastest * JITTER < step else 0.0
+    count = int(np.floor((end - start) / step + 1e-6)) + 1
+    return Window(start + np.arange(count) * step, step, profile_end, tuple(remarks))
 
 
 def aligned(tracks: Sequence[Track], window: Window) -> np.ndarray:

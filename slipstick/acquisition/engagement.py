@@ -65,14 +65,14 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
         label = source.name if mapping.trigger is None else f"{source.name}, engagement {number}"
         if commands is None:
             assert isinstance(mapping.shift_command, float)
-            zero = start + mapping.shift_command
+            zero = _nearest_sample(tracks, start + mapping.shift_command)
         else:
             inside = commands[(commands >= start) & (commands < stop)]
             if len(inside) != 1:
                 raise BadRecording(f"{label} has {len(inside)} shift commands between {start:g} and {stop:g} s",
                                    "Correct the level of [shift_command], cut engagements by a [trigger], or leave the "
                                    "file out")
-            zero = float(inside[0])
+            zero = _nearest_sample(tracks, float(inside[0]))
         cut = {name: one.between(start, stop, zero) for name, one in tracks.items()}
         if any(len(one.time) < 2 or one.time[-1] <= 0 for one in cut.values()):
             raise BadRecording(f"{label} has no samples after its shift command at {zero:g} s",
@@ -86,6 +86,15 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
             recorded = numbers.number(source, number, "shifting_time", mapping.shifting_time, zero, stop)
         yield Engagement(label, cut, {name: one.between(start, stop, zero) for name, one in further.items()},
                          numbers.of(source, number, zero, float(stop)), _located(cut, gear_ratio, horizon), recorded)
+
+
+def _nearest_sample(tracks: Mapping[str, Track], zero: float) -> float:
+    """The sample of the slowest signal that is nearest to the shift command.
+
+    A clock between the samples would mix neighbours, and calibration and study would misjudge the noise.
+    """
+    time = min(tracks.values(), key=lambda one: len(one.time)).time
+    return float(time[np.argmin(np.abs(time - zero))])
 
 
 def _marked(source: Source, mapping: ChannelMap, marker: Marker, what: str) -> np.ndarray:

@@ -38,7 +38,6 @@ def test_files_and_mapping_become_recordings(client: httpx.Client) -> None:
 
 
 @pytest.mark.parametrize(("files", "says"), [
-    ({**FILES, "channels.toml": MAP.replace("p_oil", "p_oel").encode()}, "a.csv has no channel 'p_oel'"),
     ({**FILES, "x.mf4": b"MDF     4.10" + b"\xff" * 999}, "x.mf4 cannot be read as MDF")])
 def test_a_wrong_upload_is_refused_and_leaves_no_file(
         client: httpx.Client, settings: Settings, files: dict[str, bytes], says: str) -> None:
