@@ -14,7 +14,7 @@ FILTER = ("the mean over one new step: -3.9 dB at half the new rate, zero at the
           "there on")
 GAP = 1.5
 """Steps between two samples from which one is missing."""
-JITTER = 1.02
+JITTER = 1.03
 """Ratio of sampling steps below which two clocks are the same: quartzes agree far better, but times are rounded."""
 _COVERED = 0.5
 """Share of a new step that samples must cover for its mean to be a value."""

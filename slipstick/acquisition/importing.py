@@ -79,7 +79,8 @@ def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Ben
             kept.append(one)
     if not kept:
         raise BadRecording(f"None of the {len(found)} engagements can be used; {aside[0].label}: {aside[0].reason}",
-                           "Check shift command, signs and units in the mapping")
+                           "Check the channels (swapped speeds do not meet), the shift command, signs and units in the "
+                           "mapping")
     if len(kept) * len(window.time) * len(SIGNAL_UNITS) > LARGEST:
         raise BadRecording(f"{len(kept)} engagements of {len(window.time):,} samples are more than {LARGEST:,} numbers",
                            "Give a longer clock.step, or a shorter clock.end")
