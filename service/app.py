@@ -14,6 +14,7 @@ from service.routes import (
     benches,
     evaluate,
     fits,
+    imports,
     index,
     likelihood,
     propagate,
@@ -68,8 +69,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings, app.state.library = configuration, Library(configuration.tables)
-    for module in (index, benches, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies,
-                   study_laws, study_reports):
+    for module in (index, benches, tables, recordings, imports, evaluate, propagate, likelihood, fits, reports,
+                   studies, study_laws, study_reports):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)

@@ -33,6 +33,9 @@ MAY_IMPORT = {
                                  "slipstick.recordings slipstick.table",
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
                             "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
+    "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.quantities slipstick.bench "
+                             "slipstick.recordings slipstick.storage.hdf5 slipstick.storage.isolated",
+    "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
                        "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
@@ -67,6 +70,8 @@ MAY_IMPORT = {
     "slipstick.pictures.study": "slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.study",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",
+    "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "
+                                 "slipstick.recordings.signals slipstick.report",
     "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
                               "slipstick.report slipstick.study",
     "service": "numpy fastapi starlette uvicorn pydantic pydantic_settings orjson sqlalchemy dbos slipstick",

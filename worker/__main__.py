@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import keyword
 import sys
 from collections.abc import Sequence
 
@@ -11,12 +12,14 @@ COMMANDS = {
     "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)",
     "build": "simulate a table of shifting times on a grid; after an interruption the same command resumes the build",
     "calibrate": "fit the uncertain parameters of a bench and their scatter from run to run to recordings",
+    "import": "make recordings of the files of a data-acquisition system (MDF, MATLAB, CSV, Parquet), by a mapping",
     "serve-jobs": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
     "study": "identify the physical effect that recordings show and the model lacks, and measure the improvement",
     "surrogate": "train a neural-network table over any number of parameters on simulations at random points",
     "verify": "check the integrity of a table, describe it, and compare it with direct simulation",
 }
-"""Command -> description. The command `some-name` is the module worker/some_name.py, imported only when it runs."""
+"""Command -> description. The command `some-name` is the module worker/some_name.py, imported only when it runs; the
+module of a command that is a keyword of Python, such as `import`, ends in an underscore."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,7 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                         help="one of the commands below; COMMAND --help lists its options")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     parsed = parser.parse_args(arguments)
-    command = importlib.import_module(f"worker.{parsed.command.replace('-', '_')}")
+    module = parsed.command.replace("-", "_")
+    command = importlib.import_module(f"worker.{module}{'_' if keyword.iskeyword(module) else ''}")
     command_parser = argparse.ArgumentParser(prog=f"python -m worker {parsed.command}",
                                              description=COMMANDS[parsed.command])
     command.add_arguments(command_parser)

@@ -95,7 +95,7 @@ def list_recordings(library: LibraryDependency) -> RecordingsList:
 @router.get("/{name}", summary="Describe recordings", responses=error_responses(404))
 def describe_recordings(name: RecordingsNamePath, library: LibraryDependency) -> RecordingsDescription:
     """Return the measured shifting times, the conditions, and a description of the recorded signals."""
-    return _describe(name, library.recording(name))
+    return describe(name, library.recording(name))
 
 
 @router.post("", summary="Upload recordings", status_code=201, openapi_extra=_UPLOAD_BODY,
@@ -116,17 +116,18 @@ def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, byt
     form, content = upload
     response.headers["Location"] = f"/v1/recordings/{name}"
     try:
-        return _describe(name, library.add_recordings(name, content, form, bench))
+        return describe(name, library.add_recordings(name, content, form, bench))
     except FileExistsError:
         if name in library.recordings():
             existing = library.recording(name)
             if existing.digest == library.read_recordings(content, form, bench).digest:
                 response.status_code = 200
-                return _describe(name, existing)
+                return describe(name, existing)
         raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
 
 
-def _describe(name: str, recordings: Recordings) -> RecordingsDescription:
+def describe(name: str, recordings: Recordings) -> RecordingsDescription:
+    """The recordings `name` as the service describes them."""
     signals = recordings.signals
     return RecordingsDescription(
         name=name, digest=recordings.digest, conditions_digest=recordings.conditions.digest,

@@ -1,6 +1,6 @@
 """Recordings of engagements: shifting times, conditions and signals, from HDF5 or CSV."""
 
 from slipstick.recordings.recordings import Form, Recordings, open_conditions
-from slipstick.recordings.signals import Signals
+from slipstick.recordings.signals import FurtherChannel, Signals
 
-__all__ = ["Form", "Recordings", "Signals", "open_conditions"]
+__all__ = ["Form", "FurtherChannel", "Recordings", "Signals", "open_conditions"]

@@ -27,7 +27,7 @@ def read(content: bytes, signals: bytes | None, profiles: Profiles) -> Fields:
     conditions = _conditions(sheet, profiles)
     measured_time = _shifting_times(sheet, conditions)
     sampled = None if signals is None else _signals(signals, len(measured_time))
-    return conditions, measured_time, sampled, conditions.run_order, sheet.remarks
+    return conditions, measured_time, sampled, conditions.run_order, sheet.remarks, {}
 
 
 def read_conditions(content: bytes, profiles: Profiles) -> Conditions:

@@ -1,17 +1,18 @@
-"""Recordings as HDF5: `conditions`, `current_profiles`, `shifting_time`, `signals`; units are attributes."""
+"""Recordings as HDF5: `conditions`, `current_profiles`, `shifting_time`, `signals`, `further`; units are attributes."""
 
 import io
+from collections.abc import Mapping
 
 import h5py
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
 from slipstick.errors import BadRecording
-from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, Signals
+from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, FurtherChannel, Signals
 from slipstick.storage.condition_layout import read_conditions, write_conditions
 from slipstick.storage.hdf5 import SIGNATURE, reading, text
 
-Fields = tuple[Conditions, np.ndarray, Signals | None, np.ndarray | None, str]
+Fields = tuple[Conditions, np.ndarray, Signals | None, np.ndarray | None, str, Mapping[str, FurtherChannel]]
 """The fields of `Recordings`, in order."""
 
 
@@ -29,11 +30,17 @@ def read(content: bytes) -> Fields:
             columns = [source.array(f"signals/{name}", "f", (n, len(time)), unit).astype(np.float64)
                        for name, unit in SIGNAL_UNITS.items()]
             signals = Signals(time, *columns)
+        further = {}
+        for name in source.group("further") if source.has("further") else ():
+            unit = source.attribute(f"further/{name}", "units")
+            shape = (n, None if signals is None else len(signals.time))
+            further[name] = FurtherChannel(unit, source.array(f"further/{name}", "f", shape, unit).astype(np.float64))
         description = source.attribute("", "description") if "description" in source.file.attrs else ""
-    return conditions, measured_time, signals, conditions.run_order, description
+    return conditions, measured_time, signals, conditions.run_order, description, further
 
 
-def to_bytes(conditions: Conditions, measured_time: np.ndarray, signals: Signals | None, description: str) -> bytes:
+def to_bytes(conditions: Conditions, measured_time: np.ndarray, signals: Signals | None, description: str,
+             further: Mapping[str, FurtherChannel]) -> bytes:
     """Recordings as the bytes of an HDF5 file."""
     memory = io.BytesIO()
     with h5py.File(memory, "w", libver=("earliest", "v110")) as file:
@@ -43,7 +50,12 @@ def to_bytes(conditions: Conditions, measured_time: np.ndarray, signals: Signals
         if signals is not None:
             file.create_dataset("signals/time", data=signals.time).attrs["units"] = text("s")
             for name, unit in SIGNAL_UNITS.items():
-                values = getattr(signals, name)
-                file.create_dataset(f"signals/{name}", data=values, chunks=True, compression="gzip", shuffle=True,
-                                    fletcher32=True).attrs["units"] = text(unit)
+                _write(file, f"signals/{name}", getattr(signals, name), unit)
+        for name, channel in further.items():
+            _write(file, f"further/{name}", channel.values, channel.unit)
     return memory.getvalue()
+
+
+def _write(file: h5py.File, path: str, values: np.ndarray, unit: str) -> None:
+    file.create_dataset(path, data=values, chunks=True, compression="gzip", shuffle=True,
+                        fletcher32=True).attrs["units"] = text(unit)

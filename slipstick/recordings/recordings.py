@@ -1,7 +1,8 @@
 """Recordings: test-bench measurements of n engagements, the data of calibration, fits and studies."""
 
 import hashlib
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -12,7 +13,7 @@ from slipstick.bench.conditions import Conditions
 from slipstick.errors import BadRecording, UnknownName
 from slipstick.recordings import csv_form, hdf5_form
 from slipstick.recordings.csv_form import Profiles
-from slipstick.recordings.signals import Signals
+from slipstick.recordings.signals import FurtherChannel, Signals
 from slipstick.storage.isolated import require_readable
 
 Form = Literal["h5", "csv"]
@@ -24,7 +25,8 @@ class Recordings:
     """The measured shifting time of each of the n `conditions`, and optionally the sensor signals.
 
     `measured_time` (n,) is in s. `run_order` (n,) is the position of each engagement in the test sequence, from 0;
-    recordings read from a file have it in `conditions` as well. Raises `BadRecording`, whose messages number the
+    recordings read from a file have it in `conditions` as well. `further` maps names to channels beside the signals, of
+    the same shape. Raises `BadRecording`, whose messages number the
     conditions from 0.
     """
 
@@ -33,6 +35,7 @@ class Recordings:
     signals: Signals | None = None
     run_order: np.ndarray | None = None
     description: str = ""
+    further: Mapping[str, FurtherChannel] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the properties on which likelihood and calibration rely."""
@@ -53,6 +56,11 @@ class Recordings:
         if self.signals is not None and len(self.signals.pressure) != n:
             raise BadRecording(f"The signals have {len(self.signals.pressure)} rows for {n} conditions",
                                "Give signals for all conditions or for none")
+        for name, channel in self.further.items():
+            shape = None if self.signals is None else self.signals.pressure.shape
+            if channel.values.shape != shape:
+                raise BadRecording(f"The further channel {name} has shape {channel.values.shape}, not {shape}",
+                                   "Give further channels at the times of the signals, and only beside them")
 
     def __len__(self) -> int:
         """Number of conditions."""
@@ -94,7 +102,7 @@ class Recordings:
 
     def to_bytes(self) -> bytes:
         """The recordings as the bytes of an HDF5 file, which `read` reads."""
-        return hdf5_form.to_bytes(self.conditions, self.measured_time, self.signals, self.description)
+        return hdf5_form.to_bytes(self.conditions, self.measured_time, self.signals, self.description, self.further)
 
     @cached_property
     def digest(self) -> str:
@@ -109,6 +117,9 @@ class Recordings:
             little_endian = np.ascontiguousarray(array, dtype="<f8")
             hashed.update(f"{little_endian.shape}\n".encode())
             hashed.update(little_endian.data)
+        for name, channel in sorted(self.further.items()):
+            hashed.update(f"{name} [{channel.unit}]\n".encode())
+            hashed.update(np.ascontiguousarray(channel.values, dtype="<f8").data)
         return hashed.hexdigest()
 
 

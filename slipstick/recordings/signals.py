@@ -48,3 +48,14 @@ class Signals:
                 row, sample = invalid[0]
                 raise BadRecording(f"The signal {name} of condition {row} is not finite at sample {sample} "
                                    f"({time[sample]:g} s)", "Fill the gap, or leave out all signals")
+
+
+@dataclass(frozen=True, eq=False)
+class FurtherChannel:
+    """A channel beside the signals, such as an oil temperature: `values` (n, k) in `unit` at the times of the signals.
+
+    The model does not use it; studies may.
+    """
+
+    unit: str
+    values: np.ndarray

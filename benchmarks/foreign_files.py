@@ -1,0 +1,62 @@
+"""Files of data-acquisition systems in public repositories, read by the readers of `worker import`.
+
+The files are not part of this project. Clone the repositories below into one folder and give it:
+
+    python -m benchmarks.foreign_files CLONES > benchmarks/foreign_files.csv
+
+The table has what was read: channels of numbers, samples, and the channels that were refused.
+"""
+
+import csv
+import io
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from slipstick.acquisition import open_source
+from slipstick.errors import BadRecording
+
+FILES = (
+    ("danielhrisca/asammdf", "8491873b5fe8128c2f752c3b7d1df6ec696e541f",
+     "test/asammdf/gui/resources/ASAP2_Demo_V171.mf4"),
+    ("ratal/mdfr", "c8a554f48edd70bcd14068e5531ce832324c889c", "test_files/test_basic.mf4"),
+    ("CSS-Electronics/api-examples", "f7932bacb2969dec591508d15f89e8a898ca99c6",
+     "examples/data-processing/LOG/2F6913DB/00000004/00000001.MF4"),
+    ("CSS-Electronics/api-examples", "f7932bacb2969dec591508d15f89e8a898ca99c6",
+     "examples/data-processing/LOG/FCBF0606/00003482/00000001-60B621D9.MF4"),
+    ("CSS-Electronics/api-examples", "f7932bacb2969dec591508d15f89e8a898ca99c6",
+     "examples/other/s3-upload-log-files/LOG/7512BE4D/00000427/00000001.MF4"),
+)
+"""Repository, commit and path of each file."""
+
+
+def row(repository: str, commit: str, path: str, content: bytes) -> tuple[str, ...]:
+    """What is read of one file, with the program that wrote it."""
+    source = open_source(path, io.BytesIO(content))
+    samples, refused = 0, 0
+    for one in source.listed():
+        try:
+            samples += len(source.channel(one.name).values)
+        except BadRecording:
+            refused += 1
+    vendor = re.search(rb"<tool_vendor>([^<]*)</tool_vendor>", content)
+    tool = re.search(rb"<tool_id>([^<]*)</tool_id>", content)
+    writer = " ".join(found[1].decode("utf-8", "replace") for found in (vendor, tool) if found).replace("&amp;", "&")
+    state = "unfinished" if content.startswith(b"UnFinMF") else "finished"
+    return (f"{repository}@{commit[:10]}:{path}", source.remarks[0], state, writer.strip(), str(len(source.listed())),
+            str(samples), str(refused))
+
+
+def main(clones: Path) -> None:
+    """Print the table."""
+    table = csv.writer(sys.stdout, lineterminator="\n")
+    table.writerow(("file", "format", "state", "writer", "channels of numbers", "samples read", "channels refused"))
+    for repository, commit, path in FILES:
+        content = subprocess.run(["git", "-C", clones / repository.split("/")[1], "show", f"{commit}:{path}"],
+                                 check=True, capture_output=True).stdout
+        table.writerow(row(repository, commit, path, content))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

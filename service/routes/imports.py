@@ -1,0 +1,111 @@
+"""Import: recordings from the files of a data-acquisition system and a mapping, uploaded as a ZIP archive."""
+
+import base64
+import io
+import zipfile
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from service.bodies import JsonRoute, require_media_type
+from service.problem_details import Conflict, error_responses
+from service.routes.recordings import RecordingsDescription, describe
+from service.schemas import LibraryDependency
+from slipstick.acquisition.archive import MAPPING, import_archive
+from slipstick.recordings import Recordings
+
+router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
+
+MEDIA_TYPE = "application/zip"
+_EXAMPLE_MAPPING = """[signals]
+input_speed = { channel = "n_in", unit = "rad/s" }
+output_speed = { channel = "n_out", unit = "rad/s" }
+[time]
+channel = "t"
+unit = "s"
+[shift_command]
+time = "0 s"
+[conditions]
+current_profile = { value = 0 }
+motor_speed = { value = "1000 rpm" }
+load_inertia = { value = "6 kg m^2" }
+brake_torque = { value = "20 N m" }
+"""
+
+
+def _example() -> str:
+    """A fictitious engagement whose speeds meet after 0.6 s on a bench with the gear ratio 3.2, as Base64."""
+    rows = [(20 * k, max(60 - 2 * k, 0)) for k in range(60)]
+    sheet = "t;n_in;n_out\n" + "".join(f"{t / 1000};{160 + slip};{50}\n".replace(".", ",") for t, slip in rows)
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in ((MAPPING, _EXAMPLE_MAPPING), ("run.csv", sheet)):
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
+    return base64.b64encode(memory.getvalue()).decode()
+
+
+_UPLOAD_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {MEDIA_TYPE: {
+    "schema": {"type": "string", "format": "binary", "contentEncoding": "base64"}, "example": _example()}}}}
+
+
+class SetAsideEngagement(BaseModel):
+    """An engagement that is not among the recordings."""
+
+    engagement: str = Field(description="Name of the file, and number of the engagement where the file has several.")
+    reason: str = Field(description="Why the engagement cannot be used.")
+
+
+class ImportDescription(BaseModel):
+    """Imported recordings, and what must be known about them."""
+
+    recordings: RecordingsDescription = Field(description="The recordings, as stored.")
+    engagements: list[str] = Field(description="File, and number in it, of each engagement of the recordings.")
+    computed: bool = Field(description="Whether the shifting times were computed from the speeds.")
+    set_aside: list[SetAsideEngagement] = Field(description="Engagements that cannot be used, with the reasons.")
+    remarks: list[str] = Field(description="What was found out or assumed without being told.")
+    doubts: list[str] = Field(description="What looks wrong: the marks of a swapped channel, a wrong sign or unit.")
+    open_questions: list[str] = Field(description="What cannot be answered without the signals that are missing.")
+
+
+ImportBench = Annotated[str, Query(description="Name of the bench of the files.", openapi_examples={
+    "heavy": {"summary": "The shipped bench of the recordings `measured`", "value": "heavy"}})]
+
+
+ImportName = Annotated[str, Query(
+    description="Name of the new recordings: up to 64 letters, digits, - and _, starting with a letter or digit.",
+    openapi_examples={"mine": {"summary": "A new name", "value": "imported-files"}})]
+
+
+async def _archive(request: Request) -> bytes:
+    require_media_type(request, MEDIA_TYPE)
+    return await request.body()
+
+
+@router.post("/import", summary="Import files of a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
+             responses=error_responses(404, 408, 409, 413, 415) | {200: {
+                 "description": "Identical recordings already existed under this name", "model": ImportDescription}})
+def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[bytes, Depends(_archive)],
+                      library: LibraryDependency, response: Response) -> ImportDescription:
+    """Make recordings of the files of a data-acquisition system and store them.
+
+    The request body is a ZIP archive (Content-Type application/zip) with the files (MDF, MATLAB, CSV or Parquet),
+    their mapping `channels.toml`, and the sheet of conditions if the mapping names one, made by
+    `zip -r files.zip channels.toml runs`. Send it by `curl --data-binary @files.zip --header 'Content-Type:
+    application/zip'`. `docs/your_files.md` describes the mapping. The files are read in a child process with limited
+    time and memory. An existing file is never replaced.
+    """
+    library.bench(bench)  # refuses an unknown bench before the archive is read
+    content, report = import_archive(archive, library.folder / f"{bench}.toml")
+    response.headers["Location"] = f"/v1/recordings/{name}"
+    try:
+        stored = library.add_recordings(name, content, "h5")
+    except FileExistsError:
+        if name not in library.recordings() or \
+                library.recording(name).digest != Recordings.read(content, "h5").digest:
+            raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
+        stored, response.status_code = library.recording(name), 200
+    return ImportDescription(
+        recordings=describe(name, stored), engagements=list(report.engagements), computed=report.computed,
+        set_aside=[SetAsideEngagement(engagement=one.label, reason=one.reason) for one in report.set_aside],
+        remarks=list(report.remarks), doubts=list(report.doubts), open_questions=list(report.open_questions))

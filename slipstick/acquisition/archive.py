@@ -1,0 +1,93 @@
+"""Uploaded files with their mapping, as a ZIP archive, imported in a limited child process."""
+
+import io
+import json
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from slipstick.acquisition.channel import Source
+from slipstick.acquisition.importing import import_sources
+from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.mapping_file import read_mapping
+from slipstick.acquisition.opening import open_source
+from slipstick.acquisition.result import SetAside
+from slipstick.bench import Bench
+from slipstick.errors import BadRecording
+from slipstick.storage.isolated import isolated
+
+MAPPING = "channels.toml"
+"""Name of the mapping in an archive."""
+
+_MOST_FILES, _MOST_BYTES = 5000, 1 << 30
+_SECONDS = 120  # of processor time
+_FAILED = "The import of the archive crashes, or needs more than two minutes or 4 GB"
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """What must be known about imported recordings; see `Imported`."""
+
+    engagements: tuple[str, ...]
+    computed: bool
+    set_aside: tuple[SetAside, ...]
+    remarks: tuple[str, ...]
+    doubts: tuple[str, ...]
+    open_questions: tuple[str, ...]
+
+
+def import_archive(content: bytes, bench: Path) -> tuple[bytes, ImportReport]:
+    """Recordings as HDF5, and what must be known about them, of the bytes of an archive with files of a `bench` file.
+
+    The archive has the mapping as `channels.toml`, the files, and the sheet of conditions if the mapping names one;
+    folders are ignored. Everything is read in a limited child process. Raises `BadRecording`.
+    """
+    request = json.dumps({"bench": str(bench.resolve())}).encode() + b"\n" + content
+    answer = isolated(request, "slipstick.acquisition.archive:answer", BadRecording, _SECONDS, _FAILED)
+    said, _, recordings = answer.partition(b"\n")
+    report = json.loads(said)
+    aside = tuple(SetAside(one["label"], one["reason"]) for one in report["set_aside"])
+    return recordings, ImportReport(tuple(report["engagements"]), report["computed"], aside, *(
+        tuple(report[name]) for name in ("remarks", "doubts", "open_questions")))
+
+
+def answer(request: bytes) -> bytes:
+    """In the child process: a line with the report as JSON, and the recordings as HDF5."""
+    said, _, content = request.partition(b"\n")
+    members = _members(content)
+    if MAPPING not in members:
+        raise BadRecording(f"The archive has no file '{MAPPING}'", "Add the mapping under this name")
+    mapping = read_mapping(members.pop(MAPPING), MAPPING)
+    plan = None
+    if mapping.plan is not None:
+        if mapping.plan not in members:
+            raise BadRecording(f"The archive has no file '{mapping.plan}', the sheet of conditions", "Add it")
+        plan = members.pop(mapping.plan)
+    found = import_sources(_sources(members, mapping), mapping, Bench.open(json.loads(said)["bench"]), plan)
+    report = {"engagements": found.labels, "computed": found.computed,
+              "set_aside": [{"label": one.label, "reason": one.reason} for one in found.set_aside],
+              "remarks": found.remarks, "doubts": found.doubts, "open_questions": found.open_questions}
+    return json.dumps(report).encode() + b"\n" + found.recordings.to_bytes()
+
+
+def _members(content: bytes) -> dict[str, bytes]:
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+            if len(entries) > _MOST_FILES or sum(entry.file_size for entry in entries) > _MOST_BYTES:
+                raise BadRecording(f"The archive has more than {_MOST_FILES:,} files or {_MOST_BYTES:,} bytes",
+                                   "Split it, or import on the machine itself: `python -m worker import`")
+            names = [PurePosixPath(entry.filename).name for entry in entries]
+            if len(set(names)) < len(names):
+                twice = next(name for name in names if names.count(name) > 1)
+                raise BadRecording(f"The archive has two files '{twice}'", "Give each file a name of its own")
+            return {name: archive.read(entry) for name, entry in zip(names, entries, strict=True)}
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, ValueError, EOFError) as error:
+        raise BadRecording(f"The request body is not a readable ZIP archive ({str(error)[:100]})",
+                           "Create it anew, without a password, such as zip -r files.zip channels.toml runs") from None
+
+
+def _sources(members: dict[str, bytes], mapping: ChannelMap) -> Iterator[Source]:
+    for name in sorted(members):
+        yield open_source(name, io.BytesIO(members[name]), mapping.csv)

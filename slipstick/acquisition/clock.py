@@ -1,0 +1,48 @@
+"""Channels of different clocks on one, with an anti-alias filter.
+
+A value of the new clock is the mean of the samples within half a new step on either side, those at the edges by the
+share of their time. The mean is down by 3.9 dB at half the new rate, zero at the new rate, whose surroundings would
+alias to the slowest frequencies, and at least 13 dB down from there on. A steeper filter would correlate the noise of
+neighbouring values in a way that the noise model of calibration and study, first-order autoregressive, does not state.
+No weight is negative, so that the jump of the torque at lock-up does not ring. At equal rates the mean is linear
+interpolation, and a sample that lies on the new clock stays as it is.
+"""
+
+import numpy as np
+
+FILTER = ("the mean over one new step: -3.9 dB at half the new rate, zero at the new rate, at least 13 dB down from "
+          "there on")
+GAP = 1.5
+"""Steps between two samples from which one is missing."""
+JITTER = 1.03
+"""Ratio of sampling steps below which two clocks are the same: quartzes agree far better, but times are rounded."""
+_COVERED = 0.5
+"""Share of a new step that samples must cover for its mean to be a value."""
+
+
+def sampling_step(time: np.ndarray) -> float:
+    """The usual step in s of sample times (k,)."""
+    return float(np.median(np.diff(time)))
+
+
+def resampled(time: np.ndarray, values: np.ndarray, wanted: np.ndarray, step: float) -> np.ndarray:
+    """`values` (k,) at the increasing times `time` (k,), at the times `wanted` (m,) of a clock of `step` s.
+
+    A channel that is slower than the new clock is interpolated linearly. NaN where samples are missing.
+    """
+    own = sampling_step(time)
+    if own > step * JITTER:
+        return np.asarray(np.interp(wanted, time, values, left=np.nan, right=np.nan))
+    # Each sample stands for the time up to half of the way to the next one, and over a gap for half of its usual step.
+    half = np.minimum(np.diff(time), GAP * own) / 2
+    half = np.where(np.diff(time) < GAP * own, half, own / 2)
+    starts = time - np.concatenate([[own / 2], half])
+    ends = time + np.concatenate([half, [own / 2]])
+    edges = np.ravel(np.column_stack([starts, ends]))
+    covered, area = (np.concatenate([[0.0], np.cumsum(np.ravel(np.column_stack([part, np.zeros_like(part)])))[:-1]])
+                     for part in (ends - starts, (ends - starts) * (values - values[0])))
+    low, high = wanted - step / 2, wanted + step / 2
+    width = np.interp(high, edges, covered) - np.interp(low, edges, covered)
+    total = np.interp(high, edges, area) - np.interp(low, edges, area)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(width >= _COVERED * step, values[0] + total / width, np.nan))

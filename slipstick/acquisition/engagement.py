@@ -1,0 +1,120 @@
+"""The engagements of one file: cut at the triggers, with the shift command at t = 0, and their numbers."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.acquisition.channel import Source
+from slipstick.acquisition.lock_up import LockUp, lock_up
+from slipstick.acquisition.mapping import ChannelMap, Marker
+from slipstick.acquisition.markers import instants
+from slipstick.acquisition.numbers import Numbers
+from slipstick.acquisition.tracks import Track, track
+from slipstick.errors import BadRecording
+from slipstick.recordings.signals import SIGNAL_UNITS
+
+
+@dataclass(frozen=True, eq=False)
+class Engagement:
+    """One engagement, with times in s from its shift command.
+
+    `label` names file and number in error messages, `tracks` and `further` are those of the mapping, `numbers` its
+    conditions. `located` is its lock-up by the speeds and `recorded` its recorded shifting time, None where unknown.
+    """
+
+    label: str
+    tracks: Mapping[str, Track]
+    further: Mapping[str, Track]
+    numbers: Mapping[str, float]
+    located: LockUp | None
+    recorded: float | None
+
+    @property
+    def measured_time(self) -> float | None:
+        """The recorded shifting time, else that by the speeds."""
+        return self.recorded if self.recorded is not None else self.located.time if self.located else None
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample that all signals have."""
+        return min(float(one.time[-1]) for one in self.tracks.values())
+
+
+def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_ratio: float,
+                horizon: float) -> Iterator[Engagement]:
+    """The engagements of a file, in the order of time; raises `BadRecording`.
+
+    Lock-up is looked for up to `horizon` s after the shift command: later the clutch may have opened again.
+    """
+    tracks = {name: track(source, ref, mapping.time, SIGNAL_UNITS[name]) for name, ref in mapping.signals.items()}
+    further = {name: track(source, ref, mapping.time, None) for name, ref in mapping.further.items()}
+    begin = min(float(one.time[0]) for one in tracks.values())
+    end = max(float(one.time[-1]) for one in tracks.values())
+    starts = np.array([begin])
+    if mapping.trigger is not None:
+        # Where a change marks the next engagement, the first one begins with the file.
+        starts = np.append(starts if mapping.trigger.level is None else [],
+                           _marked(source, mapping, mapping.trigger, "trigger"))
+    ends = np.append(starts[1:], np.nextafter(end, np.inf))
+    commands = None if isinstance(mapping.shift_command, float) else \
+        _marked(source, mapping, mapping.shift_command, "shift command")
+    marked = mapping.shifting_time if isinstance(mapping.shifting_time, Marker) else None
+    lock_marks = None if marked is None else _marked(source, mapping, marked, "lock-up")
+    for number, (start, stop) in enumerate(zip(starts, ends, strict=True)):
+        label = source.name if mapping.trigger is None else f"{source.name}, engagement {number}"
+        if commands is None:
+            assert isinstance(mapping.shift_command, float)
+            zero = _nearest_sample(tracks, start + mapping.shift_command)
+        else:
+            inside = commands[(commands >= start) & (commands < stop)]
+            if len(inside) != 1:
+                raise BadRecording(f"{label} has {len(inside)} shift commands between {start:g} and {stop:g} s",
+                                   "Correct the level of [shift_command], cut engagements by a [trigger], or leave the "
+                                   "file out")
+            zero = _nearest_sample(tracks, float(inside[0]))
+        cut = {name: one.between(start, stop, zero) for name, one in tracks.items()}
+        if any(len(one.time) < 2 or one.time[-1] <= 0 for one in cut.values()):
+            raise BadRecording(f"{label} has no samples after its shift command at {zero:g} s",
+                               "Correct [shift_command] or [trigger], or leave the file out")
+        recorded = None
+        if lock_marks is not None:
+            after = lock_marks[(lock_marks > zero) & (lock_marks < stop)]
+            recorded = float(after[0]) - zero if len(after) else None
+        elif mapping.shifting_time is not None:
+            assert not isinstance(mapping.shifting_time, Marker)
+            recorded = numbers.number(source, number, "shifting_time", mapping.shifting_time, zero, stop)
+        yield Engagement(label, cut, {name: one.between(start, stop, zero) for name, one in further.items()},
+                         numbers.of(source, number, zero, float(stop)), _located(cut, gear_ratio, horizon), recorded)
+
+
+def _nearest_sample(tracks: Mapping[str, Track], zero: float) -> float:
+    """The sample of the slowest signal that is nearest to the shift command.
+
+    A clock between the samples would mix neighbours, and calibration and study would misjudge the noise.
+    """
+    time = min(tracks.values(), key=lambda one: len(one.time)).time
+    return float(time[np.argmin(np.abs(time - zero))])
+
+
+def _marked(source: Source, mapping: ChannelMap, marker: Marker, what: str) -> np.ndarray:
+    found = track(source, marker.source, mapping.time, None)
+    marks = instants(marker, found.time, found.values)
+    if not len(marks):
+        raise BadRecording(
+            f"The channel '{marker.source.channel}' of {source.name} never marks a {what}: it lies between "
+            f"{np.nanmin(found.values):g} and {np.nanmax(found.values):g} {found.unit}".rstrip(),
+            "Correct `above` or `below` in the mapping; they are in the unit of the file")
+    return marks
+
+
+def _located(tracks: Mapping[str, Track], gear_ratio: float, horizon: float) -> LockUp | None:
+    """Lock-up on the clock of the slower speed; None where a speed is missing or has gaps."""
+    if not {"input_speed", "output_speed"} <= tracks.keys():
+        return None
+    given, other = sorted((tracks["input_speed"], tracks["output_speed"]), key=lambda one: len(one.time))
+    inside = (given.time >= other.time[0]) & (given.time <= min(horizon, other.time[-1]))
+    time = given.time[inside]
+    speeds = {id(one): np.interp(time, one.time, one.values) for one in (given, other)}
+    slip = speeds[id(tracks["input_speed"])] - gear_ratio * speeds[id(tracks["output_speed"])]
+    return lock_up(time, slip)

@@ -1,0 +1,160 @@
+"""Propose a mapping from the names and units of channels; each guess is written into the file with its reason."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.acquisition.channel import Listed, Source
+from slipstick.acquisition.units import spelled
+from slipstick.bench import Bench
+from slipstick.quantities import NotAQuantity, convert
+
+_WORDS = {
+    "pressure": r"press|druck|(^|_)p(_|\d|$)|^p[A-Z]",
+    "input_speed": r"(n|speed|omega|rpm|drehzahl|w)\w*(in|an|turb|prim)|(in|an|turb|prim)\w*(speed|rpm|drehzahl|n$)",
+    "output_speed": r"(n|speed|omega|rpm|drehzahl|w)\w*(out|ab|sec|sek)|(out|ab|sec|sek)\w*(speed|rpm|drehzahl|n$)",
+    "output_torque": r"torque|moment|trq|(^|_)(m|t|md)(_|\d|$)|^M[A-Z]",
+    "motor_speed": r"(n|speed|rpm|drehzahl)\w*mot|mot\w*(n|speed|rpm|drehzahl)|eng\w*(speed|rpm)",
+    "current": r"curr|strom|(^|_)i(_|\d|$)|^i[A-Z]|^I",
+    "oil_temperature": r"temp|oil|oel|öl|(^|_)t_?(oil|oel)",
+    "time": r"^(t|time|zeit|timestamp|timestamps)$",
+}
+"""What names of channels look like in English and German. A unit must fit as well, where there is one."""
+_UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m",
+          "motor_speed": "rad/s", "current": "A", "oil_temperature": "K", "time": "s"}
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A proposed channel, None where none fits, and the reason; `sure` where its unit, and no other channel, fits."""
+
+    name: str
+    channel: Listed | None
+    reason: str
+    sure: bool
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """The `text` of a mapping file, the guesses in it, and how many keys are left to fill in."""
+
+    text: str
+    guesses: tuple[Guess, ...]
+    open_keys: tuple[str, ...]
+
+
+def propose(source: Source, bench: Bench) -> Proposal:
+    """A mapping for files like `source`, with conditions of the `bench`; every guess has its reason beside it."""
+    listed = source.listed()
+    needs_time = bool(listed) and source.channel(listed[0].name).time is None
+    taken: set[str] = set()
+    guesses = {}
+    for name in ("time", "pressure", "output_torque", "motor_speed", "input_speed", "output_speed", "current",
+                 "oil_temperature"):
+        guesses[name] = _guess(name, [one for one in listed if one.name not in taken])
+        found = guesses[name].channel
+        if found is not None:
+            taken.add(found.name)
+    if not needs_time:
+        guesses.pop("time")
+    return _written(source, bench, guesses)
+
+
+def _guess(name: str, channels: Sequence[Listed]) -> Guess:
+    by_name = [one for one in channels if re.search(_WORDS[name], one.name, re.IGNORECASE if name != "current" else 0)]
+    fitting = [one for one in by_name if _fits(one.unit, _UNITS[name])]
+    if not fitting:
+        other = f"; '{by_name[0].name}' has the unit '{by_name[0].unit}'" if by_name else ""
+        return Guess(name, None, f"no channel has such a name and unit{other}", False)
+    best = max(fitting, key=lambda one: (bool(one.unit), one.samples))
+    unit = f" and the unit '{best.unit}'" if best.unit else ", and the file states no unit"
+    rest = [one.name for one in fitting if one is not best]
+    also = f"; {', '.join(rest[:4])} would fit as well" if rest else ""
+    return Guess(name, best, f"the name '{best.name}'{unit}{also}", not rest and bool(best.unit))
+
+
+def _fits(written: str, unit: str) -> bool:
+    if not written:
+        return True
+    if unit == "K":
+        return spelled(written) in ("K", "°C", "degC", "C", "degF", "°F")
+    try:
+        convert(np.array(1.0), spelled(written), unit)
+    except NotAQuantity as error:
+        return unit == "rad/s" and "which angle" in str(error)  # 1/min: the mapping must say that it is rpm
+    return True
+
+
+def _written(source: Source, bench: Bench, guesses: dict[str, Guess]) -> Proposal:
+    lines = [f"# Proposed from the names and units of {source.name}. Check every line below a GUESS, and fill in every",
+             "# line marked OPEN. docs/your_files.md describes the keys.", ""]
+    missing: list[str] = []
+    if "time" in guesses:
+        lines += ["[time]", *_lines(guesses["time"], "s", missing, key="channel"), ""]
+    for name in ("pressure", "input_speed", "output_speed", "output_torque"):
+        lines += [f"[signals.{name}]", *_lines(guesses[name], _UNITS[name], missing), ""]
+    current = guesses["current"]
+    lines.append("[shift_command]")
+    if current.channel is not None:
+        profile = bench.profiles[1]
+        level = float(np.mean([profile[:, 0].mean(), profile.max(axis=1).mean()]))
+        lines += [f"# GUESS: {current.reason}; the level is midway between the first and largest currents",
+                  f'channel = "{_quoted(current.channel.name)}"', f"above = {level:.3g}", ""]
+    else:
+        missing.append("shift_command")
+        lines += [f"# OPEN: {current.reason}. Name the channel that marks t = 0, or the time in the file",
+                  '# channel = "..."', "# above = 0.5", ""]
+    lines.append("[conditions]")
+    lines += _conditions(guesses, bench, missing)
+    oil = guesses["oil_temperature"]
+    if oil.channel is not None:
+        lines += ["", "[further.oil_temperature]", *_lines(oil, "degC", missing)]
+    return Proposal("\n".join(lines) + "\n", tuple(guesses.values()), tuple(missing))
+
+
+def _lines(guess: Guess, unit: str, missing: list[str], key: str = "channel") -> list[str]:
+    if guess.channel is None:
+        missing.append(guess.name)
+        return [f"# OPEN: {guess.reason}", f'# {key} = "..."', f'# unit = "{unit}"']
+    lines = [f"# GUESS: {guess.reason}", f'{key} = "{_quoted(guess.channel.name)}"']
+    if not guess.channel.unit:
+        missing.append(f"unit of {guess.name}")
+        return [*lines, f'# OPEN: unit = "{unit}"']
+    if unit == "rad/s" and not _stated(guess.channel.unit, unit):
+        return [*lines, f"# GUESS: '{guess.channel.unit}' are revolutions", 'unit = "rpm"']
+    return lines
+
+
+def _stated(written: str, unit: str) -> bool:
+    try:
+        convert(np.array(1.0), spelled(written), unit)
+    except NotAQuantity:
+        return False
+    return True
+
+
+def _conditions(guesses: dict[str, Guess], bench: Bench, missing: list[str]) -> list[str]:
+    lines = []
+    motor, current = guesses["motor_speed"], guesses["current"]
+    if len(bench.profiles[0]) > 1:
+        if current.channel is not None:
+            lines += [f"# GUESS: the profile of the bench that is nearest to the current, {current.reason}",
+                      f'current_profile = {{ channel = "{_quoted(current.channel.name)}" }}']
+        else:
+            missing.append("current_profile")
+            lines.append("# OPEN: current_profile = { value = 0 }")
+    if motor.channel is not None:
+        rpm = "" if not motor.channel.unit or _stated(motor.channel.unit, "rad/s") else ', unit = "rpm"'
+        lines += [f"# GUESS: {motor.reason}; its mean over the engagement",
+                  f'motor_speed = {{ channel = "{_quoted(motor.channel.name)}"{rpm} }}']
+    else:
+        missing.append("motor_speed")
+        lines += [f"# OPEN: {motor.reason}", '# motor_speed = { value = "1500 rpm" }']
+    missing += ["load_inertia", "brake_torque"]
+    return [*lines, '# OPEN: load_inertia = { value = "1 kg m^2" }', '# OPEN: brake_torque = { value = "10 N m" }']
+
+
+def _quoted(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')

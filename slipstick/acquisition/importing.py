@@ -1,0 +1,180 @@
+"""From open files and their mapping to recordings: engagements on one clock, flawed ones set aside."""
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from slipstick.acquisition.alignment import Window, aligned, common_window
+from slipstick.acquisition.channel import Source
+from slipstick.acquisition.clock import FILTER, JITTER, sampling_step
+from slipstick.acquisition.doubts import doubts
+from slipstick.acquisition.engagement import Engagement, engagements
+from slipstick.acquisition.flaws import flaws
+from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.numbers import Numbers, read_plan
+from slipstick.acquisition.result import Imported, MappedChannel, SetAside
+from slipstick.acquisition.units import spelled
+from slipstick.bench import Bench, parameters
+from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS, Conditions
+from slipstick.errors import BadRecording, InvalidValue
+from slipstick.recordings import FurtherChannel, Recordings, Signals
+from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS
+
+
+def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench, plan: bytes | None = None,
+                   progress: Callable[[str], None] = lambda name: None) -> Imported:
+    """The recordings of a `bench` in files, by a `mapping`; `plan` is the sheet of conditions that it names.
+
+    `progress` is called with the name of each file that was read. Raises `BadRecording`, which names file, channel or
+    row, if a file does not have what is mapped or no engagement remains.
+    """
+    rows = read_plan(plan, mapping.plan) if plan is not None and mapping.plan is not None else {}
+    mapping, remarks = _stated(mapping, bench)
+    numbers = Numbers(mapping, rows, (bench.profiles[0], bench.profiles[1]))
+    gear_ratio = bench.physics.nominal[parameters.index("gear_ratio")]
+    horizon = mapping.end if mapping.end is not None else float(bench.profiles[0][:, -1].max())
+    found: list[Engagement] = []
+    formats: dict[str, list[str]] = {}
+    for source in sources:
+        for remark in source.remarks:
+            formats.setdefault(remark, []).append(source.name)
+        found += engagements(source, mapping, numbers, gear_ratio, horizon)
+        progress(source.name)
+    if not found:
+        raise BadRecording("No file was given", "Name the files of the recordings")
+    remarks += [f"{names[0] if len(names) == 1 else f'{len(names)} files, {names[0]} first'}: {remark}"
+                for remark, names in formats.items()]
+    return _of_engagements(found, mapping, bench, remarks)
+
+
+def _stated(mapping: ChannelMap, bench: Bench) -> tuple[ChannelMap, list[str]]:
+    """Check that the mapping has the conditions of the bench; a single current profile need not be named."""
+    wanted = [*CONDITION_UNITS, *(INPUT_UNITS if bench.physics.converter is None else ())]
+    remarks: list[str] = []
+    if len(bench.profiles[0]) == 1 and "current_profile" not in mapping.conditions:
+        wanted.remove("current_profile")
+        remarks.append("the only current profile of the bench is that of all engagements")
+    for name in wanted:
+        if name not in mapping.conditions:
+            unit = {**CONDITION_UNITS, **INPUT_UNITS}[name]
+            value = "0" if unit == "1" else f'"1 {unit}"'
+            raise BadRecording(f"{mapping.name}, conditions: {name} is missing",
+                               f"Add {name} = {{ value = {value} }} under [conditions], or its name, column or channel")
+    for name in mapping.conditions:
+        if name in INPUT_UNITS and name not in wanted:
+            raise BadRecording(f"{mapping.name}, conditions.{name}: the bench has a torque converter, which gives it",
+                               "Leave it out")
+    return mapping, remarks
+
+
+def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench,
+                    remarks: list[str]) -> Imported:
+    window = common_window(found, mapping, bench)
+    kept, aside = [], []
+    for one in found:
+        reason = _refused(one, window)
+        if reason:
+            aside.append(SetAside(one.label, reason))
+        else:
+            kept.append(one)
+    if not kept:
+        raise BadRecording(f"None of the {len(found)} engagements can be used; {aside[0].label}: {aside[0].reason}",
+                           "Check the channels (swapped speeds do not meet), the shift command, signs and units in the "
+                           "mapping")
+    if len(kept) * len(window.time) * len(SIGNAL_UNITS) > LARGEST:
+        raise BadRecording(f"{len(kept)} engagements of {len(window.time):,} samples are more than {LARGEST:,} numbers",
+                           "Give a longer clock.step, or a shorter clock.end")
+    complete = set(SIGNAL_UNITS) <= set(mapping.signals)
+    signals = Signals(window.time, *(aligned([one.tracks[name] for one in kept], window) for name in SIGNAL_UNITS)) \
+        if complete else None
+    further = {name: FurtherChannel(kept[0].further[name].unit or "1",
+                                    aligned([one.further[name] for one in kept], window))
+               for name in mapping.further} if complete else {}
+    times = np.array([one.measured_time for one in kept], float)
+    try:
+        conditions = _conditions(kept, bench)
+        recordings = Recordings(conditions, times, signals, conditions.run_order,
+                                mapping.description or f"Imported by {mapping.name}", further)
+    except (InvalidValue, BadRecording) as error:
+        raise BadRecording(f"{error.cause} (conditions in the order of the engagements, {kept[0].label} first)",
+                           error.remedy) from error
+    missing = tuple(name for name in SIGNAL_UNITS if name not in mapping.signals)
+    channels = _channels(kept, mapping)
+    return Imported(
+        recordings, tuple(one.label for one in kept), window.step, channels,
+        np.array([one.located.time if one.located else np.nan for one in kept]),
+        np.array([one.located.error if one.located else np.nan for one in kept]), mapping.shifting_time is None,
+        tuple(aside), (*remarks, *window.remarks, *_remarks(channels, mapping, window.step)), doubts(recordings, bench),
+        () if complete else (
+            f"{', '.join(missing)} not mapped: the recordings hold shifting times and conditions only",
+            "Calibration and study need all four signals, so both stay open; fits of shifting times do not need them"))
+
+
+def _refused(one: Engagement, window: Window) -> str:
+    """Why an engagement cannot be used; empty where it can."""
+    needed = window.end if window.time[-1] > 0 else one.end
+    for name, found in one.tracks.items():
+        near = found.between(-window.step, needed + window.step)
+        if not len(near.time) or (near.time[0] > 0 and near.time[0] > window.step):
+            return f"{name} ('{found.channel}') has no samples at the shift command"
+        flawed = flaws(near.time, near.values, found.limits)
+        if flawed:
+            first = flawed[0]
+            more = f", and {len(flawed) - 1} more flaws" if len(flawed) > 1 else ""
+            return (f"{name} ('{found.channel}') has a {first.kind} from {first.start:.4g} to {first.end:.4g} s after "
+                    f"the shift command{more}")
+    if one.end < window.end - window.step / 2:
+        return f"it ends {one.end:.4g} s after the shift command, and the recordings at {window.end:.4g} s"
+    if one.measured_time is None:
+        return "no lock-up: no shifting time is recorded, and the speeds do not meet"
+    if one.measured_time <= 0 or one.measured_time > window.profile_end:
+        return f"its shifting time of {one.measured_time:.4g} s is not within its current profile"
+    return ""
+
+
+def _conditions(kept: Sequence[Engagement], bench: Bench) -> Conditions:
+    def column(name: str) -> np.ndarray:
+        return np.array([one.numbers.get(name, 0.0) for one in kept])
+
+    profile = column("current_profile")
+    wrong = np.flatnonzero((profile != np.round(profile)) | (profile < 0) | (profile >= len(bench.profiles[0])))
+    if len(wrong):
+        raise BadRecording(f"{kept[wrong[0]].label}: {profile[wrong[0]]:g} is not the number of a current profile",
+                           f"Give 0 to {len(bench.profiles[0]) - 1}, or the bench that has this profile")
+    given = {name: column(name) for name in INPUT_UNITS if bench.physics.converter is None}
+    order = None
+    if "run_order" in kept[0].numbers:
+        order = np.argsort(np.argsort(column("run_order"), kind="stable")).astype(np.int64)
+    return Conditions(profile.astype(np.int64), column("motor_speed"), column("load_inertia"), column("brake_torque"),
+                      bench.conditions.profile_time, bench.conditions.profile_current, order, **given,
+                      profile_input_torque=bench.conditions.profile_input_torque)
+
+
+def _channels(kept: Sequence[Engagement], mapping: ChannelMap) -> tuple[MappedChannel, ...]:
+    found = []
+    for name, ref in {**mapping.signals, **mapping.further}.items():
+        tracks = [(one.tracks if name in mapping.signals else one.further)[name] for one in kept]
+        found.append(MappedChannel(
+            name, ref.channel, tracks[0].stated, tracks[0].unit, ref.sign,
+            float(np.median([sampling_step(one.time) for one in tracks if len(one.time) > 1] or [np.nan])),
+            min(float(np.nanmin(one.values, initial=np.inf)) for one in tracks),
+            max(float(np.nanmax(one.values, initial=-np.inf)) for one in tracks)))
+    return tuple(found)
+
+
+def _remarks(channels: Sequence[MappedChannel], mapping: ChannelMap, step: float) -> tuple[str, ...]:
+    """Where the unit of the mapping takes the place of another one in the files, and how clocks were changed."""
+    found = []
+    for one in channels:
+        written = {**mapping.signals, **mapping.further}[one.name].unit
+        if written and one.stated and spelled(written) != spelled(one.stated):
+            found.append(f"{one.name}: the files state the unit {one.stated} for '{one.channel}', the mapping "
+                         f"{written}: that of the mapping was used")
+    faster = [one.name for one in channels if one.step * JITTER < step]
+    if faster:
+        found.append(f"{', '.join(faster)}: sampled faster than the common clock, and brought to it by {FILTER}")
+    slower = [one.name for one in channels if one.step > step * JITTER]
+    if slower:
+        found.append(f"{', '.join(slower)}: sampled slower than the common clock, and interpolated linearly between "
+                     "samples")
+    return tuple(found)

@@ -1,0 +1,55 @@
+"""What an import makes of files: recordings, and all that must be known about how they came about."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.recordings import Recordings
+
+
+@dataclass(frozen=True)
+class SetAside:
+    """An engagement that is not among the recordings, and why."""
+
+    label: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class MappedChannel:
+    """A signal or further channel: from which channel, in which unit of the file (`stated`), and how often sampled.
+
+    `step` is in s, `sign` is 1 or -1, and `lowest` and `highest` are over all engagements in `unit`.
+    """
+
+    name: str
+    channel: str
+    stated: str
+    unit: str
+    sign: float
+    step: float
+    lowest: float
+    highest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """`recordings` of n engagements, called `labels`, on a clock of `step` s.
+
+    `located` (n,) are the shifting times by the speeds in s with their standard errors `error` (n,), NaN where the
+    speeds do not show one; `computed` says whether the recordings have these, or recorded ones. `remarks` are found out
+    or assumed without being told, `doubts` are what looks wrong in the recordings, and `open_questions` what cannot be
+    answered without the signals that are missing.
+    """
+
+    recordings: Recordings
+    labels: tuple[str, ...]
+    step: float
+    channels: tuple[MappedChannel, ...]
+    located: np.ndarray
+    error: np.ndarray
+    computed: bool
+    set_aside: tuple[SetAside, ...]
+    remarks: tuple[str, ...]
+    doubts: tuple[str, ...]
+    open_questions: tuple[str, ...]

@@ -1,0 +1,73 @@
+"""Tracks: what a mapping makes of the channels of one file, in the units of the model."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.acquisition.channel import Channel, Source
+from slipstick.acquisition.mapping import ChannelRef, TimeRef
+from slipstick.acquisition.units import factor_to
+from slipstick.errors import BadRecording
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """`values` (k,) in `unit` at the increasing times `time` (k,) in s; a missing value is NaN.
+
+    `stated` is the unit in the file, "" for none, and `limits` are those of the sensor, in `unit`.
+    """
+
+    channel: str
+    unit: str
+    stated: str
+    time: np.ndarray
+    values: np.ndarray
+    limits: tuple[float, float] | None = None
+
+    def between(self, start: float, end: float, zero: float = 0.0) -> "Track":
+        """The samples from `start` to `end` in s, with `zero` as the origin of their times."""
+        first, last = np.searchsorted(self.time, (start, end))
+        last = min(last + 1, len(self.time)) if last < len(self.time) and self.time[last] == end else last
+        return Track(self.channel, self.unit, self.stated, self.time[first:last] - zero, self.values[first:last],
+                     self.limits)
+
+
+def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> Track:
+    """The channel of `ref` in `unit`, or as the file has it where that is None; raises `BadRecording`."""
+    channel = source.channel(ref.channel)
+    where = f"The channel '{ref.channel}' of {source.name}"
+    written = ref.unit or channel.unit
+    factor = 1.0 if unit is None else factor_to(unit, written, where)
+    time = _times(source, channel, ref, times)
+    if len(time) != len(channel.values):
+        raise BadRecording(f"{where} has {len(channel.values)} samples for {len(time)} times",
+                           "Map the times that belong to it: time = \"...\" beside its channel")
+    if len(time) < 2:
+        raise BadRecording(f"{where} has {len(time)} samples", "Leave the file out, or map another channel")
+    wrong = np.flatnonzero(~(np.diff(time) > 0))
+    if len(wrong):
+        sample = int(wrong[0]) + 1
+        raise BadRecording(f"The times of {where[0].lower() + where[1:]} do not increase at sample {sample} "
+                           f"({time[sample]:g} s after {time[sample - 1]:g} s)",
+                           "Remove duplicates, split the file where the clock starts again, or map the right times")
+    # An infinite reading is no reading.
+    values = np.where(np.isfinite(channel.values), channel.values * factor * ref.sign, np.nan)
+    return Track(ref.channel, written if unit is None else unit, channel.unit, time, values, ref.limits)
+
+
+def _times(source: Source, channel: Channel, ref: ChannelRef, times: TimeRef) -> np.ndarray:
+    """Sample times in s of a channel: its own, those that the mapping names, or equal steps."""
+    name = ref.time or times.channel
+    if channel.time is not None and not ref.time:
+        return channel.time
+    if name:
+        given = source.channel(name)
+        unit = times.unit if name == times.channel and times.unit else given.unit
+        where = f"The times '{name}' of {source.name}"
+        if not unit:
+            raise BadRecording(f"{where} have no unit", "State it in the mapping: [time] with unit = \"s\"")
+        return given.values * factor_to("s", unit, where)
+    if times.step is not None:
+        return np.arange(len(channel.values)) * times.step
+    raise BadRecording(f"The channel '{channel.name}' of {source.name} has no times of its own",
+                       "Add [time] to the mapping, with the channel of the times and its unit, or with a step")

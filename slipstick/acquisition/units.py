@@ -1,0 +1,24 @@
+"""Units as files spell them, and values in the units of the model."""
+
+import numpy as np
+
+from slipstick.errors import BadRecording
+from slipstick.quantities import NotAQuantity, convert
+
+_SPELLINGS = {"Nm": "N m", "N*m": "N m", "N·m": "N m", "N.m": "N m", "U/min": "rpm", "kg*m^2": "kg m^2",
+              "kgm²": "kg m^2", "kg m²": "kg m^2", "kgm^2": "kg m^2", "Sec": "s", "sec": "s"}
+"""Unit of a file -> the same unit as pint reads it. Of 1/min it is not known whether it means revolutions."""
+
+
+def spelled(unit: str) -> str:
+    """A unit as pint reads it."""
+    return _SPELLINGS.get(unit.strip(), unit.strip())
+
+
+def factor_to(unit: str, written: str, where: str) -> float:
+    """The factor from the unit `written` to `unit`; `where` names file and channel in the error, `BadRecording`."""
+    try:
+        return float(convert(np.array(1.0), spelled(written), unit))
+    except NotAQuantity as error:
+        raise BadRecording(f"{where}: {error}",
+                           f'State its unit in the mapping, such as unit = "{unit}"') from None

@@ -1,0 +1,216 @@
+"""From files to recordings: what is mapped comes out, and what cannot be used is set aside and said."""
+
+import numpy as np
+import pytest
+
+from slipstick.acquisition import import_sources, open_source, read_mapping
+from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.result import Imported
+from slipstick.errors import BadRecording
+from slipstick.recordings import Recordings
+from tests.benches import COMPACT, HEAVY
+from tests.slipstick.acquisition.conftest import LOCK, MAP, Run, csv, opened, run
+
+
+def imported(*runs: Run, text: str = MAP, plan: bytes | None = None, names: tuple[str, ...] = ()) -> Imported:
+    files = [open_source(names[number] if names else f"run{number}.csv", opened(csv(one)))
+             for number, one in enumerate(runs)]
+    return import_sources(files, read_mapping(text.encode(), "channels.toml"), COMPACT, plan)
+
+
+def edited(old: str, new: str, text: str = MAP) -> str:
+    assert old in text
+    return text.replace(old, new)
+
+
+def test_signals_come_in_the_units_signs_and_clock_of_the_model() -> None:
+    one = run()
+    found = imported(one, run(seed=2))
+    signals, conditions = found.recordings.signals, found.recordings.conditions
+    assert signals is not None
+    assert found.step == pytest.approx(1e-3)
+    assert signals.time[0] == 0
+    np.testing.assert_allclose(signals.pressure[0], one.columns["p_oil"][100:] / 100, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(signals.output_torque[0], -one.columns["M_out"][100:], rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(signals.input_speed[0], one.columns["n_in"][100:] * np.pi / 30, rtol=1e-6, atol=1e-4)
+    assert found.recordings.measured_time == pytest.approx([LOCK, LOCK], abs=3e-3)
+    assert found.computed
+    assert np.all(found.error < 2e-3)
+    assert conditions.motor_speed[0] == pytest.approx(1500 * np.pi / 30)
+    assert found.doubts == ()
+    again = Recordings.read(found.recordings.to_bytes(), "h5")
+    assert again.digest == found.recordings.digest
+
+
+def test_a_faster_channel_is_filtered_and_said() -> None:
+    fast = run(step=2e-4)
+    found = imported(fast, text=MAP + '[clock]\nstep = "1 ms"\n')
+    assert found.step == 1e-3
+    assert any("mean over one new step" in remark for remark in found.remarks)
+    with pytest.raises(BadRecording, match=r"clock.step is 0.1 ms, and .* is sampled every 0.2 ms"):
+        imported(fast, text=MAP + '[clock]\nstep = "0.1 ms"\n')
+
+
+def test_lengths_may_differ_and_the_shortest_that_locks_ends_all() -> None:
+    found = imported(run(end=1.2), run(end=0.9, seed=2), run(end=0.5, seed=3))
+    signals = found.recordings.signals
+    assert signals is not None
+    assert signals.time[-1] == pytest.approx(0.899)
+    assert [one.label for one in found.set_aside] == ["run2.csv"]
+    assert any("run1.csv; the longest ends at 1.199 s" in remark for remark in found.remarks)
+
+
+def _gap(one: Run) -> Run:
+    return Run({name: np.delete(values, slice(300, 320)) for name, values in one.columns.items()})
+
+
+def _missing(one: Run) -> Run:
+    return one.changed(p_oil=np.where(np.arange(len(one.columns["t"])) == 400, np.nan, one.columns["p_oil"]))
+
+
+def _spike(one: Run) -> Run:
+    return one.changed(M_out=np.where(np.arange(len(one.columns["t"])) == 400, 900.0, one.columns["M_out"]))
+
+
+def _clipped(one: Run) -> Run:
+    return one.changed(p_oil=np.minimum(one.columns["p_oil"], 450.0))
+
+
+@pytest.mark.parametrize(("flaw", "says"), [
+    (_gap, "gap from 0.199 to 0.22 s"), (_missing, "pressure ('p_oil') has a gap from 0.299 to 0.301 s"),
+    (_spike, "output_torque ('M_out') has a spike from 0.3 to 0.3 s"), (_clipped, "has a saturation"),
+    (lambda one: run(lock=2.0), "no lock-up")])
+def test_a_flawed_engagement_is_set_aside_with_the_reason(flaw: object, says: str) -> None:
+    found = imported(run(), flaw(run(seed=2)), run(seed=3))  # type: ignore[operator]
+    assert found.labels == ("run0.csv", "run2.csv")
+    aside, = found.set_aside
+    assert (aside.label, says in aside.reason) == ("run1.csv", True), aside.reason
+
+
+def test_a_flaw_after_the_recordings_end_does_not_matter() -> None:
+    one = run(end=1.2)
+    late = one.changed(M_out=np.where(one.columns["t"] == 1250, 900.0, one.columns["M_out"]))
+    assert imported(late, text=MAP + '[clock]\nend = "1 s"\n').set_aside == ()
+    with pytest.raises(BadRecording, match=r"None of the 1 engagements can be used; run0.csv: .* spike"):
+        imported(late)
+
+
+def test_many_engagements_in_a_file_are_cut_by_a_trigger() -> None:
+    runs = [run(seed=seed) for seed in range(3)]
+    whole = {name: np.concatenate([one.columns[name] for one in runs]) for name in runs[0].columns}
+    whole["t"] = np.arange(len(whole["t"])) * 1.0
+    n = len(runs[0].columns["t"])
+    whole["trigger"] = np.tile((np.arange(n) > 20) & (np.arange(n) < 60), 3).astype(float)
+    whole["step"] = np.repeat([5.0, 6.0, 7.0], n)
+    cut = edited('time = "100 ms"', 'time = "79 ms"')  # after the trigger, which is at 21 ms
+    found = imported(Run(whole), text=cut + '[trigger]\nchannel = "trigger"\nabove = 0.5\n[clock]\nend = "1.1 s"\n')
+    assert found.labels == tuple(f"run0.csv, engagement {number}" for number in range(3))
+    assert found.recordings.measured_time == pytest.approx([LOCK] * 3, abs=3e-3)
+    by_change = imported(Run(whole), text=MAP + '[trigger]\nchannel = "step"\nchanges = true\n[clock]\nend = "1.1 s"\n')
+    np.testing.assert_allclose(by_change.recordings.measured_time, found.recordings.measured_time, atol=2e-4)
+
+
+def test_the_shift_command_is_where_a_channel_marks_it() -> None:
+    one = run()
+    marked = one.changed(valve=np.where(one.columns["t"] >= 100, 0.8, 0.1))
+    command = edited('time = "100 ms"', 'channel = "valve"\nabove = 0.5')
+    assert imported(marked, text=command).recordings.measured_time == pytest.approx([LOCK], abs=3e-3)
+    with pytest.raises(BadRecording, match=r"'valve' of run0.csv never marks a shift command: .* between 0.1 and 0.8"):
+        imported(marked, text=command.replace("0.5", "5"))
+
+
+def test_conditions_come_from_names_sheets_and_channels() -> None:
+    one = run()
+    text = edited('load_inertia = { value = "0.4 kg m^2" }', 'load_inertia = { name = "J", unit = "kg m^2" }')
+    text = edited('brake_torque = { value = "5 N m" }', 'brake_torque = { column = "brake" }', text)
+    text = edited('{ value = "1500 rpm" }', '{ channel = "n_mot", unit = "rpm" }\nplan = "plan.csv"\n'
+                  "pattern = 'J(?P<J>[0-9.]+)_'\nrun_order = { column = \"order\" }", text)
+    plan = b"file;brake [N cm];order\nJ0.9_b.csv;1500;7\nJ0.4_a.csv;500;3\n"
+    runs = [one.changed(n_mot=np.full(len(one.columns["t"]), speed)) for speed in (2200.0, 3000.0)]
+    found = imported(*runs, text=text, plan=plan, names=("J0.4_a.csv", "J0.9_b.csv"))
+    conditions = found.recordings.conditions
+    assert conditions.load_inertia.tolist() == [0.4, 0.9]
+    assert conditions.brake_torque == pytest.approx([5, 15])
+    assert conditions.motor_speed == pytest.approx(np.array([2200, 3000]) * np.pi / 30)
+    assert conditions.run_order is not None
+    assert conditions.run_order.tolist() == [0, 1]
+    with pytest.raises(BadRecording, match=r"The name 'J0,9_b.csv' does not match conditions.pattern"):
+        imported(runs[0], text=text, plan=plan.replace(b"J0.9", b"J0,9"), names=("J0,9_b.csv",))
+    with pytest.raises(BadRecording, match=r"plan.csv has no row for engagement 0 of J1_z.csv"):
+        imported(runs[0], text=text, plan=plan, names=("J1_z.csv",))
+
+
+def test_the_current_profile_is_the_nearest_one_or_refused() -> None:
+    one, conditions = run(), COMPACT.conditions
+    time = one.columns["t"] / 1000 - 0.1
+    text = edited("current_profile = { value = 0 }", 'current_profile = { channel = "i", unit = "mA" }')
+    followed = [one.changed(i=1000 * np.interp(time, conditions.profile_time[p], conditions.profile_current[p]))
+                for p in range(3)]
+    assert imported(*followed, text=text).recordings.conditions.current_profile.tolist() == [0, 1, 2]
+    with pytest.raises(BadRecording, match="follows no current profile of the bench"):
+        imported(one.changed(i=np.full(len(time), 300.0)), text=text)
+
+
+def test_further_channels_are_kept_with_their_unit_and_gaps() -> None:
+    one = run()
+    oil = np.where(one.columns["t"] < 1200, 80 + one.columns["t"] / 1000, np.nan)
+    found = imported(one.changed(T_oil=oil), text=MAP + '[further.oil_temperature]\nchannel = "T_oil"\nunit = "degC"\n')
+    again = Recordings.read(found.recordings.to_bytes(), "h5")
+    kept = again.further["oil_temperature"]
+    assert kept.unit == "degC"
+    np.testing.assert_allclose(kept.values[0, 1:900], oil[101:1000], rtol=1e-6)
+    assert np.isnan(kept.values[0, -1])
+    without = Recordings(again.conditions, again.measured_time, again.signals, again.run_order)
+    assert again.digest != without.digest
+
+
+def test_a_missing_signal_leaves_open_what_needs_it() -> None:
+    text = edited('output_torque = { channel = "M_out", unit = "N m", sign = -1 }\n', "")
+    found = imported(run().without("M_out"), text=text)
+    assert found.recordings.signals is None
+    assert found.recordings.measured_time == pytest.approx([LOCK], abs=3e-3)
+    assert "output_torque not mapped" in found.open_questions[0]
+
+
+def _mapping_with(old: str, new: str) -> str:
+    return edited(old, new)
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    (_mapping_with('channel = "p_oil", unit = "kPa"', 'channel = "n_in"'), "'n_in' of run0.csv: the unit is"),
+    (_mapping_with(', unit = "kPa"', ""), "The channel 'p_oil' of run0.csv: the unit is missing"),
+    (_mapping_with('channel = "t"', 'channel = "p_oil"'), "do not increase at sample"),
+    (_mapping_with('[time]\nchannel = "t"\nunit = "ms"\n', ""), "has no times of its own"),
+    (_mapping_with("{ value = 0 }", "{ value = 9 }"), "9 is not the number of a current profile"),
+    (_mapping_with('motor_speed = { value = "1500 rpm" }\n', ""), "channels.toml, conditions: motor_speed is missing"),
+    (MAP + 'input_torque = { value = "5 N m" }', "the bench has a torque converter")])
+def test_wrong_mappings_name_channel_and_file(text: str, says: str) -> None:
+    with pytest.raises(BadRecording) as error:
+        imported(run(), text=text)
+    assert says in error.value.cause
+    assert error.value.remedy
+
+
+def _swapped(text: str) -> str:
+    return text.replace('"n_in"', '"x"').replace('"n_out"', '"n_in"').replace('"x"', '"n_out"')
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    (edited(", sign = -1", ""), "output torque is negative"),
+    (edited('"1500 rpm"', '"1500 rad/s"'), ""), (edited('"1500 rpm"', '"15 rpm"'), "times the motor speed")])
+def test_what_looks_wrong_is_said(text: str, says: str) -> None:
+    found = imported(run(), text=text)
+    assert any(says in doubt for doubt in found.doubts) if says else not found.doubts
+
+
+def test_a_unit_in_the_file_that_the_mapping_overrules_is_said() -> None:
+    one = run()
+    content = csv(one).replace(b"p_oil", b"p_oil [bar]")
+    mapping = read_mapping(MAP.encode(), "channels.toml")
+    found = import_sources([open_source("a.csv", opened(content))], mapping, COMPACT)
+    assert any("state the unit bar for 'p_oil', the mapping kPa" in remark for remark in found.remarks)
+
+
+def test_another_bench_has_other_profiles(mapping: ChannelMap) -> None:
+    with pytest.raises(BadRecording, match=r"None of the 1 engagements can be used; a.csv: no lock-up"):
+        import_sources([open_source("a.csv", opened(csv(run(lock=3.0, end=1.0))))], mapping, HEAVY)

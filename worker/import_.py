@@ -1,0 +1,134 @@
+"""`import`: recordings from the files of a data-acquisition system, by a mapping of their channels."""
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from slipstick.acquisition import Imported, import_sources, open_mapping, open_source, propose
+from slipstick.acquisition.channel import Source
+from slipstick.acquisition.comparison import compare
+from slipstick.acquisition.csv_file import CsvOptions
+from slipstick.acquisition.mapping import ChannelMap
+from slipstick.bench import Bench
+from slipstick.errors import BadRecording, InvalidValue
+from slipstick.report.imported import imported_page, summary
+from slipstick.storage.files import replacing
+from worker.bench_option import add_bench_argument
+from worker.progress import Progress
+
+_FORMATS = (".mf4", ".mdf", ".mat", ".csv", ".txt", ".asc", ".tsv", ".dat", ".parquet", ".pq")
+_MOST_REMARKS = 20
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILES",
+                        help="files of the bench (MDF, MATLAB, CSV, Parquet), or folders of them")
+    parser.add_argument("--map", type=Path, metavar="FILE.toml",
+                        help="the mapping of the channels; with --guess, the file to write it to")
+    parser.add_argument("--out", type=Path, metavar="FILE.h5", help="write the recordings as HDF5")
+    parser.add_argument("--page", type=Path, metavar="FILE.html",
+                        help="write the page of what was understood (default: beside --out)")
+    parser.add_argument("--guess", action="store_true",
+                        help="propose a mapping from names and units of the first file, and say what was guessed")
+    add_bench_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Import, or propose a mapping."""
+    files = _files(arguments.files)
+    bench = Bench.open(arguments.bench)
+    if arguments.guess:
+        return _guess(files[0], arguments.map, bench)
+    if arguments.map is None or arguments.out is None:
+        raise InvalidValue("--map or --out is missing",
+                           "Give both; `import FILES --guess --map channels.toml` proposes a mapping")
+    page = arguments.page or arguments.out.with_suffix(".html")
+    for path, suffix in ((arguments.out, ".h5"), (page, ".html")):
+        if path.suffix != suffix or path.is_dir():
+            raise InvalidValue(f"'{path}' is not the name of a {suffix} file", f"Give a path that ends in {suffix}")
+    mapping = open_mapping(arguments.map)
+    plan = None if mapping.plan is None else _plan(arguments.map, mapping.plan)
+    progress, done = Progress(len(files), "files"), iter(range(1, len(files) + 1))
+    found = import_sources(_sources(files, mapping), mapping, bench, plan, lambda name: progress(next(done), 0))
+    print(report(found))
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(arguments.out) as temporary:
+        temporary.write_bytes(found.recordings.to_bytes())
+    if found.recordings.signals is not None:
+        print("simulating one engagement for the page", file=sys.stderr)
+    with replacing(page) as temporary:
+        temporary.write_text(imported_page(arguments.out.stem, found, bench, compare(found.recordings, bench)))
+    print(f"Wrote {arguments.out} and {page}: look at the pictures before you go on")
+    return 0
+
+
+def report(found: Imported) -> str:
+    """The import as plain text."""
+    lines = [f"{len(found.labels)} engagements imported, {len(found.set_aside)} set aside. {summary(found)}"]
+    lines += [f"  {one.name} <- {'-' if one.sign < 0 else ''}{one.channel} [{one.stated or 'unit not stated'}], "
+              f"{one.lowest:.4g} to {one.highest:.4g} {one.unit}" for one in found.channels]
+    for title, entries in (("Set aside", [f"{one.label}: {one.reason}" for one in found.set_aside]),
+                           ("Open", found.open_questions), ("Found out or assumed", found.remarks),
+                           ("Looks wrong", found.doubts)):
+        if entries:
+            lines += [f"{title}:", *(f"  {entry}" for entry in entries[:_MOST_REMARKS])]
+            if len(entries) > _MOST_REMARKS:
+                lines.append(f"  and {len(entries) - _MOST_REMARKS} more, on the page")
+    return "\n".join(lines)
+
+
+def _files(given: Sequence[Path]) -> list[Path]:
+    """The files, and those of folders, sorted by name; raises `BadRecording` on one that does not exist."""
+    found: list[Path] = []
+    for path in given:
+        if path.is_dir():
+            inside = sorted(one for one in path.iterdir() if one.suffix.lower() in _FORMATS)
+            if not inside:
+                raise BadRecording(f"The folder '{path}' has no file of a known kind",
+                                   f"Known are {', '.join(_FORMATS)}; name files of other names one by one")
+            found += inside
+        elif path.is_file():
+            found.append(path)
+        else:
+            raise BadRecording(f"There is no file '{path}'", "Check the name")
+    names = [path.name for path in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise BadRecording(f"Two files are called '{twice}'", "Give each file a name of its own")
+    return found
+
+
+def _sources(files: Sequence[Path], mapping: ChannelMap) -> Iterator[Source]:
+    for path in files:
+        with path.open("rb") as file:
+            yield open_source(path.name, file, mapping.csv)
+
+
+def _plan(beside: Path, name: str) -> bytes:
+    path = beside.parent / name
+    if not path.is_file():
+        raise BadRecording(f"There is no file '{path}', the sheet of conditions", "Put it beside the mapping")
+    return path.read_bytes()
+
+
+def _guess(path: Path, out: Path | None, bench: Bench) -> int:
+    with path.open("rb") as file:
+        proposal = propose(open_source(path.name, file, CsvOptions()), bench)
+    if out is None:
+        print(proposal.text, end="")
+    else:
+        try:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            with out.open("x") as target:
+                target.write(proposal.text)
+        except FileExistsError:
+            raise InvalidValue(f"'{out}' already exists", "Choose another name, or remove the file") from None
+    to = sys.stderr if out is None else sys.stdout
+    for guess in proposal.guesses:
+        print(f"{guess.name}: {'open, ' if guess.channel is None else ''}{guess.reason}", file=to)
+    if out is not None:
+        print(f"Wrote {out}. Check every GUESS; to be filled in: {', '.join(proposal.open_keys)}")
+    return 0
