@@ -9,6 +9,7 @@ from fastapi.openapi.utils import get_openapi
 
 from service import pages, problem_details
 from service.bodies import BodyLimits
+from service.failures import HeadRequests, UnexpectedErrors
 from service.job_store import JobStore, connect
 from service.routes import (
     benches,
@@ -74,6 +75,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     pages.install(app)
     problem_details.install(app)
     app.add_middleware(BodyLimits, size=configuration.body_bytes, seconds=configuration.body_seconds)
+    app.add_middleware(HeadRequests)
+    app.add_middleware(UnexpectedErrors)
     app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]
     return app
 

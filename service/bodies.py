@@ -10,6 +10,7 @@ from fastapi.routing import APIRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import problem_details
+from service.query import QueryNames
 from slipstick.errors import SlipstickError
 
 
@@ -73,13 +74,14 @@ class _StrictRequest(Request):
 
 
 class JsonRoute(APIRoute):
-    """A route that requires the Content-Type application/json and strict JSON if it has a JSON body."""
+    """A route that refuses unknown query parameters, and requires strict JSON of this Content-Type if it takes JSON."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Wrap the handler that FastAPI builds."""
-        handler = super().get_route_handler()
+        handler, query = super().get_route_handler(), QueryNames(self.dependant)
 
         async def strict(request: Request) -> Response:
+            query.require(request)
             if self.body_field is not None:
                 require_media_type(request, "application/json")
             return await handler(_StrictRequest(request.scope, request.receive))

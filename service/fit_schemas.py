@@ -9,6 +9,7 @@ from service.schemas import (
     BenchName,
     MassOutside,
     OutsidePolicy,
+    Range,
     RecordingsDigest,
     RecordingsName,
     StrictModel,
@@ -19,7 +20,7 @@ from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.settings import Integration, Method
 
-Bounds = list[tuple[float, float]]
+Bounds = list[Range]
 
 
 class FitSettingsBody(StrictModel):
@@ -71,7 +72,7 @@ class FitSettingsBody(StrictModel):
     std_bounds: Bounds | None = Field(
         default=None, description="Bounds of the standard deviations, in multiples of nominal: one pair for all "
                                   "inputs, or one pair per input.")
-    output_std_bounds: tuple[float, float] | None = Field(
+    output_std_bounds: Range | None = Field(
         default=None, description="Bounds of the standard deviation of the output noise in s.")
 
     def checked(self) -> FitSettings:

@@ -2,10 +2,10 @@
 
 import datetime
 import uuid
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from dbos import WorkflowStatus
-from fastapi import Header, Path
+from fastapi import Header, Path, Query
 from pydantic import BaseModel, Field
 
 from service.job_store import JobInput, JobStore
@@ -18,6 +18,9 @@ _STATUS: dict[str, Status] = {
     "DELAYED": "queued", "ENQUEUED": "queued", "PENDING": "running", "SUCCESS": "done", "ERROR": "failed",
     "MAX_RECOVERY_ATTEMPTS_EXCEEDED": "failed", "CANCELLED": "cancelled"}
 _ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
+
+Limit = Annotated[int, Query(ge=1, le=1000, description="Maximum number of jobs to return.")]
+Offset = Annotated[int, Query(ge=0, le=2**53, description="Number of newest jobs to skip.")]
 
 
 class Job(BaseModel):

@@ -23,6 +23,10 @@ _MOST_ERRORS = 20
 """Maximum number of validation errors in a response: a large array of wrong type produces one error per element."""
 
 
+_LONGEST_TEXT = 1000
+"""Maximum number of characters of a cause or remedy."""
+
+
 class Conflict(errors.SlipstickError):
     """The request conflicts with the current state of the resource."""
 
@@ -117,7 +121,7 @@ def problem_from(error: errors.SlipstickError) -> ProblemDetails:
     listed = next(base for base in type(error).__mro__ if base in _STATUS)
     name = type(error).__name__
     return ProblemDetails(type=_urn(name), title=_TITLES.get(type(error), _in_words(name)), status=_STATUS[listed],
-                          detail=error.cause, remedy=error.remedy)
+                          detail=_shortened(error.cause), remedy=_shortened(error.remedy))
 
 
 def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
@@ -135,7 +139,6 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _on_validation_error)
     app.add_exception_handler(HTTPException, _on_http_exception)
     app.add_exception_handler(SQLAlchemyError, _on_database_error)
-    app.add_exception_handler(Exception, _on_unexpected_error)
 
 
 def _invalid_request(field_errors: list[RequestFieldError], left_out: int) -> ProblemDetails:
@@ -144,6 +147,19 @@ def _invalid_request(field_errors: list[RequestFieldError], left_out: int) -> Pr
                           detail=f"The request has {count} invalid field{'s' * (count != 1)}",
                           remedy="Correct the fields listed under `errors`; /docs describes every field",
                           errors=field_errors, errors_left_out=left_out)
+
+
+def internal_error_response() -> Response:
+    """The response to a request that failed unexpectedly."""
+    return problem_response(_internal_error())
+
+
+def malformed_request() -> ProblemDetails:
+    """The problem of bytes that are no HTTP request."""
+    return ProblemDetails(type=_urn("MalformedRequest"), title="Malformed request", status=400,
+                          detail="The connection received bytes that are no valid HTTP/1.1 request",
+                          remedy="Send HTTP/1.1 with a request line and headers of at most 64 KiB; for https, place a "
+                                 "reverse proxy in front of the service")
 
 
 def _internal_error() -> ProblemDetails:
@@ -182,6 +198,8 @@ def _on_http_exception(request: Request, error: Exception) -> Response:
     elif error.status_code == 405:
         detail = f"{request.url.path[:200]} does not support the method {request.method[:20]}"
         headers["Allow"] = ", ".join(sorted(_methods(request)))
+        if request.method == "OPTIONS":
+            return Response(status_code=204, headers=headers)
         remedy = f"Use one of the supported methods: {headers['Allow']}"
     return problem_response(ProblemDetails(
         type=_urn(phrase.title().replace(" ", "")), title=phrase.capitalize(), status=error.status_code,
@@ -190,8 +208,10 @@ def _on_http_exception(request: Request, error: Exception) -> Response:
 
 def _methods(request: Request) -> set[str]:
     """All methods that the path of the request supports; the exception names those of a single route only."""
-    return {method for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
-            if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in request.app.routes)}
+    methods = {method for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
+               if any(route.matches({**request.scope, "method": method})[0] is Match.FULL
+                      for route in request.app.routes)}
+    return methods | {"OPTIONS"} | ({"HEAD"} if "GET" in methods else set())
 
 
 def _on_database_error(request: Request, error: Exception) -> Response:
@@ -200,8 +220,9 @@ def _on_database_error(request: Request, error: Exception) -> Response:
     return problem_response(problem_from(_DATABASE_ERROR))
 
 
-def _on_unexpected_error(request: Request, error: Exception) -> Response:
-    return problem_response(_internal_error())
+def _shortened(text: str) -> str:
+    """A text of at most `_LONGEST_TEXT` characters: a message quotes what the client sent, which may be megabytes."""
+    return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]} ..."
 
 
 def _urn(name: str) -> str:

@@ -1,8 +1,9 @@
 """Request and response bodies of studies. Settings, progress and result are those of `slipstick.study`."""
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, Field
+import orjson
+from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
 from service.jobs import Job
 from service.schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
@@ -10,13 +11,20 @@ from slipstick.study import StudyResult, StudySettings
 from slipstick.study.progress import StudyProgress
 from slipstick.study.result import Law
 
+_SETTINGS = TypeAdapter(StudySettings)
+
+
+def _strict_settings(value: Any, handler: ValidatorFunctionWrapHandler) -> StudySettings:
+    # A dataclass of the core is strict about numbers, and still read from objects and lists, only as JSON.
+    return value if isinstance(value, StudySettings) else _SETTINGS.validate_json(orjson.dumps(value), strict=True)
+
 
 class StudyRequest(StrictModel):
     """A study of recordings."""
 
     recordings: RecordingsName = "measured"
     bench: BenchName = None
-    settings: StudySettings = Field(
+    settings: Annotated[StudySettings, WrapValidator(_strict_settings)] = Field(
         default_factory=StudySettings,
         description="Settings of the study. Omitted settings have default values, which the response reports.")
 

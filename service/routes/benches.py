@@ -108,11 +108,12 @@ def upload_bench(name: NewBenchName, content: Annotated[bytes, Depends(_upload_b
     'Content-Type: application/toml'`. `python -m worker bench new FILE` writes a template. An existing bench is never
     replaced.
     """
-    response.headers["Location"] = f"/v1/benches/{name}"
     try:
-        return _describe(name, library.add_bench(name, content))
+        bench = library.add_bench(name, content)
     except FileExistsError:
         raise Conflict(f"A bench named '{name}' already exists", "Choose another name") from None
+    response.headers["Location"] = f"/v1/benches/{name}"  # a header cannot hold the characters of an invalid name
+    return _describe(name, bench)
 
 
 def _describe(name: str, bench: Bench) -> BenchDescription:

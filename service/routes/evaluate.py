@@ -6,7 +6,7 @@ import numpy as np
 import orjson
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from service import npy
 from service.bodies import JsonRoute, require_media_type
@@ -53,6 +53,8 @@ class EvaluateRequest(EvaluateOptions):
 
 class NpyQuery(StrictModel):
     """Options of a request whose body is a .npy file."""
+
+    model_config = ConfigDict(strict=False)  # query parameters are text
 
     table: str | None = Field(default=None, description="Name of the table, `nominal` by default. Only for a .npy "
                                                         "body.")

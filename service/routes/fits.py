@@ -4,12 +4,14 @@ from typing import Annotated
 
 import orjson
 from dbos import WorkflowStatus
-from fastapi import APIRouter, Body, Depends, Query, Request, Response
+from fastapi import APIRouter, Body, Depends, Request, Response
 
 from service.bodies import JsonRoute
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
 from service.job_store import JobInput, JobStore
 from service.jobs import (
+    Limit,
+    Offset,
     bench_input,
     finished_job,
     idempotency_key_header,
@@ -25,6 +27,7 @@ from slipstick.errors import InvalidValue
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.storage.library import Library
 from slipstick.uncertainty.fit import initial_state
+from slipstick.uncertainty.fit.search_space import search_space
 
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
@@ -58,8 +61,7 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
 
 @router.get("", summary="List the fits", responses=error_responses(503))
 def list_fits(store: FitStore,
-              limit: Annotated[int, Query(ge=1, le=1000, description="Maximum number of fits to return.")] = 50,
-              offset: Annotated[int, Query(ge=0, description="Number of newest fits to skip.")] = 0) -> FitList:
+              limit: Limit = 50, offset: Offset = 0) -> FitList:
     """Return the fits, newest first, without their progress and results."""
     return FitList(fits=[without_progress(store, fit) for fit in store.newest(limit, offset)])
 
@@ -101,6 +103,10 @@ def _job_input(library: Library, body: FitRequest) -> JobInput:
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
     settings = body.settings.checked()
     initial_state(settings, problem)
+    unknowns = search_space(settings, problem).names
+    if len(recordings) < len(unknowns):
+        raise InvalidValue(f"{len(recordings)} engagements cannot determine {len(unknowns)} unknowns: "
+                           f"{', '.join(unknowns)}", "Use recordings with more engagements, or fit fewer inputs")
     job_input: JobInput = orjson.loads(orjson.dumps({
         "table": body.table, "table_digest": table.digest, "simulate": body.simulate, "parameters": parameters,
         "recordings": body.recordings, "recordings_digest": recordings.digest,

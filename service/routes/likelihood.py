@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from fastapi import APIRouter, Body, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, field_validator
 
 from service.bodies import JsonRoute
 from service.problem_details import error_responses
@@ -84,6 +84,14 @@ class LikelihoodRequest(StrictModel):
                                   )] = SAMPLES
     seed: Seed = 1
     per_condition: bool = Field(default=True, description="Whether to return the contribution of each condition.")
+
+    @field_validator("lines", "samples")
+    @classmethod
+    def _power_of_two(cls, count: int) -> int:
+        # Checked for every method: a number that the method ignores is a mistake as well.
+        if count & (count - 1):
+            raise ValueError(f"{count} is not a power of two, such as {1 << count.bit_length()}")
+        return count
 
 
 class CandidateLikelihood(BaseModel):

@@ -114,14 +114,15 @@ def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, byt
     upload of different content under an existing name is rejected with 409.
     """
     form, content = upload
-    response.headers["Location"] = f"/v1/recordings/{name}"
     try:
-        return _describe(name, library.add_recordings(name, content, form, bench))
+        description = _describe(name, library.add_recordings(name, content, form, bench))
+        response.headers["Location"] = f"/v1/recordings/{name}"
+        return description
     except FileExistsError:
         if name in library.recordings():
             existing = library.recording(name)
             if existing.digest == library.read_recordings(content, form, bench).digest:
-                response.status_code = 200
+                response.status_code, response.headers["Location"] = 200, f"/v1/recordings/{name}"
                 return _describe(name, existing)
         raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
 

@@ -10,6 +10,8 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from service.bodies import JsonRoute
 from service.job_store import JobInput, JobStore
 from service.jobs import (
+    Limit,
+    Offset,
     bench_input,
     finished_job,
     idempotency_key_header,
@@ -59,8 +61,7 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
 
 @router.get("", summary="List the studies", responses=error_responses(503))
 def list_studies(store: StudyStore,
-                 limit: Annotated[int, Query(ge=1, le=1000, description="Maximum number of studies to return.")] = 50,
-                 offset: Annotated[int, Query(ge=0, description="Number of newest studies to skip.")] = 0) -> StudyList:
+                 limit: Limit = 50, offset: Offset = 0) -> StudyList:
     """Return the studies, newest first, without their progress and results."""
     return StudyList(studies=[without_progress(store, study) for study in store.newest(limit, offset)])
 

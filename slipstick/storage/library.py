@@ -79,6 +79,7 @@ class Library:
 
         Raises `BadBench`, `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
         """
+        _require_name(name)
         bench = read(content, f"{name}.toml")
         self._store(name, content, "toml")
         return bench
@@ -89,6 +90,7 @@ class Library:
         A CSV numbers the current profiles of the `bench`. Raises `BadRecording`, `UnknownName`, `InvalidValue` if the
         name is invalid, and `FileExistsError` if it is taken.
         """
+        _require_name(name)
         checked = self.read_recordings(content, form, bench)
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
         return checked
@@ -98,9 +100,6 @@ class Library:
         return Recordings.read(content, form, profiles=None if bench is None else self.bench(bench).profiles)
 
     def _store(self, name: str, content: bytes, form: str) -> None:
-        if not _NAME.fullmatch(name):
-            raise InvalidValue(f"'{name[:100]}' is not a valid file name",
-                               "Use up to 64 letters, digits, - and _, starting with a letter or digit")
         if any(path.stem == name for path in self._files(f".{form}")):
             raise FileExistsError(name)
         staged = self.folder / f".{name}-{secrets.token_hex(8)}.{form}"
@@ -127,6 +126,12 @@ class Library:
 
     def _files(self, suffix: str = ".h5") -> list[Path]:
         return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
+
+
+def _require_name(name: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise InvalidValue(f"'{name[:100]}' is not a valid file name",
+                           "Use up to 64 letters, digits, - and _, starting with a letter or digit")
 
 
 def _version(path: Path) -> _Version:

@@ -10,10 +10,9 @@ from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from dbos import DBOSClient
 
-from service.app import create_app
+from service.server import make_server
 from service.settings import Settings
 from slipstick.storage.library import Library
 from slipstick.table import Table
@@ -27,15 +26,17 @@ ServingJobs = Callable[[Path, StoredJobs], AbstractContextManager[httpx.Client]]
 @contextmanager
 def _serving(settings: Settings) -> Iterator[str]:
     """Serve on a free port of the loopback interface; yield the address."""
-    server = uvicorn.Server(uvicorn.Config(create_app(settings), port=0, log_level="warning"))
+    server = make_server(settings.model_copy(update={"port": 0}), log_level="warning")
     thread = threading.Thread(target=server.run)
     thread.start()
     while not server.started:
         assert thread.is_alive()
         time.sleep(0.01)
-    yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
-    server.should_exit = True
-    thread.join()
+    try:
+        yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join()
 
 
 @contextmanager

@@ -95,8 +95,8 @@ def test_invalid_parameters_of_the_address(client: httpx.Client, path: str) -> N
 
 def test_the_error_for_an_unsupported_method_names_the_supported_ones(client: httpx.Client) -> None:
     response = client.delete("/v1/fits")
-    assert "GET, POST" in problem(response, 405)["remedy"]
-    assert response.headers["Allow"] == "GET, POST"
+    assert "GET, HEAD, OPTIONS, POST" in problem(response, 405)["remedy"]
+    assert response.headers["Allow"] == "GET, HEAD, OPTIONS, POST"
 
 
 def test_the_number_of_listed_validation_errors_is_limited(client: httpx.Client) -> None:
