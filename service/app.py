@@ -13,6 +13,7 @@ from service.failures import HeadRequests, UnexpectedErrors
 from service.job_store import JobStore, connect
 from service.routes import (
     benches,
+    deletion,
     evaluate,
     fits,
     index,
@@ -68,9 +69,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
-    app.state.settings, app.state.library = configuration, Library(configuration.tables)
-    for module in (index, benches, tables, recordings, evaluate, propagate, likelihood, fits, reports, studies,
-                   study_laws, study_reports):
+    app.state.settings = configuration
+    app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
+    for module in (index, benches, tables, recordings, deletion, evaluate, propagate, likelihood, fits, reports,
+                   studies, study_laws, study_reports):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)

@@ -62,6 +62,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     errors.InvalidValue: 422,
     errors.BadBench: 422,
     errors.BadRecording: 422,
+    errors.LimitExceeded: 413,
     errors.OutsideTable: 422,
     errors.BadTable: 500,
     errors.SlipstickError: 500,

@@ -20,6 +20,9 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on.")
     body_bytes: int = Field(default=64 << 20, gt=0, description="Maximum size of a request body in bytes.")
     body_seconds: float = Field(default=30.0, gt=0, description="Maximum time in s to receive a request body.")
+    folder_bytes: int = Field(default=16 << 30, gt=0, description="Maximum size in bytes of the folder of the tables "
+                                                                  "after an upload.")
+    engagements: int = Field(default=20_000, gt=0, description="Maximum number of engagements of uploaded recordings.")
     answer_values: int = Field(default=2_000_000, gt=0, description="Maximum number of values in one response.")
     work_values: int = Field(
         default=1_000_000_000, gt=0, description="Maximum number of intermediate values computed for one request.")

@@ -62,5 +62,9 @@ class CorruptTable(BadTable):
     """The file is damaged, incomplete or inconsistent."""
 
 
+class LimitExceeded(SlipstickError):
+    """A file would exceed a limit of the folder that is to hold it."""
+
+
 class OutsideTable(SlipstickError):
     """A point lies outside the table and the policy for such points is `error`."""
