@@ -9,6 +9,7 @@ from fastapi.openapi.utils import get_openapi
 
 from service import pages, problem_details
 from service.bodies import BodyLimits
+from service.computations import Computations
 from service.failures import HeadRequests, UnexpectedErrors
 from service.job_store import JobStore, connect
 from service.routes import (
@@ -70,13 +71,15 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings = configuration
+    app.state.computations = Computations(configuration.computations, configuration.waiting,
+                                          configuration.waiting_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, recordings, deletion, evaluate, propagate, likelihood, fits, reports,
                    studies, study_laws, study_reports):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
-    app.add_middleware(BodyLimits, size=configuration.body_bytes, seconds=configuration.body_seconds)
+    app.add_middleware(BodyLimits, settings=configuration)
     app.add_middleware(HeadRequests)
     app.add_middleware(UnexpectedErrors)
     app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]

@@ -23,6 +23,8 @@ _MOST_ERRORS = 20
 """Maximum number of validation errors in a response: a large array of wrong type produces one error per element."""
 
 
+RETRY_SECONDS = 2
+"""Value of the header Retry-After."""
 _LONGEST_TEXT = 1000
 """Maximum number of characters of a cause or remedy."""
 
@@ -53,6 +55,13 @@ class UnsupportedMedia(errors.SlipstickError):
     """The operation does not accept the media type of the request body."""
 
 
+class Busy(errors.SlipstickError):
+    """The service has no room for the request at the moment."""
+
+    def __init__(self, cause: str, remedy: str = f"Send the request again after {RETRY_SECONDS} s") -> None:
+        super().__init__(cause, remedy)
+
+
 class StoreUnavailable(errors.SlipstickError):
     """The job database does not respond, or the folder of the tables does not exist."""
 
@@ -71,6 +80,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     Conflict: 409,
     TooLarge: 413,
     UnsupportedMedia: 415,
+    Busy: 503,
     StoreUnavailable: 503,
 }
 """HTTP status of each class of errors; a class that is not listed has the status of its base class."""
@@ -114,7 +124,8 @@ def problem_response(problem: ProblemDetails, headers: dict[str, str] | None = N
     """Return the problem as a response."""
     # Escaped ASCII, because a lone surrogate that is quoted from the request cannot be encoded in UTF-8.
     content = problem.model_dump_json(ensure_ascii=True, exclude_defaults=True)
-    return Response(content, problem.status, headers, media_type=MEDIA_TYPE)
+    retry = {"Retry-After": str(RETRY_SECONDS)} if problem.status == 503 else {}
+    return Response(content, problem.status, {**retry, **(headers or {})}, media_type=MEDIA_TYPE)
 
 
 def problem_from(error: errors.SlipstickError) -> ProblemDetails:
@@ -245,7 +256,7 @@ _DESCRIPTIONS = {
     415: "The operation does not accept the media type of the request body",
     422: "A parameter or a field of the request body is invalid",
     500: "A table file is invalid, or the service failed to process the request",
-    503: "The job database does not respond",
+    503: "The job database does not respond, or the service is busy; the header Retry-After says when to try again",
 }
 _EXAMPLES: dict[int, ProblemDetails] = {
     problem.status: problem for problem in (

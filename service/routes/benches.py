@@ -6,6 +6,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
+from service.computations import computes
 from service.problem_details import Conflict, error_responses
 from service.routes.tables import CurrentProfile, list_profiles
 from service.schemas import LibraryDependency
@@ -99,7 +100,8 @@ def describe_bench(name: BenchNamePath, library: LibraryDependency) -> BenchDesc
 
 
 @router.post("", summary="Upload a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
-             responses=error_responses(408, 409, 413, 415))
+             responses=error_responses(408, 409, 413, 415, 503))
+@computes
 def upload_bench(name: NewBenchName, content: Annotated[bytes, Depends(_upload_body)], library: LibraryDependency,
                  response: Response) -> BenchDescription:
     """Check a bench file (TOML) and store it.

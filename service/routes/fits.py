@@ -7,6 +7,7 @@ from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Request, Response
 
 from service.bodies import JsonRoute
+from service.computations import computes
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
 from service.job_store import JobInput, JobStore
 from service.jobs import (
@@ -46,6 +47,7 @@ _EXAMPLE = {"table": "nominal", "recordings": "measured",
 
 
 @router.post("", summary="Submit a fit", status_code=202, responses=error_responses(404, 408, 409, 413, 415, 503))
+@computes
 def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency, store: FitStore,
                response: Response, key: IdempotencyKey = None) -> FitWithProgress:
     """Submit a fit of the distributions of the inputs to recordings.

@@ -7,7 +7,7 @@ from service.bodies import JsonRoute
 from service.problem_details import StoreUnavailable, error_responses
 from service.routes.fits import FitStore
 from service.routes.studies import StudyStore
-from service.schemas import SIMULATED, LibraryDependency
+from service.schemas import SIMULATED, LibraryDependency, SettingsDependency
 from slipstick import __version__
 
 router = APIRouter(prefix="/v1", tags=["start"], route_class=JsonRoute)
@@ -20,6 +20,9 @@ class Index(BaseModel):
     version: str = Field(description="Version of Slipstick.")
     about: str = Field(description="Origin of the parameters and of the recordings.")
     links: dict[str, str] = Field(description="Addresses of the resources, by name.")
+    limits: dict[str, float] = Field(
+        description="Limits of the service by the name of their setting (docs/settings.md): `json_bytes` is "
+                    "SLIPSTICK_JSON_BYTES. Requests beyond a limit are rejected with 413, 408 or 503.")
 
 
 class Health(BaseModel):
@@ -38,13 +41,14 @@ class Health(BaseModel):
 
 
 @router.get("", summary="List the resources", responses=error_responses())
-def index() -> Index:
-    """Return the addresses of all resources, the version, and the origin of the numbers."""
+def index(settings: SettingsDependency) -> Index:
+    """Return the addresses of all resources, the limits, the version, and the origin of the numbers."""
     names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
     return Index(
         name="Slipstick", version=__version__,
         about="The nominal parameters of the clutch are plausible values for a heavy-vehicle test bench; the paper "
               "does not publish its parameters. " + SIMULATED,
+        limits={name: value for name, value in settings if name != "port" and isinstance(value, int | float)},
         links={**{name: f"/v1/{name}" for name in names}, "documentation": "/docs", "openapi": "/openapi.json"})
 
 

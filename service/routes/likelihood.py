@@ -1,6 +1,7 @@
 """Likelihood of recordings under candidate distributions of the inputs."""
 
 import math
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -8,6 +9,7 @@ from fastapi import APIRouter, Body, Response
 from pydantic import BaseModel, Field, field_validator
 
 from service.bodies import JsonRoute
+from service.computations import ClientDependency, computes
 from service.problem_details import error_responses
 from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from service.schemas import (
@@ -127,9 +129,10 @@ _EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False
 
 
 @router.post("", summary="Compute the likelihood of recordings", response_model=LikelihoodResponse,
-             responses=error_responses(404, 408, 413, 415))
+             responses=error_responses(404, 408, 413, 415, 503))
+@computes
 def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
-               settings: SettingsDependency) -> Response:
+               settings: SettingsDependency, client: ClientDependency) -> Response:
     """Compute the log10 likelihood of the measured shifting times under each candidate (eq. 7 of the paper).
 
     The probability density of a measured time is the expectation, over the inputs, of a normal density centred at the
@@ -140,6 +143,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))
+    problem = replace(problem, model=client.watched(problem.model))
     log10_densities, errors = _log10_densities(body, problem, candidates)
     normals = standard_normals(len(table.axes), SAMPLES, body.seed)
     return json_response({

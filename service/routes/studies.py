@@ -8,6 +8,7 @@ from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
+from service.computations import computes
 from service.job_store import JobInput, JobStore
 from service.jobs import (
     Limit,
@@ -44,6 +45,7 @@ _EXAMPLE = {"recordings": "measured", "settings": {"level": 0.9, "seed": 1}}
 
 
 @router.post("", summary="Submit a study", status_code=202, responses=error_responses(404, 408, 409, 413, 415, 503))
+@computes
 def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
                  store: StudyStore, response: Response, key: IdempotencyKey = None) -> StudyWithProgress:
     """Submit a study, which finds and measures physical effects that the recordings show and the model lacks.
