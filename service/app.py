@@ -11,6 +11,7 @@ from service import pages, problem_details
 from service.bodies import BodyLimits
 from service.computations import Computations
 from service.failures import HeadRequests, UnexpectedErrors
+from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
 from service.routes import (
     benches,
@@ -65,7 +66,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         client = connect(configuration.jobs)
         app.state.fits = JobStore(client, "fit", "/v1/fits")
         app.state.studies = JobStore(client, "study", "/v1/studies")
+        app.state.heartbeats = heartbeats = Heartbeats.at(configuration.jobs)
         yield
+        heartbeats.engine.dispose()
         client.destroy()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,

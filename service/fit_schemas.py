@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from service.jobs import Job
+from service.jobs import Ahead, Job
 from service.schemas import (
     BenchName,
     MassOutside,
@@ -132,6 +132,7 @@ class FitProgress(BaseModel):
 class FitWithProgress(Fit):
     """A fit with its progress."""
 
+    ahead: Ahead
     progress: FitProgress | None = Field(description="Progress and best candidate; null before the first generation.")
 
 

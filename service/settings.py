@@ -31,5 +31,7 @@ class Settings(BaseSettings):
                                                                   "after an upload.")
     engagements: int = Field(default=20_000, gt=0, description="Maximum number of engagements of uploaded recordings.")
     answer_values: int = Field(default=2_000_000, gt=0, description="Maximum number of values in one response.")
+    fit_values: int = Field(default=4_000_000_000_000, gt=0, description="Maximum cost of a fit in interpolations of "
+                                                                         "shifting times; about 6 hours on one core.")
     work_values: int = Field(
         default=1_000_000_000, gt=0, description="Maximum number of intermediate values computed for one request.")

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import orjson
 from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
-from service.jobs import Job
+from service.jobs import Ahead, Job
 from service.schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 from slipstick.study import StudyResult, StudySettings
 from slipstick.study.progress import StudyProgress
@@ -40,6 +40,7 @@ class Study(Job):
 class StudyWithProgress(Study):
     """A study with its progress."""
 
+    ahead: Ahead
     progress: StudyProgress | None = Field(description="Progress; null before the first step.")
 
 

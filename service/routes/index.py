@@ -1,6 +1,6 @@
 """The entry point and the health check of the service."""
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
@@ -33,8 +33,9 @@ class Health(BaseModel):
     benches: int = Field(description="Number of benches.")
     tables: int = Field(description="Number of tables.")
     recordings: int = Field(description="Number of recordings.")
-    fits_waiting: int = Field(description="Number of fits in the queue. If it stays above 0, check that a worker is "
-                                          "running.")
+    workers: int = Field(description="Number of workers that are alive. If it is 0, no job runs: start one with "
+                                     "`python -m worker serve-jobs`.")
+    fits_waiting: int = Field(description="Number of fits in the queue.")
     fits_running: int = Field(description="Number of running fits.")
     studies_waiting: int = Field(description="Number of studies in the queue.")
     studies_running: int = Field(description="Number of running studies.")
@@ -53,7 +54,7 @@ def index(settings: SettingsDependency) -> Index:
 
 
 @router.get("/health", summary="Check the health of the service", responses=error_responses(503))
-def health(library: LibraryDependency, fits: FitStore, studies: StudyStore) -> Health:
+def health(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore) -> Health:
     """Check that the folder of the tables exists and that the job database responds; return 503 if not."""
     if not library.folder.is_dir():
         raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
@@ -61,5 +62,6 @@ def health(library: LibraryDependency, fits: FitStore, studies: StudyStore) -> H
     waiting, running = fits.counts()
     studies_waiting, studies_running = studies.counts()
     return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
-                  recordings=len(library.recordings()), fits_waiting=waiting, fits_running=running,
+                  recordings=len(library.recordings()), workers=request.app.state.heartbeats.alive(),
+                  fits_waiting=waiting, fits_running=running,
                   studies_waiting=studies_waiting, studies_running=studies_running)

@@ -14,6 +14,7 @@ from service.jobs import (
     Limit,
     Offset,
     bench_input,
+    delete,
     finished_job,
     idempotency_key_header,
     input_of,
@@ -105,6 +106,12 @@ def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
     return _with_progress(store, store.find(id))
 
 
+@router.delete("/{id}", summary="Delete a study", status_code=204, responses=error_responses(404, 409, 503))
+def delete_study(id: StudyId, store: StudyStore) -> None:
+    """Delete a study with its result; 409 while it is queued or running. Its id can then be used again."""
+    delete(store, id)
+
+
 def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
     recordings = library.recording(body.recordings)
@@ -123,5 +130,5 @@ def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
 
 def _with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
     progress = store.progress(study.workflow_id)
-    return StudyWithProgress(**vars(without_progress(store, study)),
+    return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study),
                              progress=None if progress is None else StudyProgress(**progress))

@@ -44,7 +44,7 @@ def _serving_jobs(tables: Path, stored_jobs: StoredJobs) -> Iterator[httpx.Clien
     """Serve the folder `tables` with a job store that contains the given jobs; yield a client."""
     jobs = {id: SimpleNamespace(
         workflow_id=id, status="SUCCESS" if output else "PENDING", input={"args": [job_input]}, output=output,
-        error=None, created_at=1_790_000_000_000, completed_at=None, executor_id="worker-1")
+        error=None, created_at=1_790_000_000_000, dequeued_at=None, completed_at=None, executor_id="worker-1")
         for id, (job_input, output) in stored_jobs.items()}
 
     def list_workflows(_: DBOSClient, *, workflow_ids: list[str], name: str) -> list[SimpleNamespace]:
