@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from service import pages, problem_details
+from service.access import Access
 from service.bodies import BodyLimits
 from service.computations import Computations
 from service.failures import HeadRequests, UnexpectedErrors
@@ -85,8 +86,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(BodyLimits, settings=configuration)
     app.add_middleware(HeadRequests)
     app.add_middleware(UnexpectedErrors)
+    app.add_middleware(Access, hosts=_host_names(configuration))
     app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]
     return app
+
+
+def _host_names(settings: Settings) -> frozenset[str]:
+    return frozenset(name.strip().strip("[]").lower() for name in (*settings.hosts.split(","), settings.host))
 
 
 def _openapi_document(app: FastAPI) -> dict[str, Any]:

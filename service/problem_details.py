@@ -62,6 +62,14 @@ class Busy(errors.SlipstickError):
         super().__init__(cause, remedy)
 
 
+class WrongHost(errors.SlipstickError):
+    """The header Host has a name that is not one of this service."""
+
+
+class CrossSite(errors.SlipstickError):
+    """A page of another site sent a request that changes or computes something."""
+
+
 class StoreUnavailable(errors.SlipstickError):
     """The job database does not respond, or the folder of the tables does not exist."""
 
@@ -81,6 +89,8 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     TooLarge: 413,
     UnsupportedMedia: 415,
     Busy: 503,
+    CrossSite: 403,
+    WrongHost: 421,
     StoreUnavailable: 503,
 }
 """HTTP status of each class of errors; a class that is not listed has the status of its base class."""
