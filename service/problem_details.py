@@ -147,12 +147,16 @@ def problem_from(error: errors.SlipstickError) -> ProblemDetails:
 
 
 def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI descriptions of the error responses of an operation; 422 and 500 are always included."""
+    """OpenAPI descriptions of the error responses of an operation; 422 and 500 are always included.
+
+    An operation with a body, which states 415, can have a malformed one as well (400).
+    """
+    malformed = {400} if 415 in statuses else set()
     return {status: {
         "description": _DESCRIPTIONS[status],
         "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetails"},
                                  "example": _EXAMPLES[status].model_dump(exclude_defaults=True)}},
-    } for status in sorted({*statuses, 422, 500})}
+    } for status in sorted({*statuses, *malformed, 422, 500})}
 
 
 def install(app: FastAPI) -> None:
@@ -259,6 +263,7 @@ def _in_words(name: str) -> str:
 _DATABASE_ERROR = StoreUnavailable("The job database does not respond",
                                    "Try again in a moment; the log of the service has the cause")
 _DESCRIPTIONS = {
+    400: "The request body is not valid JSON",
     404: "No resource of this name exists",
     408: "The request body did not arrive in time",
     409: "The request conflicts with the current state of the resource",
@@ -270,6 +275,7 @@ _DESCRIPTIONS = {
 }
 _EXAMPLES: dict[int, ProblemDetails] = {
     problem.status: problem for problem in (
+        problem_from(MalformedBody.from_parser_message("unexpected end of data")),
         problem_from(errors.UnknownName.of("table", "nominl", ["calibrated", "nominal"])),
         problem_from(TooSlow("The request body did not arrive within 30 s",
                              "Check the Content-Length header, or increase SLIPSTICK_BODY_SECONDS on the server")),

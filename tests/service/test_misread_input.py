@@ -168,3 +168,11 @@ def test_what_is_no_request_is_a_problem_too(address: str, sent: bytes) -> None:
     assert head.startswith(b"HTTP/1.1 400")
     assert b"application/problem+json" in head
     assert b'"type":"urn:slipstick:problem:malformed-request"' in body
+
+
+def test_a_malformed_body_is_a_documented_response(client: httpx.Client) -> None:
+    paths = client.get("/openapi.json").json()["paths"]
+    for path in POSTS:
+        assert client.post(path, content=b"{", headers={"Content-Type": "application/json"}).status_code == 400
+        assert "400" in paths[path]["post"]["responses"]
+    assert "400" not in paths["/v1/health"]["get"]["responses"]
