@@ -8,10 +8,15 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from service import pages, problem_details
+from service.access import Access
 from service.bodies import BodyLimits
+from service.computations import Computations
+from service.failures import HeadRequests, UnexpectedErrors
+from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
 from service.routes import (
     benches,
+    deletion,
     evaluate,
     fits,
     imports,
@@ -63,20 +68,32 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         client = connect(configuration.jobs)
         app.state.fits = JobStore(client, "fit", "/v1/fits")
         app.state.studies = JobStore(client, "study", "/v1/studies")
+        app.state.heartbeats = heartbeats = Heartbeats.at(configuration.jobs)
         yield
+        heartbeats.engine.dispose()
         client.destroy()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
-    app.state.settings, app.state.library = configuration, Library(configuration.tables)
-    for module in (index, benches, tables, recordings, imports, evaluate, propagate, likelihood, fits, reports,
-                   studies, study_laws, study_reports):
+    app.state.settings = configuration
+    app.state.computations = Computations(configuration.computations, configuration.waiting,
+                                          configuration.waiting_seconds)
+    app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
+    for module in (index, benches, tables, recordings, imports, deletion, evaluate, propagate, likelihood, fits,
+                   reports, studies, study_laws, study_reports):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
-    app.add_middleware(BodyLimits, size=configuration.body_bytes, seconds=configuration.body_seconds)
+    app.add_middleware(BodyLimits, settings=configuration)
+    app.add_middleware(HeadRequests)
+    app.add_middleware(UnexpectedErrors)
+    app.add_middleware(Access, hosts=_host_names(configuration))
     app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]
     return app
+
+
+def _host_names(settings: Settings) -> frozenset[str]:
+    return frozenset(name.strip().strip("[]").lower() for name in (*settings.hosts.split(","), settings.host))
 
 
 def _openapi_document(app: FastAPI) -> dict[str, Any]:

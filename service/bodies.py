@@ -1,6 +1,7 @@
 """Request bodies: limited in size and time before they reach a route, and parsed there as strict JSON."""
 
 import asyncio
+import threading
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -10,54 +11,74 @@ from fastapi.routing import APIRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import problem_details
+from service.computations import Client, Computations
+from service.query import QueryNames
+from service.settings import Settings
 from slipstick.errors import SlipstickError
 
 
 class BodyLimits:
-    """ASGI middleware that reads the complete request body of at most `size` bytes within `seconds` s.
+    """ASGI middleware that reads the complete request body, and rejects it as soon as it exceeds a limit.
 
-    A body over either limit is rejected with an error response.
+    A body has at most `body_bytes`, one of JSON `json_bytes`, and all bodies in memory together `bodies_bytes`. It has
+    to arrive within `body_seconds`.
     """
 
-    def __init__(self, app: ASGIApp, size: int, seconds: float) -> None:
-        self.app, self.size, self.seconds = app, size, seconds
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self.app, self.settings, self.seconds = app, settings, settings.body_seconds
+        self.held = 0  # bytes of all bodies in memory
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Forward the request once its body is complete."""
         if scope["type"] != "http" or scope["method"] in ("GET", "HEAD", "OPTIONS"):
             return await self.app(scope, receive, send)
+        body = bytearray()
         try:
-            body = await asyncio.wait_for(self._read(scope, receive), self.seconds)
+            await self._forward(scope, receive, send, body)
+        finally:
+            self.held -= len(body)
+
+    async def _forward(self, scope: Scope, receive: Receive, send: Send, body: bytearray) -> None:
+        try:
+            await asyncio.wait_for(self._read(scope, receive, body), self.seconds)
         except TimeoutError:
             return await _reject(scope, receive, send, problem_details.TooSlow(
                 f"The request body did not arrive within {self.seconds:g} s",
                 "Check the Content-Length header, or increase SLIPSTICK_BODY_SECONDS on the server"))
         except SlipstickError as error:
             return await _reject(scope, receive, send, error)
-        buffered: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
+        buffered: list[Message] = [{"type": "http.request", "body": bytes(body), "more_body": False}]
 
         async def replay() -> Message:
             return buffered.pop() if buffered else await receive()
 
         return await self.app(scope, replay, send)
 
-    async def _read(self, scope: Scope, receive: Receive) -> bytes:
-        too_large = problem_details.TooLarge(f"The request body is larger than {self.size:,} bytes",
-                                             "Send a smaller body, or increase SLIPSTICK_BODY_BYTES on the server")
-        content_length = dict(scope["headers"]).get(b"content-length", b"")
-        if content_length.isdigit() and int(content_length) > self.size:
+    async def _read(self, scope: Scope, receive: Receive, body: bytearray) -> None:
+        headers = dict(scope["headers"])
+        is_json = headers.get(b"content-type", b"").partition(b";")[0].strip().lower() == b"application/json"
+        most, setting = (self.settings.json_bytes, "JSON") if is_json else (self.settings.body_bytes, "BODY")
+        hint = "Send arrays as .npy or in several requests" if is_json else "Send a smaller body"
+        kind = "JSON" if is_json else "request"
+        too_large = problem_details.TooLarge(f"The {kind} body is larger than {most:,} bytes",
+                                             f"{hint}, or increase SLIPSTICK_{setting}_BYTES on the server")
+        content_length = headers.get(b"content-length", b"")
+        if content_length.isdigit() and int(content_length) > most:
             raise too_large
-        body, more = bytearray(), True
+        more = True
         while more:
             message = await receive()
             if message["type"] == "http.disconnect":
                 raise problem_details.TooSlow("The connection closed before the complete request body was received",
                                               "Send the request again")
-            body += message.get("body", b"")
-            if len(body) > self.size:
+            part = message.get("body", b"")
+            if len(body) + len(part) > most:
                 raise too_large
+            if self.held + len(part) > self.settings.bodies_bytes:
+                raise problem_details.Busy("The bodies of other requests take all memory reserved for bodies")
+            body += part
+            self.held += len(part)
             more = message.get("more_body", False)
-        return bytes(body)
 
 
 async def _reject(scope: Scope, receive: Receive, send: Send, error: SlipstickError) -> None:
@@ -73,18 +94,56 @@ class _StrictRequest(Request):
 
 
 class JsonRoute(APIRoute):
-    """A route that requires the Content-Type application/json and strict JSON if it has a JSON body."""
+    """A route that refuses unknown query parameters, and requires strict JSON of this Content-Type if it takes JSON.
+
+    If its endpoint `computes`, a request waits for a place among the computations of the application, unless its client
+    closes the connection.
+    """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Wrap the handler that FastAPI builds."""
-        handler = super().get_route_handler()
+        handler, query = super().get_route_handler(), QueryNames(self.dependant)
 
         async def strict(request: Request) -> Response:
+            query.require(request)
             if self.body_field is not None:
                 require_media_type(request, "application/json")
-            return await handler(_StrictRequest(request.scope, request.receive))
+            strict_request = _StrictRequest(request.scope, request.receive)
+            if not getattr(self.endpoint, "computes", False):
+                return await handler(strict_request)
+            await strict_request.body()
+            return await _compute(handler, strict_request)
 
         return strict
+
+
+async def _compute(handler: Callable[[Request], Coroutine[Any, Any, Response]], request: Request) -> Response:
+    """Handle the request at a place among the computations; `request.state.client` learns if the client is gone."""
+    computations: Computations = request.app.state.computations
+    client = request.state.client = Client(threading.Event())
+    computing = False
+
+    async def compute() -> Response:
+        nonlocal computing
+        async with computations.place():
+            computing = True
+            return await handler(request)
+
+    async def watch() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+        client.gone.set()
+        if not computing:
+            response.cancel()
+
+    response, watcher = asyncio.create_task(compute()), asyncio.create_task(watch())
+    try:
+        return await response
+    except asyncio.CancelledError:
+        client.require()  # cancelled by `watch`; otherwise by the server, which stops
+        raise
+    finally:
+        watcher.cancel()
 
 
 def require_media_type(request: Request, *accepted: str) -> str:

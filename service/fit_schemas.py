@@ -4,11 +4,12 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from service.jobs import Job
+from service.jobs import Ahead, Job
 from service.schemas import (
     BenchName,
     MassOutside,
     OutsidePolicy,
+    Range,
     RecordingsDigest,
     RecordingsName,
     StrictModel,
@@ -19,7 +20,7 @@ from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.settings import Integration, Method
 
-Bounds = list[tuple[float, float]]
+Bounds = list[Range]
 
 
 class FitSettingsBody(StrictModel):
@@ -71,7 +72,7 @@ class FitSettingsBody(StrictModel):
     std_bounds: Bounds | None = Field(
         default=None, description="Bounds of the standard deviations, in multiples of nominal: one pair for all "
                                   "inputs, or one pair per input.")
-    output_std_bounds: tuple[float, float] | None = Field(
+    output_std_bounds: Range | None = Field(
         default=None, description="Bounds of the standard deviation of the output noise in s.")
 
     def checked(self) -> FitSettings:
@@ -131,6 +132,7 @@ class FitProgress(BaseModel):
 class FitWithProgress(Fit):
     """A fit with its progress."""
 
+    ahead: Ahead
     progress: FitProgress | None = Field(description="Progress and best candidate; null before the first generation.")
 
 

@@ -83,6 +83,23 @@ class JobStore:
         """Cancel the job unless it has ended; the worker abandons it at the end of the current step at the latest."""
         self.client.cancel_workflow(self.find(id).workflow_id)
 
+    def delete(self, id: str) -> None:
+        """Delete the job with its progress and result."""
+        self.client.delete_workflow(id)
+
+    def ahead(self, job: WorkflowStatus) -> int | None:
+        """Return the number of jobs of all kinds queued before this one, or None if it is not queued."""
+        if job.status != "ENQUEUED":
+            return None
+        queued = self.client.list_workflows(queue_name=QUEUE, status="ENQUEUED", load_input=False, load_output=False)
+        ids = [entry.workflow_id for entry in queued]  # in the order of submission
+        return ids.index(job.workflow_id) if job.workflow_id in ids else None
+
+    def ids_using(self, key: str, name: str) -> list[str]:
+        """Return the ids of the queued and running jobs whose input `key` (`table`, `recordings`) is `name`."""
+        jobs = self.client.list_workflows(name=self.workflow, status=["ENQUEUED", "PENDING"], load_output=False)
+        return [job.workflow_id for job in jobs if job.input is not None and job.input["args"][0].get(key) == name]
+
     def counts(self) -> tuple[int, int]:
         """Return the numbers of queued and of running jobs."""
         states = [job.status for job in self.client.list_workflows(

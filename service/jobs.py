@@ -2,10 +2,10 @@
 
 import datetime
 import uuid
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from dbos import WorkflowStatus
-from fastapi import Header, Path
+from fastapi import Header, Path, Query
 from pydantic import BaseModel, Field
 
 from service.job_store import JobInput, JobStore
@@ -18,6 +18,9 @@ _STATUS: dict[str, Status] = {
     "DELAYED": "queued", "ENQUEUED": "queued", "PENDING": "running", "SUCCESS": "done", "ERROR": "failed",
     "MAX_RECOVERY_ATTEMPTS_EXCEEDED": "failed", "CANCELLED": "cancelled"}
 _ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
+
+Limit = Annotated[int, Query(ge=1, le=1000, description="Maximum number of jobs to return.")]
+Offset = Annotated[int, Query(ge=0, le=2**53, description="Number of newest jobs to skip.")]
 
 
 class Job(BaseModel):
@@ -32,8 +35,15 @@ class Job(BaseModel):
     recordings_digest: str = Field(description="SHA-256 digest of the recordings.")
     settings: dict[str, Any] = Field(description="All settings of the job, including default values.")
     submitted: datetime.datetime | None = Field(description="Time of submission (UTC).")
+    started: datetime.datetime | None = Field(
+        description="Time at which a worker took the job from the queue (UTC), the last time if it was resumed; null "
+                    "while it is queued.")
     ended: datetime.datetime | None = Field(description="Time at which the job ended (UTC); null before that.")
     links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
+
+
+Ahead = Annotated[int | None, Field(description="Number of jobs of all kinds that are queued before this one; null "
+                                                 "unless it is queued.")]
 
 
 def job_id_path(kind: str) -> Any:
@@ -60,6 +70,14 @@ def submit(store: JobStore, key: str | None, job_input: JobInput) -> WorkflowSta
         raise Conflict(f"The Idempotency-Key '{key}' is in use for a {store.workflow} with a different request or "
                        "different data", "Repeat the original request, or use a different Idempotency-Key")
     return job
+
+
+def delete(store: JobStore, id: str) -> None:
+    """Delete a job that has ended; raises `UnknownName`, and `Conflict` if it is queued or running."""
+    status = _STATUS[store.find(id).status]
+    if status in ("queued", "running"):
+        raise Conflict(f"The {store.workflow} '{id}' is {status}", f"POST {store.address}/{id}/cancel first")
+    store.delete(id)
 
 
 def input_of(job: WorkflowStatus) -> JobInput:
@@ -97,11 +115,13 @@ def job_fields(store: JobStore, job: WorkflowStatus, *links: str) -> dict[str, A
     """Return the fields of `Job` and of the job's input, with `links` to the named sub-resources."""
     status, address = _STATUS[job.status], f"{store.address}/{job.workflow_id}"
     queued = "Waiting for a worker. If none is running, start one with `python -m worker serve-jobs`"
-    running = f"If its worker has stopped, resume the job with `python -m worker serve-jobs --name {job.executor_id}`"
+    running = (f"If its worker '{job.executor_id}' stops, another one takes over within 10 s; /v1/health says how many "
+               "are alive. Start one with `python -m worker serve-jobs`")
     return {
         **input_of(job), "id": job.workflow_id, "status": status,
         "note": {"queued": queued, "running": running}.get(status),
         "problem": str(job.error) if job.error else None, "submitted": _utc(job.created_at),
+        "started": None if status == "queued" else _utc(job.dequeued_at),
         "ended": _utc(job.completed_at), "links": {"self": address, **{name: f"{address}/{name}" for name in links}}}
 
 

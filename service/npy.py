@@ -30,7 +30,8 @@ def load(content: bytes) -> np.ndarray:
     except (ValueError, KeyError, SyntaxError, TypeError, RecursionError, MemoryError) as error:
         raise InvalidValue("The request body is not a .npy file of version 1 or 2",
                            "Write it with numpy.save") from error
-    if dtype.kind not in "fiu" or len(shape) != 2:
+    # The header is a Python literal: `True` is an int for its reader.
+    if dtype.kind not in "fiu" or len(shape) != 2 or any(type(length) is not int for length in shape):
         raise InvalidValue(f"The request body is an array of type {dtype} and shape {shape}, not a two-dimensional "
                            "array of real numbers", "Send a float64 array of shape (points, axes)")
     if min(shape) < 1 or math.prod(shape) * dtype.itemsize != len(content) - stream.tell():

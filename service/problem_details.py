@@ -23,6 +23,12 @@ _MOST_ERRORS = 20
 """Maximum number of validation errors in a response: a large array of wrong type produces one error per element."""
 
 
+RETRY_SECONDS = 2
+"""Value of the header Retry-After."""
+_LONGEST_TEXT = 1000
+"""Maximum number of characters of a cause or remedy."""
+
+
 class Conflict(errors.SlipstickError):
     """The request conflicts with the current state of the resource."""
 
@@ -49,6 +55,21 @@ class UnsupportedMedia(errors.SlipstickError):
     """The operation does not accept the media type of the request body."""
 
 
+class Busy(errors.SlipstickError):
+    """The service has no room for the request at the moment."""
+
+    def __init__(self, cause: str, remedy: str = f"Send the request again after {RETRY_SECONDS} s") -> None:
+        super().__init__(cause, remedy)
+
+
+class WrongHost(errors.SlipstickError):
+    """The header Host has a name that is not one of this service."""
+
+
+class CrossSite(errors.SlipstickError):
+    """A page of another site sent a request that changes or computes something."""
+
+
 class StoreUnavailable(errors.SlipstickError):
     """The job database does not respond, or the folder of the tables does not exist."""
 
@@ -58,6 +79,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     errors.InvalidValue: 422,
     errors.BadBench: 422,
     errors.BadRecording: 422,
+    errors.LimitExceeded: 413,
     errors.OutsideTable: 422,
     errors.BadTable: 500,
     errors.SlipstickError: 500,
@@ -66,6 +88,9 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     Conflict: 409,
     TooLarge: 413,
     UnsupportedMedia: 415,
+    Busy: 503,
+    CrossSite: 403,
+    WrongHost: 421,
     StoreUnavailable: 503,
 }
 """HTTP status of each class of errors; a class that is not listed has the status of its base class."""
@@ -109,7 +134,8 @@ def problem_response(problem: ProblemDetails, headers: dict[str, str] | None = N
     """Return the problem as a response."""
     # Escaped ASCII, because a lone surrogate that is quoted from the request cannot be encoded in UTF-8.
     content = problem.model_dump_json(ensure_ascii=True, exclude_defaults=True)
-    return Response(content, problem.status, headers, media_type=MEDIA_TYPE)
+    retry = {"Retry-After": str(RETRY_SECONDS)} if problem.status == 503 else {}
+    return Response(content, problem.status, {**retry, **(headers or {})}, media_type=MEDIA_TYPE)
 
 
 def problem_from(error: errors.SlipstickError) -> ProblemDetails:
@@ -117,16 +143,20 @@ def problem_from(error: errors.SlipstickError) -> ProblemDetails:
     listed = next(base for base in type(error).__mro__ if base in _STATUS)
     name = type(error).__name__
     return ProblemDetails(type=_urn(name), title=_TITLES.get(type(error), _in_words(name)), status=_STATUS[listed],
-                          detail=error.cause, remedy=error.remedy)
+                          detail=_shortened(error.cause), remedy=_shortened(error.remedy))
 
 
 def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI descriptions of the error responses of an operation; 422 and 500 are always included."""
+    """OpenAPI descriptions of the error responses of an operation; 422 and 500 are always included.
+
+    An operation with a body, which states 415, can have a malformed one as well (400).
+    """
+    malformed = {400} if 415 in statuses else set()
     return {status: {
         "description": _DESCRIPTIONS[status],
         "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetails"},
                                  "example": _EXAMPLES[status].model_dump(exclude_defaults=True)}},
-    } for status in sorted({*statuses, 422, 500})}
+    } for status in sorted({*statuses, *malformed, 422, 500})}
 
 
 def install(app: FastAPI) -> None:
@@ -135,7 +165,6 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _on_validation_error)
     app.add_exception_handler(HTTPException, _on_http_exception)
     app.add_exception_handler(SQLAlchemyError, _on_database_error)
-    app.add_exception_handler(Exception, _on_unexpected_error)
 
 
 def _invalid_request(field_errors: list[RequestFieldError], left_out: int) -> ProblemDetails:
@@ -144,6 +173,19 @@ def _invalid_request(field_errors: list[RequestFieldError], left_out: int) -> Pr
                           detail=f"The request has {count} invalid field{'s' * (count != 1)}",
                           remedy="Correct the fields listed under `errors`; /docs describes every field",
                           errors=field_errors, errors_left_out=left_out)
+
+
+def internal_error_response() -> Response:
+    """The response to a request that failed unexpectedly."""
+    return problem_response(_internal_error())
+
+
+def malformed_request() -> ProblemDetails:
+    """The problem of bytes that are no HTTP request."""
+    return ProblemDetails(type=_urn("MalformedRequest"), title="Malformed request", status=400,
+                          detail="The connection received bytes that are no valid HTTP/1.1 request",
+                          remedy="Send HTTP/1.1 with a request line and headers of at most 64 KiB; for https, place a "
+                                 "reverse proxy in front of the service")
 
 
 def _internal_error() -> ProblemDetails:
@@ -182,6 +224,8 @@ def _on_http_exception(request: Request, error: Exception) -> Response:
     elif error.status_code == 405:
         detail = f"{request.url.path[:200]} does not support the method {request.method[:20]}"
         headers["Allow"] = ", ".join(sorted(_methods(request)))
+        if request.method == "OPTIONS":
+            return Response(status_code=204, headers=headers)
         remedy = f"Use one of the supported methods: {headers['Allow']}"
     return problem_response(ProblemDetails(
         type=_urn(phrase.title().replace(" ", "")), title=phrase.capitalize(), status=error.status_code,
@@ -190,8 +234,10 @@ def _on_http_exception(request: Request, error: Exception) -> Response:
 
 def _methods(request: Request) -> set[str]:
     """All methods that the path of the request supports; the exception names those of a single route only."""
-    return {method for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
-            if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in request.app.routes)}
+    methods = {method for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
+               if any(route.matches({**request.scope, "method": method})[0] is Match.FULL
+                      for route in request.app.routes)}
+    return methods | {"OPTIONS"} | ({"HEAD"} if "GET" in methods else set())
 
 
 def _on_database_error(request: Request, error: Exception) -> Response:
@@ -200,8 +246,9 @@ def _on_database_error(request: Request, error: Exception) -> Response:
     return problem_response(problem_from(_DATABASE_ERROR))
 
 
-def _on_unexpected_error(request: Request, error: Exception) -> Response:
-    return problem_response(_internal_error())
+def _shortened(text: str) -> str:
+    """A text of at most `_LONGEST_TEXT` characters: a message quotes what the client sent, which may be megabytes."""
+    return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]} ..."
 
 
 def _urn(name: str) -> str:
@@ -216,6 +263,7 @@ def _in_words(name: str) -> str:
 _DATABASE_ERROR = StoreUnavailable("The job database does not respond",
                                    "Try again in a moment; the log of the service has the cause")
 _DESCRIPTIONS = {
+    400: "The request body is not valid JSON",
     404: "No resource of this name exists",
     408: "The request body did not arrive in time",
     409: "The request conflicts with the current state of the resource",
@@ -223,10 +271,11 @@ _DESCRIPTIONS = {
     415: "The operation does not accept the media type of the request body",
     422: "A parameter or a field of the request body is invalid",
     500: "A table file is invalid, or the service failed to process the request",
-    503: "The job database does not respond",
+    503: "The job database does not respond, or the service is busy; the header Retry-After says when to try again",
 }
 _EXAMPLES: dict[int, ProblemDetails] = {
     problem.status: problem for problem in (
+        problem_from(MalformedBody.from_parser_message("unexpected end of data")),
         problem_from(errors.UnknownName.of("table", "nominl", ["calibrated", "nominal"])),
         problem_from(TooSlow("The request body did not arrive within 30 s",
                              "Check the Content-Length header, or increase SLIPSTICK_BODY_SECONDS on the server")),

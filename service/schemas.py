@@ -6,7 +6,7 @@ import numpy as np
 import orjson
 from fastapi import Depends, Request
 from fastapi.responses import Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, Strict
 
 from service.problem_details import TooLarge
 from service.settings import Settings
@@ -21,9 +21,13 @@ SIMULATED = ("The recordings `measured` that are shipped with Slipstick are simu
 
 
 class StrictModel(BaseModel):
-    """A request body that rejects unknown fields, NaN and infinity."""
+    """A request body that rejects unknown fields, NaN, infinity, and `true` or "1.0" in place of a number."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
+
+
+Range = Annotated[tuple[float, float], Strict(False)]
+"""Lower and upper end. A tuple is read from a list; its numbers are strict like those of the model around it."""
 
 
 TableName = Annotated[str, Field(description="Name of a table; GET /v1/tables lists the tables.",
@@ -85,7 +89,7 @@ class InputsBody(StrictModel):
         default=None, max_length=20, examples=[[[1.0, -0.5], [-0.5, 1.0]]],
         description="Correlation matrix of the normal scores of the inputs, row by row. For normal inputs this is the "
                     "correlation of the inputs themselves, for other families it defines a Gaussian copula.")
-    support: list[tuple[float, float]] | None = Field(
+    support: list[Range] | None = Field(
         default=None, max_length=20, description="Range (lower, upper) of each input, used for the family `beta`; by "
                                                  "default the range of its axis.")
     mixing: list[list[float]] | None = Field(

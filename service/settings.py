@@ -18,8 +18,23 @@ class Settings(BaseSettings):
     )
     host: str = Field(default="127.0.0.1", description="Address to listen on; 0.0.0.0 listens on all interfaces.")
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on.")
+    hosts: str = Field(default="localhost,127.0.0.1,[::1]",
+                       description="Host names under which the service answers, separated by commas; `*` for all.")
     body_bytes: int = Field(default=64 << 20, gt=0, description="Maximum size of a request body in bytes.")
-    body_seconds: float = Field(default=30.0, gt=0, description="Maximum time in s to receive a request body.")
+    json_bytes: int = Field(default=2 << 20, gt=0, description="Maximum size of a JSON body in bytes; larger "
+                                                               "arrays fit as .npy.")
+    bodies_bytes: int = Field(default=256 << 20, gt=0, description="Maximum size in bytes of all request bodies in "
+                                                                   "memory together.")
+    body_seconds: float = Field(default=30.0, gt=0, description="Maximum time in s to receive the headers "
+                                                               "or the body of a request.")
+    computations: int = Field(default=2, gt=0, description="Maximum number of requests that compute at once.")
+    waiting: int = Field(default=64, ge=0, description="Maximum number of requests that wait to compute.")
+    waiting_seconds: float = Field(default=30.0, gt=0, description="Maximum time in s to wait for a computation.")
+    folder_bytes: int = Field(default=16 << 30, gt=0, description="Maximum size in bytes of the folder of the tables "
+                                                                  "after an upload.")
+    engagements: int = Field(default=20_000, gt=0, description="Maximum number of engagements of uploaded recordings.")
     answer_values: int = Field(default=2_000_000, gt=0, description="Maximum number of values in one response.")
+    fit_values: int = Field(default=4_000_000_000_000, gt=0, description="Maximum cost of a fit in interpolations of "
+                                                                         "shifting times; about 6 hours on one core.")
     work_values: int = Field(
         default=1_000_000_000, gt=0, description="Maximum number of intermediate values computed for one request.")

@@ -1,14 +1,22 @@
 """Request and response bodies of studies. Settings, progress and result are those of `slipstick.study`."""
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, Field
+import orjson
+from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
-from service.jobs import Job
+from service.jobs import Ahead, Job
 from service.schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 from slipstick.study import StudyResult, StudySettings
 from slipstick.study.progress import StudyProgress
 from slipstick.study.result import Law
+
+_SETTINGS = TypeAdapter(StudySettings)
+
+
+def _strict_settings(value: Any, handler: ValidatorFunctionWrapHandler) -> StudySettings:
+    # A dataclass of the core is strict about numbers, and still read from objects and lists, only as JSON.
+    return value if isinstance(value, StudySettings) else _SETTINGS.validate_json(orjson.dumps(value), strict=True)
 
 
 class StudyRequest(StrictModel):
@@ -16,7 +24,7 @@ class StudyRequest(StrictModel):
 
     recordings: RecordingsName = "measured"
     bench: BenchName = None
-    settings: StudySettings = Field(
+    settings: Annotated[StudySettings, WrapValidator(_strict_settings)] = Field(
         default_factory=StudySettings,
         description="Settings of the study. Omitted settings have default values, which the response reports.")
 
@@ -32,6 +40,7 @@ class Study(Job):
 class StudyWithProgress(Study):
     """A study with its progress."""
 
+    ahead: Ahead
     progress: StudyProgress | None = Field(description="Progress; null before the first step.")
 
 

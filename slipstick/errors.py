@@ -3,6 +3,9 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+_LONGEST_NAME, _MOST_LISTED = 100, 50
+"""Maximum length of a name that a message quotes, and maximum number of names that it lists."""
+
 
 class SlipstickError(Exception):
     """Base class of all errors raised on purpose; `str()` gives the cause and the remedy in one line."""
@@ -25,11 +28,13 @@ class UnknownName(SlipstickError):
 
     @classmethod
     def of(cls, kind: str, name: str, known: Iterable[str]) -> "UnknownName":
-        """Build the error; the remedy suggests the closest of the `known` names and lists them all."""
-        names = sorted(known)
+        """Build the error; the remedy suggests the closest of the `known` names and lists them."""
+        names, name = sorted(known), name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..."
         closest = get_close_matches(name, names, n=1)
         hint = f"Did you mean '{closest[0]}'? " if closest else ""
-        listed = ", ".join(names) if names else "none"
+        listed = ", ".join(names[:_MOST_LISTED]) if names else "none"
+        if len(names) > _MOST_LISTED:
+            listed += f" and {len(names) - _MOST_LISTED} more"
         return cls(f"There is no {kind} '{name}'", f"{hint}Known: {listed}")
 
 
@@ -55,6 +60,10 @@ class WrongDigest(BadTable):
 
 class CorruptTable(BadTable):
     """The file is damaged, incomplete or inconsistent."""
+
+
+class LimitExceeded(SlipstickError):
+    """A file would exceed a limit of the folder that is to hold it."""
 
 
 class OutsideTable(SlipstickError):

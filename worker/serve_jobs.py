@@ -17,7 +17,7 @@ from sqlalchemy import Engine, event, make_url
 
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
-from worker import fit_job, jobs, study_job
+from worker import fit_job, heartbeat, jobs, study_job
 
 _APPLICATION = "slipstick"
 _VERSION = "jobs-3"
@@ -33,8 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="URL of the job database, the same as for the service "
                              "(default: %(default)s; environment variable SLIPSTICK_JOBS)")
     parser.add_argument("--name", default="worker-1",
-                        help="name of this worker; it resumes the jobs that an earlier worker of the same name left "
-                             "unfinished (default: %(default)s)")
+                        help="name of this worker; each worker needs its own. Jobs that a stopped worker left "
+                             "unfinished are taken over by another, or resumed under the same name (default: "
+                             "%(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -51,9 +52,11 @@ def run(arguments: argparse.Namespace) -> int:
         study_job.register(library)
         DBOS.launch()
         DBOS.register_queue(jobs.QUEUE, worker_concurrency=1, polling_interval_sec=0.2)
+        heartbeat.start(arguments.jobs, arguments.name)
         print(f"Worker {arguments.name} is waiting for fits and studies in {arguments.jobs}", flush=True)
         signal.sigwait(stops)
-        print("Stopped. Unfinished jobs resume at the next start.", flush=True)
+        heartbeat.stop(arguments.jobs, arguments.name)
+        print("Stopped. Another worker takes over unfinished jobs, or they resume at the next start.", flush=True)
         # A running job can be interrupted at any point, so the worker does not wait for it.
         os._exit(0)
 

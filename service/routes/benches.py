@@ -6,6 +6,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
+from service.computations import computes
 from service.problem_details import Conflict, error_responses
 from service.routes.tables import CurrentProfile, list_profiles
 from service.schemas import LibraryDependency
@@ -99,7 +100,8 @@ def describe_bench(name: BenchNamePath, library: LibraryDependency) -> BenchDesc
 
 
 @router.post("", summary="Upload a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
-             responses=error_responses(408, 409, 413, 415))
+             responses=error_responses(408, 409, 413, 415, 503))
+@computes
 def upload_bench(name: NewBenchName, content: Annotated[bytes, Depends(_upload_body)], library: LibraryDependency,
                  response: Response) -> BenchDescription:
     """Check a bench file (TOML) and store it.
@@ -108,11 +110,12 @@ def upload_bench(name: NewBenchName, content: Annotated[bytes, Depends(_upload_b
     'Content-Type: application/toml'`. `python -m worker bench new FILE` writes a template. An existing bench is never
     replaced.
     """
-    response.headers["Location"] = f"/v1/benches/{name}"
     try:
-        return _describe(name, library.add_bench(name, content))
+        bench = library.add_bench(name, content)
     except FileExistsError:
         raise Conflict(f"A bench named '{name}' already exists", "Choose another name") from None
+    response.headers["Location"] = f"/v1/benches/{name}"  # a header cannot hold the characters of an invalid name
+    return _describe(name, bench)
 
 
 def _describe(name: str, bench: Bench) -> BenchDescription:

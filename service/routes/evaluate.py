@@ -1,15 +1,16 @@
 """Evaluation of a table: shifting times at given points."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import orjson
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from service import npy
 from service.bodies import JsonRoute, require_media_type
+from service.computations import computes
 from service.problem_details import MalformedBody, error_responses
 from service.schemas import (
     AxisUnit,
@@ -31,6 +32,7 @@ from slipstick.errors import InvalidValue
 from slipstick.table import Outside
 from slipstick.uncertainty import count_outside
 
+_Body = TypeVar("_Body", bound=BaseModel)
 router = APIRouter(prefix="/v1/evaluate", tags=["evaluate"], route_class=JsonRoute)
 
 
@@ -53,6 +55,8 @@ class EvaluateRequest(EvaluateOptions):
 
 class NpyQuery(StrictModel):
     """Options of a request whose body is a .npy file."""
+
+    model_config = ConfigDict(strict=False)  # query parameters are text
 
     table: str | None = Field(default=None, description="Name of the table, `nominal` by default. Only for a .npy "
                                                         "body.")
@@ -91,7 +95,8 @@ async def _read_body(request: Request) -> tuple[str, bytes]:
 
 
 @router.post("", summary="Evaluate a table", openapi_extra=_REQUEST_BODY, response_model=EvaluateResponse,
-             responses=error_responses(404, 408, 413, 415) | {200: {"content": {npy.MEDIA_TYPE: _BINARY}}})
+             responses=error_responses(404, 408, 413, 415, 503) | {200: {"content": {npy.MEDIA_TYPE: _BINARY}}})
+@computes
 def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_body)],
              query: Annotated[NpyQuery, Query()], library: LibraryDependency,
              settings: SettingsDependency) -> Response:
@@ -105,6 +110,7 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
     """
     media_type, content = body
     options: EvaluateOptions
+    points: np.ndarray | list[Any]
     if media_type == npy.MEDIA_TYPE:
         options, points = EvaluateOptions(**query.model_dump(exclude_none=True)), npy.load(content)
     elif query.model_fields_set:
@@ -113,8 +119,10 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
         options, points = _parse(content)
     table = open_table(library, options.table, options.bench)
     selected, conditions = select_conditions(table, options.conditions)
+    # Counted before each point is checked, which takes longer than the evaluation.
     require_size(len(points) * len(conditions), settings.answer_values, "shifting times",
                  "Send fewer points per request, or select conditions")
+    points = points if isinstance(points, np.ndarray) else _checked(points)
     times = selected.interpolate(points, options.outside)
     outside = count_outside(points, table.lower, table.upper)
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
@@ -125,17 +133,30 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
                           "shifting_time": times}, headers)
 
 
-def _parse(content: bytes) -> tuple[EvaluateRequest, np.ndarray]:
+def _parse(content: bytes) -> tuple[EvaluateOptions, list[Any]]:
+    """The options and the unchecked points of a JSON body."""
     try:
-        request = EvaluateRequest.model_validate(orjson.loads(content))
+        body = orjson.loads(content)
     except orjson.JSONDecodeError as error:
         raise MalformedBody.from_parser_message(error.msg) from error
+    if not isinstance(body, dict) or not isinstance(points := body.get("points"), list):
+        return _validated(EvaluateRequest, body), []
+    return _validated(EvaluateOptions, {name: value for name, value in body.items() if name != "points"}), points
+
+
+def _checked(points: list[Any]) -> np.ndarray:
+    checked = _validated(EvaluateRequest, {"points": points}).points
+    columns = len(checked[0])
+    ragged = next((row for row, point in enumerate(checked) if len(point) != columns), None)
+    if ragged is not None:
+        raise InvalidValue(f"Point {ragged} has {len(checked[ragged])} entries, but point 0 has {columns}",
+                           "Give each point one entry per axis of the table")
+    return np.array(checked)
+
+
+def _validated(model: type[_Body], body: object) -> _Body:
+    try:
+        return model.model_validate(body)
     except ValidationError as error:
         entries = error.errors(include_url=False, include_input=False)
         raise RequestValidationError([{**entry, "loc": ("body", *entry["loc"])} for entry in entries]) from error
-    columns = len(request.points[0])
-    ragged = next((row for row, point in enumerate(request.points) if len(point) != columns), None)
-    if ragged is not None:
-        raise InvalidValue(f"Point {ragged} has {len(request.points[ragged])} entries, but point 0 has {columns}",
-                           "Give each point one entry per axis of the table")
-    return request, np.array(request.points)

@@ -4,13 +4,18 @@ from typing import Annotated
 
 import orjson
 from dbos import WorkflowStatus
-from fastapi import APIRouter, Body, Depends, Query, Request, Response
+from fastapi import APIRouter, Body, Depends, Request, Response
 
 from service.bodies import JsonRoute
+from service.computations import computes
+from service.fit_cost import fit_cost, require_cost
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
 from service.job_store import JobInput, JobStore
 from service.jobs import (
+    Limit,
+    Offset,
     bench_input,
+    delete,
     finished_job,
     idempotency_key_header,
     input_of,
@@ -20,11 +25,12 @@ from service.jobs import (
     submit,
 )
 from service.problem_details import error_responses
-from service.schemas import LibraryDependency
+from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.storage.library import Library
 from slipstick.uncertainty.fit import initial_state
+from slipstick.uncertainty.fit.search_space import search_space
 
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
@@ -43,23 +49,23 @@ _EXAMPLE = {"table": "nominal", "recordings": "measured",
 
 
 @router.post("", summary="Submit a fit", status_code=202, responses=error_responses(404, 408, 409, 413, 415, 503))
+@computes
 def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency, store: FitStore,
-               response: Response, key: IdempotencyKey = None) -> FitWithProgress:
+               settings: SettingsDependency, response: Response, key: IdempotencyKey = None) -> FitWithProgress:
     """Submit a fit of the distributions of the inputs to recordings.
 
     The request returns immediately, with the address of the fit in the header Location. A worker runs the fit: a
     genetic algorithm (by default) maximises the likelihood over the mean and standard deviation of each input and the
     output noise; its best candidate is then refined on the exact likelihood.
     """
-    fit = submit(store, key, _job_input(library, body))
+    fit = submit(store, key, _job_input(library, body, settings.fit_values))
     response.headers["Location"] = f"{store.address}/{fit.workflow_id}"
     return _with_progress(store, fit)
 
 
 @router.get("", summary="List the fits", responses=error_responses(503))
 def list_fits(store: FitStore,
-              limit: Annotated[int, Query(ge=1, le=1000, description="Maximum number of fits to return.")] = 50,
-              offset: Annotated[int, Query(ge=0, description="Number of newest fits to skip.")] = 0) -> FitList:
+              limit: Limit = 50, offset: Offset = 0) -> FitList:
     """Return the fits, newest first, without their progress and results."""
     return FitList(fits=[without_progress(store, fit) for fit in store.newest(limit, offset)])
 
@@ -87,7 +93,13 @@ def cancel_fit(id: FitId, store: FitStore) -> FitWithProgress:
     return _with_progress(store, store.find(id))
 
 
-def _job_input(library: Library, body: FitRequest) -> JobInput:
+@router.delete("/{id}", summary="Delete a fit", status_code=204, responses=error_responses(404, 409, 503))
+def delete_fit(id: FitId, store: FitStore) -> None:
+    """Delete a fit with its result; 409 while it is queued or running. Its id can then be used again."""
+    delete(store, id)
+
+
+def _job_input(library: Library, body: FitRequest, most_values: int) -> JobInput:
     """Return the input of the worker, after checks that reject a fit that would fail later."""
     table, recordings = library.table(body.table), library.recording(body.recordings)
     parameters = body.parameters or [axis.name for axis in table.axes]
@@ -101,6 +113,11 @@ def _job_input(library: Library, body: FitRequest) -> JobInput:
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
     settings = body.settings.checked()
     initial_state(settings, problem)
+    unknowns = search_space(settings, problem).names
+    if len(recordings) < len(unknowns):
+        raise InvalidValue(f"{len(recordings)} engagements cannot determine {len(unknowns)} unknowns: "
+                           f"{', '.join(unknowns)}", "Use recordings with more engagements, or fit fewer inputs")
+    require_cost(fit_cost(settings, problem, body.simulate), most_values)
     job_input: JobInput = orjson.loads(orjson.dumps({
         "table": body.table, "table_digest": table.digest, "simulate": body.simulate, "parameters": parameters,
         "recordings": body.recordings, "recordings_digest": recordings.digest,
@@ -115,5 +132,5 @@ def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:
 
 def _with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:
     progress = store.progress(fit.workflow_id)
-    return FitWithProgress(**vars(without_progress(store, fit)),
+    return FitWithProgress(**vars(without_progress(store, fit)), ahead=store.ahead(fit),
                            progress=None if progress is None else FitProgress(**progress))

@@ -1,13 +1,13 @@
 """The entry point and the health check of the service."""
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
 from service.problem_details import StoreUnavailable, error_responses
 from service.routes.fits import FitStore
 from service.routes.studies import StudyStore
-from service.schemas import SIMULATED, LibraryDependency
+from service.schemas import SIMULATED, LibraryDependency, SettingsDependency
 from slipstick import __version__
 
 router = APIRouter(prefix="/v1", tags=["start"], route_class=JsonRoute)
@@ -20,6 +20,9 @@ class Index(BaseModel):
     version: str = Field(description="Version of Slipstick.")
     about: str = Field(description="Origin of the parameters and of the recordings.")
     links: dict[str, str] = Field(description="Addresses of the resources, by name.")
+    limits: dict[str, float] = Field(
+        description="Limits of the service by the name of their setting (docs/settings.md): `json_bytes` is "
+                    "SLIPSTICK_JSON_BYTES. Requests beyond a limit are rejected with 413, 408 or 503.")
 
 
 class Health(BaseModel):
@@ -30,26 +33,28 @@ class Health(BaseModel):
     benches: int = Field(description="Number of benches.")
     tables: int = Field(description="Number of tables.")
     recordings: int = Field(description="Number of recordings.")
-    fits_waiting: int = Field(description="Number of fits in the queue. If it stays above 0, check that a worker is "
-                                          "running.")
+    workers: int = Field(description="Number of workers that are alive. If it is 0, no job runs: start one with "
+                                     "`python -m worker serve-jobs`.")
+    fits_waiting: int = Field(description="Number of fits in the queue.")
     fits_running: int = Field(description="Number of running fits.")
     studies_waiting: int = Field(description="Number of studies in the queue.")
     studies_running: int = Field(description="Number of running studies.")
 
 
 @router.get("", summary="List the resources", responses=error_responses())
-def index() -> Index:
-    """Return the addresses of all resources, the version, and the origin of the numbers."""
+def index(settings: SettingsDependency) -> Index:
+    """Return the addresses of all resources, the limits, the version, and the origin of the numbers."""
     names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
     return Index(
         name="Slipstick", version=__version__,
         about="The nominal parameters of the clutch are plausible values for a heavy-vehicle test bench; the paper "
               "does not publish its parameters. " + SIMULATED,
+        limits={name: value for name, value in settings if name != "port" and isinstance(value, int | float)},
         links={**{name: f"/v1/{name}" for name in names}, "documentation": "/docs", "openapi": "/openapi.json"})
 
 
 @router.get("/health", summary="Check the health of the service", responses=error_responses(503))
-def health(library: LibraryDependency, fits: FitStore, studies: StudyStore) -> Health:
+def health(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore) -> Health:
     """Check that the folder of the tables exists and that the job database responds; return 503 if not."""
     if not library.folder.is_dir():
         raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
@@ -57,5 +62,6 @@ def health(library: LibraryDependency, fits: FitStore, studies: StudyStore) -> H
     waiting, running = fits.counts()
     studies_waiting, studies_running = studies.counts()
     return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
-                  recordings=len(library.recordings()), fits_waiting=waiting, fits_running=running,
+                  recordings=len(library.recordings()), workers=request.app.state.heartbeats.alive(),
+                  fits_waiting=waiting, fits_running=running,
                   studies_waiting=studies_waiting, studies_running=studies_running)

@@ -1,13 +1,15 @@
 """Likelihood of recordings under candidate distributions of the inputs."""
 
 import math
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
 from fastapi import APIRouter, Body, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, field_validator
 
 from service.bodies import JsonRoute
+from service.computations import ClientDependency, computes
 from service.problem_details import error_responses
 from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from service.schemas import (
@@ -85,6 +87,14 @@ class LikelihoodRequest(StrictModel):
     seed: Seed = 1
     per_condition: bool = Field(default=True, description="Whether to return the contribution of each condition.")
 
+    @field_validator("lines", "samples")
+    @classmethod
+    def _power_of_two(cls, count: int) -> int:
+        # Checked for every method: a number that the method ignores is a mistake as well.
+        if count & (count - 1):
+            raise ValueError(f"{count} is not a power of two, such as {1 << count.bit_length()}")
+        return count
+
 
 class CandidateLikelihood(BaseModel):
     """The likelihood of the recordings under one candidate."""
@@ -119,9 +129,10 @@ _EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False
 
 
 @router.post("", summary="Compute the likelihood of recordings", response_model=LikelihoodResponse,
-             responses=error_responses(404, 408, 413, 415))
+             responses=error_responses(404, 408, 413, 415, 503))
+@computes
 def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
-               settings: SettingsDependency) -> Response:
+               settings: SettingsDependency, client: ClientDependency) -> Response:
     """Compute the log10 likelihood of the measured shifting times under each candidate (eq. 7 of the paper).
 
     The probability density of a measured time is the expectation, over the inputs, of a normal density centred at the
@@ -132,6 +143,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))
+    problem = replace(problem, model=client.watched(problem.model))
     log10_densities, errors = _log10_densities(body, problem, candidates)
     normals = standard_normals(len(table.axes), SAMPLES, body.seed)
     return json_response({

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Body, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
+from service.computations import ClientDependency, computes
 from service.problem_details import error_responses
 from service.schemas import (
     AxisUnit,
@@ -155,9 +156,10 @@ _NO_EXPANSION = "The model has no shifting time at one or more nodes of the expa
 
 
 @router.post("", summary="Propagate uncertain inputs", response_model=PropagateResponse,
-             responses=error_responses(404, 408, 413, 415))
+             responses=error_responses(404, 408, 413, 415, 503))
+@computes
 def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
-              settings: SettingsDependency) -> Response:
+              settings: SettingsDependency, client: ClientDependency) -> Response:
     """Compute the distribution of each shifting time by polynomial chaos expansion (section III.A of the paper).
 
     Mean, standard deviation and Sobol indices follow from the coefficients of the expansion; quantiles and densities
@@ -166,12 +168,13 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     table = open_table(library, body.table, body.bench)
     inputs = body.inputs.inputs(table)
     selected, conditions = select_conditions(table, body.conditions)
-    adapted = _expand(body, inputs, table_model(selected, body.outside), selected, settings)
+    adapted = _expand(body, inputs, client.watched(table_model(selected, body.outside)), selected, settings)
     expansion = adapted.expansion
     basis = expansion.basis
     per_condition = 3 + 2 * inputs.dimension + len(body.quantiles) + 2 * body.density_points
     require_size((per_condition + body.coefficients * len(basis.degrees)) * len(conditions), settings.answer_values,
                  "values in the response", "Select conditions, or request fewer quantiles, density points or terms")
+    client.require()
     output = Output(expansion, body.output_std, body.samples, body.seed)
     normals = standard_normals(inputs.dimension, body.samples, body.seed)
     return json_response({

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
+from service.computations import computes
 from service.problem_details import Conflict, error_responses
 from service.routes.tables import Condition, CurrentProfile, list_conditions, list_profiles
 from service.schemas import SIMULATED, Digest, LibraryDependency
@@ -99,9 +100,10 @@ def describe_recordings(name: RecordingsNamePath, library: LibraryDependency) ->
 
 
 @router.post("", summary="Upload recordings", status_code=201, openapi_extra=_UPLOAD_BODY,
-             responses=error_responses(408, 409, 413, 415) | {200: {
+             responses=error_responses(408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name",
                  "model": RecordingsDescription}})
+@computes
 def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, bytes], Depends(_upload_body)],
                       library: LibraryDependency, response: Response,
                       bench: RecordingsBench = None) -> RecordingsDescription:
@@ -114,14 +116,15 @@ def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, byt
     upload of different content under an existing name is rejected with 409.
     """
     form, content = upload
-    response.headers["Location"] = f"/v1/recordings/{name}"
     try:
-        return describe(name, library.add_recordings(name, content, form, bench))
+        description = describe(name, library.add_recordings(name, content, form, bench))
+        response.headers["Location"] = f"/v1/recordings/{name}"
+        return description
     except FileExistsError:
         if name in library.recordings():
             existing = library.recording(name)
             if existing.digest == library.read_recordings(content, form, bench).digest:
-                response.status_code = 200
+                response.status_code, response.headers["Location"] = 200, f"/v1/recordings/{name}"
                 return describe(name, existing)
         raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
 

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.bodies import JsonRoute
+from service.computations import computes
 from service.job_store import JobStore
 from service.jobs import finished_job, input_of, output_of
 from service.pictures import (
@@ -41,6 +42,7 @@ OtherFitQuery = Annotated[str | None, Query(
 
 @router.get("/report", summary="Get the report of a fit", response_class=HTMLResponse, response_model=None,
             responses=error_responses(404, 409, 503) | HTML_RESPONSE)
+@computes
 def fit_report(id: FitId, store: FitStore, library: LibraryDependency, beside: OtherFitQuery = None) -> HTMLResponse:
     """Return the report of a finished fit as a single HTML page that needs no network access.
 
@@ -54,6 +56,7 @@ def fit_report(id: FitId, store: FitStore, library: LibraryDependency, beside: O
 
 
 @router.get("/pictures", summary="List the pictures of a fit", responses=error_responses(404, 409, 503))
+@computes
 def fit_pictures(id: FitId, store: FitStore) -> PictureList:
     """Return the available pictures of a finished fit, with titles and captions."""
     return picture_list(_specs(store, id), CAPTIONS, f"{store.address}/{id}/pictures")
@@ -61,6 +64,7 @@ def fit_pictures(id: FitId, store: FitStore) -> PictureList:
 
 @router.get("/pictures/{name}", summary="Get a picture of a fit", response_model=None,
             responses=error_responses(404, 409, 503) | PICTURE_RESPONSE)
+@computes
 def fit_picture(id: FitId, name: PictureName, store: FitStore, request: Request,
                 format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""

@@ -8,9 +8,13 @@ from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
+from service.computations import computes
 from service.job_store import JobInput, JobStore
 from service.jobs import (
+    Limit,
+    Offset,
     bench_input,
+    delete,
     finished_job,
     idempotency_key_header,
     input_of,
@@ -42,6 +46,7 @@ _EXAMPLE = {"recordings": "measured", "settings": {"level": 0.9, "seed": 1}}
 
 
 @router.post("", summary="Submit a study", status_code=202, responses=error_responses(404, 408, 409, 413, 415, 503))
+@computes
 def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
                  store: StudyStore, response: Response, key: IdempotencyKey = None) -> StudyWithProgress:
     """Submit a study, which finds and measures physical effects that the recordings show and the model lacks.
@@ -59,8 +64,7 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
 
 @router.get("", summary="List the studies", responses=error_responses(503))
 def list_studies(store: StudyStore,
-                 limit: Annotated[int, Query(ge=1, le=1000, description="Maximum number of studies to return.")] = 50,
-                 offset: Annotated[int, Query(ge=0, description="Number of newest studies to skip.")] = 0) -> StudyList:
+                 limit: Limit = 50, offset: Offset = 0) -> StudyList:
     """Return the studies, newest first, without their progress and results."""
     return StudyList(studies=[without_progress(store, study) for study in store.newest(limit, offset)])
 
@@ -102,6 +106,12 @@ def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
     return _with_progress(store, store.find(id))
 
 
+@router.delete("/{id}", summary="Delete a study", status_code=204, responses=error_responses(404, 409, 503))
+def delete_study(id: StudyId, store: StudyStore) -> None:
+    """Delete a study with its result; 409 while it is queued or running. Its id can then be used again."""
+    delete(store, id)
+
+
 def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
     recordings = library.recording(body.recordings)
@@ -120,5 +130,5 @@ def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
 
 def _with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
     progress = store.progress(study.workflow_id)
-    return StudyWithProgress(**vars(without_progress(store, study)),
+    return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study),
                              progress=None if progress is None else StudyProgress(**progress))

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.bodies import JsonRoute
+from service.computations import computes
 from service.job_store import JobStore
 from service.jobs import finished_job, output_of
 from service.pictures import (
@@ -33,6 +34,7 @@ PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error 
 
 @router.get("/report", summary="Get the report of a study", response_class=HTMLResponse, response_model=None,
             responses=error_responses(404, 409, 503) | HTML_RESPONSE)
+@computes
 def study_report(id: StudyId, store: StudyStore, fits: StudyFits) -> HTMLResponse:
     """Return the report of a finished study as a single HTML page that needs no network access.
 
@@ -46,6 +48,7 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits) -> HTMLRespons
 
 
 @router.get("/pictures", summary="List the pictures of a study", responses=error_responses(404, 409, 503))
+@computes
 def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits) -> PictureList:
     """Return the available pictures of a finished study, with titles and captions.
 
@@ -57,6 +60,7 @@ def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits) -> PictureLi
 
 @router.get("/pictures/{name}", summary="Get a picture of a study", response_model=None,
             responses=error_responses(404, 409, 503) | PICTURE_RESPONSE)
+@computes
 def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: StudyFits, request: Request,
                   format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""

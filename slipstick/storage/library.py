@@ -4,7 +4,7 @@ import os
 import re
 import secrets
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -14,12 +14,23 @@ import numpy as np
 
 from slipstick.bench import Bench, Physics
 from slipstick.bench.reader import read
-from slipstick.errors import BadBench, BadRecording, InvalidValue, UnknownName
+from slipstick.errors import (
+    BadBench,
+    BadRecording,
+    BadTable,
+    InvalidValue,
+    LimitExceeded,
+    SlipstickError,
+    UnknownName,
+)
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.table import Table
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+_OTHER_LINES = 1000
+"""Lines of a CSV file that may be remarks."""
+_FEWER_ENGAGEMENTS = "Split the file, or let the administrator increase SLIPSTICK_ENGAGEMENTS"
 _Version = tuple[Path, int, int]
 """Path, modification time in ns and size in bytes: a rebuilt file is a new version."""
 
@@ -29,6 +40,10 @@ class Library:
     """Benches (.toml), tables and recordings (.h5) in `folder`; a file is opened again only if it has changed."""
 
     folder: Path
+    most_bytes: int | None = None
+    """Maximum size of all files in the folder together, in bytes, once a file is added."""
+    most_engagements: int | None = None
+    """Maximum number of engagements of added recordings."""
 
     def benches(self) -> list[str]:
         """Names of the bench files, sorted."""
@@ -38,7 +53,8 @@ class Library:
         """Open and check the bench `name`; raises `UnknownName` and `BadBench`."""
         if name not in (known := self.benches()):
             raise UnknownName.of("bench", name, known)
-        return _open_bench(_version(self.folder / f"{name}.toml"))
+        with _readable(self.folder / f"{name}.toml", BadBench) as version:
+            return _open_bench(version)
 
     def bench_of_model(self, physics: Physics) -> str:
         """Name of the bench whose physics this is, that of a model; raises `UnknownName`."""
@@ -56,29 +72,32 @@ class Library:
 
     def tables(self) -> list[str]:
         """Names of the tables, sorted."""
-        return sorted(path.stem for path in self._files() if _is_table(_version(path)))
+        return sorted(path.stem for path in self._files() if _holds_table(path))
 
     def recordings(self) -> list[str]:
         """Names of the recordings, sorted."""
-        return sorted(path.stem for path in self._files() if not _is_table(_version(path)))
+        return sorted(path.stem for path in self._files() if not _holds_table(path))
 
     def table(self, name: str) -> Table:
         """Open and verify the table `name`; raises `UnknownName` and what `Table.open` raises."""
         if name not in (known := self.tables()):
             raise UnknownName.of("table", name, known)
-        return _open_table(_version(self.folder / f"{name}.h5"))
+        with _readable(self.folder / f"{name}.h5", BadTable) as version:
+            return _open_table(version)
 
     def recording(self, name: str) -> Recordings:
         """Open and check the recordings `name`; raises `UnknownName` and what `Recordings.open` raises."""
         if name not in (known := self.recordings()):
             raise UnknownName.of("recordings file", name, known)
-        return _open_recordings(_version(self.folder / f"{name}.h5"))
+        with _readable(self.folder / f"{name}.h5", BadRecording) as version:
+            return _open_recordings(version)
 
     def add_bench(self, name: str, content: bytes) -> Bench:
         """Check the bytes of a bench file and store them atomically as `name`.
 
-        Raises `BadBench`, `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
+        Raises `BadBench`, `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
         """
+        _require_name(name)
         bench = read(content, f"{name}.toml")
         self._store(name, content, "toml")
         return bench
@@ -86,10 +105,17 @@ class Library:
     def add_recordings(self, name: str, content: bytes, form: Form, bench: str | None = None) -> Recordings:
         """Check the bytes of a recordings file and store them atomically as `name`, a CSV as HDF5.
 
-        A CSV numbers the current profiles of the `bench`. Raises `BadRecording`, `UnknownName`, `InvalidValue` if the
-        name is invalid, and `FileExistsError` if it is taken.
+        A CSV numbers the current profiles of the `bench`. Raises `BadRecording`, `UnknownName`, `LimitExceeded`,
+        `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
         """
+        _require_name(name)
+        if form == "csv" and self.most_engagements is not None:
+            lines = content.count(b"\n")  # counted first, because reading millions of rows takes minutes
+            if lines > self.most_engagements + _OTHER_LINES:
+                raise LimitExceeded(f"The file has {lines:,} lines; the limit is {self.most_engagements:,} engagements",
+                                    _FEWER_ENGAGEMENTS)
         checked = self.read_recordings(content, form, bench)
+        self._require_engagements(len(checked))
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
         return checked
 
@@ -97,12 +123,39 @@ class Library:
         """Check the bytes of a recordings file; raises `BadRecording`, `UnknownName`."""
         return Recordings.read(content, form, profiles=None if bench is None else self.bench(bench).profiles)
 
+    def remove_table(self, name: str) -> None:
+        """Delete the file of the table `name`, valid or not; raises `UnknownName`."""
+        self._remove("table", name, self.tables())
+
+    def remove_recordings(self, name: str) -> None:
+        """Delete the file of the recordings `name`, valid or not; raises `UnknownName`."""
+        self._remove("recordings file", name, self.recordings())
+
+    def _remove(self, kind: str, name: str, known: list[str]) -> None:
+        if name not in known:
+            raise UnknownName.of(kind, name, known)
+        (self.folder / f"{name}.h5").unlink(missing_ok=True)
+
+    def _require_engagements(self, count: int) -> None:
+        if self.most_engagements is not None and count > self.most_engagements:
+            raise LimitExceeded(f"The recordings have {count:,} engagements; the limit is {self.most_engagements:,}",
+                                _FEWER_ENGAGEMENTS)
+
+    def _require_space(self, size: int) -> None:
+        if self.most_bytes is None:
+            return
+        stored = 0
+        for path in (*self._files(), *self._files(".toml")):
+            with suppress(OSError):  # deleted in the meantime
+                stored += path.lstat().st_size
+        if stored + size > self.most_bytes:
+            raise LimitExceeded(f"The folder holds {stored:,} bytes, and {size:,} more exceed its {self.most_bytes:,}",
+                                "Delete tables or recordings, or let the administrator increase SLIPSTICK_FOLDER_BYTES")
+
     def _store(self, name: str, content: bytes, form: str) -> None:
-        if not _NAME.fullmatch(name):
-            raise InvalidValue(f"'{name[:100]}' is not a valid file name",
-                               "Use up to 64 letters, digits, - and _, starting with a letter or digit")
         if any(path.stem == name for path in self._files(f".{form}")):
             raise FileExistsError(name)
+        self._require_space(len(content))
         staged = self.folder / f".{name}-{secrets.token_hex(8)}.{form}"
         try:
             with replacing(staged) as temporary:
@@ -129,9 +182,34 @@ class Library:
         return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
 
 
+def _require_name(name: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise InvalidValue(f"'{name[:100]}' is not a valid file name",
+                           "Use up to 64 letters, digits, - and _, starting with a letter or digit")
+
+
 def _version(path: Path) -> _Version:
     status = path.stat()
     return path, status.st_mtime_ns, status.st_size
+
+
+@contextmanager
+def _readable(path: Path, error: type[SlipstickError]) -> Iterator[_Version]:
+    """Yield the version of a file; raises `error` if it is no regular file or vanishes meanwhile."""
+    try:
+        if path.is_file():  # opening a pipe would wait for ever
+            yield _version(path)
+            return
+    except FileNotFoundError:
+        pass
+    raise error(f"'{path.name}' is not a file, or a link whose target is missing", "Restore the file, or delete it")
+
+
+def _holds_table(path: Path) -> bool:
+    try:
+        return not path.is_file() or _is_table(_version(path))  # opening it as a table reports what is wrong
+    except FileNotFoundError:
+        return True
 
 
 @lru_cache(maxsize=1024)

@@ -138,7 +138,9 @@ class Inputs:
         if not np.all(np.isfinite(self.mean)):
             raise InvalidValue("A mean is not finite", "Give finite numbers")
         if self.std is not None and np.any(self.std < 0):
-            raise InvalidValue("A std is negative", "Give a std of 0 or more")
+            index = int(np.argmax(self.std < 0))
+            raise InvalidValue(f"The std of input {index} is {self.std[index]:g}, which is negative",
+                               "Give a std of 0 or more; inputs are numbered from 0")
         if len(self.families) != d:
             raise InvalidValue(f"There are {len(self.families)} families for {d} inputs",
                                "Give one family per input, or none")

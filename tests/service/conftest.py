@@ -10,10 +10,9 @@ from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from dbos import DBOSClient
 
-from service.app import create_app
+from service.server import make_server
 from service.settings import Settings
 from slipstick.storage.library import Library
 from slipstick.table import Table
@@ -27,15 +26,17 @@ ServingJobs = Callable[[Path, StoredJobs], AbstractContextManager[httpx.Client]]
 @contextmanager
 def _serving(settings: Settings) -> Iterator[str]:
     """Serve on a free port of the loopback interface; yield the address."""
-    server = uvicorn.Server(uvicorn.Config(create_app(settings), port=0, log_level="warning"))
+    server = make_server(settings.model_copy(update={"port": 0}), log_level="warning")
     thread = threading.Thread(target=server.run)
     thread.start()
     while not server.started:
         assert thread.is_alive()
         time.sleep(0.01)
-    yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
-    server.should_exit = True
-    thread.join()
+    try:
+        yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join()
 
 
 @contextmanager
@@ -43,7 +44,7 @@ def _serving_jobs(tables: Path, stored_jobs: StoredJobs) -> Iterator[httpx.Clien
     """Serve the folder `tables` with a job store that contains the given jobs; yield a client."""
     jobs = {id: SimpleNamespace(
         workflow_id=id, status="SUCCESS" if output else "PENDING", input={"args": [job_input]}, output=output,
-        error=None, created_at=1_790_000_000_000, completed_at=None, executor_id="worker-1")
+        error=None, created_at=1_790_000_000_000, dequeued_at=None, completed_at=None, executor_id="worker-1")
         for id, (job_input, output) in stored_jobs.items()}
 
     def list_workflows(_: DBOSClient, *, workflow_ids: list[str], name: str) -> list[SimpleNamespace]:

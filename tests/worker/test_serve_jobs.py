@@ -210,6 +210,33 @@ def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench
     assert found["problem"] == "The table 'changing' changed after the fit was submitted. Submit the fit again."
 
 
+def test_a_dead_workers_job_is_taken_over_within_ten_seconds(bench: Bench) -> None:
+    def workers() -> int:
+        return int(bench.client.get("/v1/health").json()["workers"])
+
+    bench.submit("taken-over", **ENDLESS)
+    bench.follow("taken-over", in_stage("search", 1))
+    assert workers() == 1
+    second = bench.launch("worker", "serve-jobs", "--name", "worker-2", **bench.environment)
+    deadline = time.monotonic() + 60
+    while workers() < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    assert "'worker-1'" in bench.client.get("/v1/fits/taken-over").json()["note"]
+    bench.kill(bench.worker)
+    killed = time.monotonic()
+    before = bench.follow("taken-over", lambda found: True)["progress"]["generation"]
+    bench.follow("taken-over", lambda found: found["status"] == "running" and "'worker-2'" in found["note"]
+                 and found["progress"]["generation"] > before, seconds=20)
+    assert time.monotonic() < killed + 10
+    assert workers() == 1
+    bench.client.post("/v1/fits/taken-over/cancel")
+    bench.kill(second)
+    while workers():
+        assert time.monotonic() < killed + 30
+        time.sleep(0.1)
+
+
 def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:
     bench.submit("endless", **ENDLESS)
     before = bench.follow("endless", in_stage("search", 1))

@@ -1,0 +1,76 @@
+"""Requests that compute: only a few at once, so that reading and the health check always find a thread."""
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Annotated, TypeVar
+
+import numpy as np
+from fastapi import Depends, Request
+
+from service.problem_details import Busy, TooSlow
+from slipstick.bench import Conditions
+from slipstick.uncertainty.likelihood import ShiftingTimeModel
+
+_Endpoint = TypeVar("_Endpoint", bound=Callable[..., object])
+
+
+def computes(endpoint: _Endpoint) -> _Endpoint:
+    """Mark an endpoint whose requests take a place among the computations."""
+    endpoint.computes = True  # type: ignore[attr-defined]
+    return endpoint
+
+
+class Computations:
+    """At most `most` computations at once, and at most `most_waiting` requests that wait for one to end."""
+
+    def __init__(self, most: int, most_waiting: int, seconds: float) -> None:
+        self.places, self.most_waiting, self.seconds = asyncio.Semaphore(most), most_waiting, seconds
+        self.waiting = 0
+
+    @asynccontextmanager
+    async def place(self) -> AsyncIterator[None]:
+        """Wait for a place and hold it; raises `Busy` if too many wait already, or after `seconds` s."""
+        if self.places.locked() and self.waiting >= self.most_waiting:
+            raise Busy(f"{self.waiting} requests are waiting for a computation to end")
+        self.waiting += 1
+        try:
+            await asyncio.wait_for(self.places.acquire(), self.seconds)
+        except TimeoutError:
+            raise Busy(f"No computation ended within {self.seconds:g} s") from None
+        finally:
+            self.waiting -= 1
+        try:
+            yield
+        finally:
+            self.places.release()
+
+
+@dataclass(frozen=True, eq=False)
+class Client:
+    """The client of a request, which may close the connection before the response."""
+
+    gone: threading.Event
+
+    def require(self) -> None:
+        """Raise `TooSlow` if the client has closed the connection: nobody would read the result."""
+        if self.gone.is_set():
+            raise TooSlow("The client closed the connection before the result was computed", "Send the request again")
+
+    def watched(self, model: ShiftingTimeModel) -> ShiftingTimeModel:
+        """The model, which stops the computation at its next evaluation after the client is gone."""
+        def evaluate(points: np.ndarray, conditions: Conditions, /) -> np.ndarray:
+            self.require()
+            return model(points, conditions)
+
+        return evaluate
+
+
+def _client(request: Request) -> Client:
+    client: Client = request.state.client
+    return client
+
+
+ClientDependency = Annotated[Client, Depends(_client)]

@@ -1,0 +1,34 @@
+"""The HTTP server of the service: uvicorn with the connections of protocol.py, and an end that clients cannot delay."""
+
+import functools
+import os
+import threading
+from types import FrameType
+
+import uvicorn
+
+from service.app import create_app
+from service.protocol import Connection
+from service.settings import Settings
+
+_GRACE_SECONDS, _LAST_SECONDS = 3, 4.0
+
+
+class Server(uvicorn.Server):
+    """A server that ends within 4 s of SIGTERM or SIGINT, whatever its clients and computations do."""
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Finish requests for 3 s; then abandon the rest. Files and jobs are written atomically."""
+        timer = threading.Timer(_LAST_SECONDS, os._exit, (0,))  # a computing thread would delay the end of the process
+        timer.daemon = True
+        timer.start()
+        super().handle_exit(sig, frame)
+
+
+def make_server(settings: Settings, log_level: str = "info") -> Server:
+    """Return a server of the application at the address in the settings; port 0 takes any free port."""
+    connection = functools.partial(Connection, seconds=settings.body_seconds)
+    # Without WebSockets, a request to upgrade to one is answered like any other.
+    return Server(uvicorn.Config(create_app(settings), host=settings.host, port=settings.port, ws="none",
+                                 http=connection, log_level=log_level,  # type: ignore[arg-type]
+                                 timeout_graceful_shutdown=_GRACE_SECONDS))

@@ -1,0 +1,110 @@
+"""Files of the service: one that is broken concerns itself alone, limits hold, and what a job uses is not deleted."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from test_problems import problem
+
+from service.settings import Settings
+from slipstick.errors import BadBench, BadRecording, BadTable, LimitExceeded
+from slipstick.storage import library as library_module
+from slipstick.storage.library import Library
+from tests.benches import TABLES
+
+CSV = {"Content-Type": "text/csv"}
+HEADER = "current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]\n"
+ROW = "0,104.7197551,6,20,0.9\n"
+
+
+@pytest.fixture
+def folder(shelf: Path, tmp_path: Path) -> Path:
+    shutil.copytree(shelf, tmp_path / "tables")
+    return tmp_path / "tables"
+
+
+@pytest.fixture
+def client(folder: Path, serving) -> Iterator[httpx.Client]:
+    settings = Settings(tables=folder, jobs=f"sqlite:///{folder.parent}/jobs.sqlite", engagements=300,
+                        folder_bytes=sum(path.stat().st_size for path in folder.iterdir()) + 100_000)
+    with serving(settings) as address, httpx.Client(base_url=address, timeout=30) as client:
+        yield client
+
+
+def test_a_broken_file_concerns_itself_alone(client: httpx.Client, folder: Path) -> None:
+    for form in ("h5", "toml"):
+        (folder / f"dangling.{form}").symlink_to("nowhere")
+        (folder / f"folder.{form}").mkdir()
+        os.mkfifo(folder / f"pipe.{form}")
+    for kind, good in (("tables", "nominal"), ("benches", "heavy")):
+        entries = {entry["name"]: entry["problem"] for entry in client.get(f"/v1/{kind}").json()[kind]}
+        assert entries.pop(good) is None
+        assert sorted(entries) == ["dangling", "folder", "pipe"]
+        assert all("is not a file" in reason for reason in entries.values())
+        assert client.get(f"/v1/{kind}/{good}").is_success
+        assert "is not a file" in client.get(f"/v1/{kind}/dangling").json()["detail"]
+    assert client.get("/v1/health").is_success
+    assert client.post("/v1/evaluate", json={"points": [[1.0, 1.0]]}).is_success
+    assert client.delete("/v1/tables/dangling").status_code == 204
+    assert not os.path.lexists(folder / "dangling.h5")
+
+
+def test_a_file_that_vanishes_is_an_error_of_that_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library = Library(folder)
+    names = [(library.table, "nominal", BadTable), (library.recording, "measured", BadRecording),
+             (library.bench, "heavy", BadBench)]
+    for opened, name, _ in names:
+        opened(name)
+    for kind, listed in (("tables", ["nominal"]), ("recordings", ["measured"]), ("benches", ["heavy"])):
+        monkeypatch.setattr(Library, kind, lambda _, listed=listed: listed)
+    for path in folder.iterdir():
+        path.unlink()
+    monkeypatch.setattr(Path, "is_file", lambda _: True)  # it vanishes after this check
+    for opened, name, error in names:
+        with pytest.raises(error, match="is not a file"):
+            opened(name)
+    assert library_module._holds_table(folder / "nominal.h5")
+
+
+def test_recordings_have_a_limited_number_of_rows(client: httpx.Client, folder: Path,
+                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    def upload(name: str, rows: int) -> httpx.Response:
+        return client.post(f"/v1/recordings?name={name}&bench=heavy", content="# remark\n" + HEADER + ROW * rows,
+                           headers=CSV)
+
+    assert "301 engagements; the limit is 300" in problem(upload("long", 301), 413)["detail"]
+    assert upload("fits", 300).status_code == 201
+    monkeypatch.setattr(Library, "read_recordings", lambda *_: 1 / 0)  # read before its lines are counted
+    assert "1,302 lines; the limit is 300" in problem(upload("longer", 1300), 413)["detail"]
+    assert upload("counted", 1000).status_code == 500
+    monkeypatch.undo()
+    with pytest.raises(LimitExceeded, match="216 engagements; the limit is 215"):
+        Library(folder, most_engagements=215).add_recordings("h", (folder / "measured.h5").read_bytes(), "h5")
+    assert not (folder / "h.h5").exists()
+
+
+def test_the_folder_has_a_quota(client: httpx.Client, folder: Path) -> None:
+    bench = (TABLES / "compact.toml").read_text()
+    full = client.post("/v1/benches?name=large", content=bench + "#" * 100_000,
+                       headers={"Content-Type": "application/toml"})
+    assert "SLIPSTICK_FOLDER_BYTES" in problem(full, 413)["remedy"]
+    assert not (folder / "large.toml").exists()
+    assert client.post("/v1/benches?name=small", content=bench,
+                       headers={"Content-Type": "application/toml"}).status_code == 201
+
+
+def test_what_a_job_uses_is_not_deleted(client: httpx.Client, folder: Path) -> None:
+    job = client.post("/v1/fits", json={}).json()["links"]
+    for path in ("/v1/tables/nominal", "/v1/recordings/measured"):
+        assert job["self"] in problem(client.delete(path), 409)["detail"]
+        assert client.get(path).is_success
+    client.post(job["cancel"])
+    for path in ("/v1/tables/nominal", "/v1/recordings/measured"):
+        deleted = client.delete(path)
+        assert (deleted.status_code, deleted.content) == (204, b"")
+        problem(client.delete(path), 404)
+    assert sorted(path.name for path in folder.iterdir()) == ["heavy.toml"]
+    problem(client.delete("/v1/tables/..%2fjobs"), 404)
