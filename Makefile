@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: help setup demo demo-stop test lint picture bench study-blind clean
+.PHONY: help setup demo demo-stop test test-slow lint picture bench study-blind clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -30,8 +30,11 @@ demo: setup ## build tables, calibrate, fit, and study the shipped recordings; l
 demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop
 
-test: lint ## ruff, mypy and all tests (at most six minutes on two cores)
+test: lint ## ruff, mypy and the tests (at most six minutes on two cores)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
+
+test-slow: setup ## the tests that `make test` leaves out (minutes)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow --numprocesses auto --durations=10
 
 lint: setup ## ruff and mypy only
 	@$(BIN)/ruff check .

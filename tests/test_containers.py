@@ -90,6 +90,7 @@ class Containers:
             process.wait()
 
 
+@pytest.mark.slow
 def test_the_same_commands_run_a_fit_on_one_volume(tmp_path: Path) -> None:
     services, containers = COMPOSE["services"], Containers(tmp_path)
     health = services["service"]["healthcheck"]["test"]

@@ -99,6 +99,7 @@ def test_every_route_and_every_error_status_is_documented(tmp_path: Path) -> Non
     assert errors | anywhere == {status for status, _ in rows("rest.md", "Error responses")}
 
 
+@pytest.mark.slow
 def test_the_example_of_the_walkthrough_works(tmp_path: Path) -> None:
     # According to the walkthrough one new file is enough: add it to a copy and run the tests there.
     text = (DOCS / "add_an_effect.md").read_text()

@@ -36,6 +36,7 @@ def test_the_number_of_data_sets_distinguishes_the_nominal_coverage_from_half_of
     assert binom.sf(LEAST_COVERED - 1, count, coverage.LEVEL / 2) < 0.05  # half the coverage passes unnoticed
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_truth_at_their_nominal_rate() -> None:
     """Each unknown and identified combination by its count, and all data sets together by Wilks' chi-square."""
     decades = np.array([drops(seed) for seed in INTERVAL_SEEDS])
@@ -48,6 +49,7 @@ def test_intervals_cover_the_truth_at_their_nominal_rate() -> None:
     assert np.all((low < sums) & (sums < high)), sums
 
 
+@pytest.mark.slow
 def test_predictions_are_calibrated_and_those_of_a_wrong_family_are_not() -> None:
     right, wrong = (np.array([levels(seed) for seed in PREDICTION_SEEDS])
                     for levels in (coverage.normal_levels, coverage.beta_levels))

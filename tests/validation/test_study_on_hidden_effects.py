@@ -6,6 +6,7 @@ test_naming_on_hidden_effects.py has more of naming alone, and `make study-blind
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hidden import EFFECTS, Case, write
 
 from slipstick.clutch.model import Model
@@ -23,6 +24,7 @@ def studied(folder: Path, seed: int, *hidden: str) -> StudyResult:
     return conclude(settings, HEAVY, recordings, examine(settings, HEAVY, recordings))[0]
 
 
+@pytest.mark.slow
 def test_friction_that_falls_with_slip_is_found_and_closes_the_gap_and_another_effect_does_not(tmp_path: Path) -> None:
     result = studied(tmp_path, 41, "friction_falls_with_slip")
     assert (result.kind, result.effects) == ("effect", ["stribeck_friction"])
@@ -44,6 +46,7 @@ def test_nothing_is_found_in_recordings_without_an_effect(tmp_path: Path) -> Non
     assert result.before.model == result.after.model
 
 
+@pytest.mark.slow
 def test_what_no_effect_explains_is_in_the_extended_model_as_its_measured_law(tmp_path: Path) -> None:
     result = studied(tmp_path, 43, "pump_loads_input")
     finding, = result.findings

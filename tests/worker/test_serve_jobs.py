@@ -138,6 +138,7 @@ def uninterrupted(shelf: Path) -> dict[str, Any]:
     return fit.summary(settings, problem, state, estimate)
 
 
+@pytest.mark.slow
 def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(bench: Bench, shelf: Path) -> None:
     bench.submit("killed", **SETTINGS)
     bench.follow("killed", in_stage("search", 3))
@@ -210,6 +211,7 @@ def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench
     assert found["problem"] == "The table 'changing' changed after the fit was submitted. Submit the fit again."
 
 
+@pytest.mark.slow
 def test_a_dead_workers_job_is_taken_over_within_ten_seconds(bench: Bench) -> None:
     def workers() -> int:
         return int(bench.client.get("/v1/health").json()["workers"])

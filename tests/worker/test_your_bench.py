@@ -18,6 +18,7 @@ from slipstick.bench import Bench
 from slipstick.table import Table
 from tests.benches import COMPACT, TABLES
 
+pytestmark = pytest.mark.slow
 PAGE = (Path(__file__).parents[2] / "docs" / "your_bench.md").read_text()
 COMMANDS = "".join(re.findall(r"```sh\n(.*?)```", PAGE.split("## 7.")[0], re.DOTALL))
 """Those after section 7 are executed by test_your_files.py."""

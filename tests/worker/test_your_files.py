@@ -16,6 +16,7 @@ from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import TABLES
 
+pytestmark = pytest.mark.slow
 PAGE = (Path(__file__).parents[2] / "docs" / "your_bench.md").read_text().split("## 7.")[1]
 COMMANDS = "".join(re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL))
 FEW = np.linspace(0, 89, 24).astype(int)  # as many engagements as a study needs

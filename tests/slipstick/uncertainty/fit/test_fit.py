@@ -75,6 +75,7 @@ def test_a_search_is_bit_identical_for_any_number_of_threads() -> None:
     assert digests[0] == digests[1]
 
 
+@pytest.mark.slow
 def test_agrees_with_differential_evolution(problem: InferenceProblem) -> None:
     """Within 5 decades before the refinement, with a third of the evaluations, and as good after the refinement."""
     generations = 25
@@ -155,6 +156,7 @@ def remarks(settings: FitSettings, problem: InferenceProblem) -> dict[str, tuple
     return {remark["unknown"]: (remark["cause"], remark["remedy"]) for remark in result["remarks"]}
 
 
+@pytest.mark.slow
 def test_a_mean_at_the_edge_of_the_table_gives_a_remark(
         problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.2, 1.0], [0.03, 0.03]), 0.004))
@@ -274,6 +276,7 @@ def test_intervals_contain_the_truth_and_are_open_for_an_input_without_influence
     assert (entry["lower"], entry["upper"]) == (None, None)
 
 
+@pytest.mark.slow
 def test_families_correlation_and_the_classic_grid(problem: InferenceProblem) -> None:
     short = replace(QUICK, generations=6)
     for settings in (replace(short, families=("gamma", "beta")), replace(short, correlated=True),
@@ -286,6 +289,7 @@ def test_families_correlation_and_the_classic_grid(problem: InferenceProblem) ->
     assert state["generation"] == 9  # one block for each choice of the means
 
 
+@pytest.mark.slow
 def test_seven_inputs(truth: Candidate) -> None:
     """Seven inputs of a linear model, without a tensor grid, refined on local expansions."""
     random = np.random.default_rng(7)
