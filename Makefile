@@ -30,7 +30,8 @@ demo: setup ## build tables, calibrate, fit, and study the shipped recordings; l
 demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop
 
-test: lint ## ruff, mypy and the tests (at most six minutes on two cores)
+test: setup ## ruff, mypy and the tests (at most six minutes on two cores)
+	@$(BIN)/python -m tests.compiled & $(MAKE) --no-print-directory lint && wait
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
 test-slow: setup ## the tests that `make test` leaves out (minutes)

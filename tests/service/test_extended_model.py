@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import pytest
 
 from worker.__main__ import main
 
 QUICK = {"population": 8, "generations": 2, "intervals": False}
 
 
+@pytest.mark.slow
 def test_the_extended_model_is_built_fitted_and_reported(
         quick_service: tuple[Path, httpx.Client], tmp_path: Path) -> None:
     tables, client = quick_service

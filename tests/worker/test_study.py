@@ -22,6 +22,7 @@ from worker.__main__ import main
 from worker.study_text import study_text
 
 
+@pytest.mark.slow
 def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recordings, model, table = few_recordings / "few.h5", tmp_path / "new" / "model.json", tmp_path / "extended.h5"
