@@ -46,6 +46,7 @@ def test_the_coefficient_is_the_true_one_within_its_error(fits: Callable) -> Non
     assert max(left.values()) < 1.3
 
 
+@pytest.mark.slow
 def test_a_measured_law_does_as_well_as_the_formula(fits: Callable) -> None:  # type: ignore[type-arg]
     before, after = fits("law")
     assert after.values[0] == pytest.approx(1.0, abs=0.05)
@@ -54,6 +55,7 @@ def test_a_measured_law_does_as_well_as_the_formula(fits: Callable) -> None:  # 
     assert gains[1] > 0.8 * gains[0]
 
 
+@pytest.mark.slow
 def test_a_fit_is_never_below_the_one_that_is_nested_in_it(fits: Callable) -> None:  # type: ignore[type-arg]
     for which in ("drag", "law", "both"):
         before, after = fits(which)
