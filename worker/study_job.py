@@ -1,6 +1,4 @@
-"""A study as a durable workflow: killed at any moment, it resumes after its last step.
-
-The result is the same but for rounding.
+"""A study as a durable workflow: killed at any moment, it resumes after its last step and gives the same result.
 
 It has two steps, `examine` and `conclude` of `slipstick.study`, and each takes some seconds to a minute.
 """

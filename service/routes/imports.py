@@ -9,11 +9,11 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
-from service.problem_details import Conflict, error_responses
-from service.routes.recordings import RecordingsDescription, describe
+from service.computations import computes
+from service.problem_details import error_responses
+from service.routes.recordings import RecordingsDescription, store
 from service.schemas import LibraryDependency
 from slipstick.acquisition.archive import MAPPING, import_archive
-from slipstick.recordings import Recordings
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
 
@@ -83,8 +83,9 @@ async def _archive(request: Request) -> bytes:
 
 
 @router.post("/import", summary="Import files of a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
-             responses=error_responses(404, 408, 409, 413, 415) | {200: {
+             responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name", "model": ImportDescription}})
+@computes
 def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[bytes, Depends(_archive)],
                       library: LibraryDependency, response: Response) -> ImportDescription:
     """Make recordings of the files of a data-acquisition system and store them.
@@ -97,15 +98,8 @@ def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[b
     """
     library.bench(bench)  # refuses an unknown bench before the archive is read
     content, report = import_archive(archive, library.folder / f"{bench}.toml")
-    response.headers["Location"] = f"/v1/recordings/{name}"
-    try:
-        stored = library.add_recordings(name, content, "h5")
-    except FileExistsError:
-        if name not in library.recordings() or \
-                library.recording(name).digest != Recordings.read(content, "h5").digest:
-            raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
-        stored, response.status_code = library.recording(name), 200
     return ImportDescription(
-        recordings=describe(name, stored), engagements=list(report.engagements), computed=report.computed,
+        recordings=store(library, response, name, content, "h5"), engagements=list(report.engagements),
+        computed=report.computed,
         set_aside=[SetAsideEngagement(engagement=one.label, reason=one.reason) for one in report.set_aside],
         remarks=list(report.remarks), doubts=list(report.doubts), open_questions=list(report.open_questions))

@@ -116,17 +116,24 @@ def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, byt
     upload of different content under an existing name is rejected with 409.
     """
     form, content = upload
+    return store(library, response, name, content, form, bench)
+
+
+def store(library: Library, response: Response, name: str, content: bytes, form: Form,
+          bench: str | None = None) -> RecordingsDescription:
+    """Store recordings and set the Location of the response; its status is 200 if the same ones have this name already.
+
+    Raises `Conflict` if other ones have it.
+    """
     try:
-        description = describe(name, library.add_recordings(name, content, form, bench))
-        response.headers["Location"] = f"/v1/recordings/{name}"
-        return description
+        stored = library.add_recordings(name, content, form, bench)
     except FileExistsError:
-        if name in library.recordings():
-            existing = library.recording(name)
-            if existing.digest == library.read_recordings(content, form, bench).digest:
-                response.status_code, response.headers["Location"] = 200, f"/v1/recordings/{name}"
-                return describe(name, existing)
-        raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
+        if name not in library.recordings() or \
+                library.recording(name).digest != library.read_recordings(content, form, bench).digest:
+            raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
+        stored, response.status_code = library.recording(name), 200
+    response.headers["Location"] = f"/v1/recordings/{name}"
+    return describe(name, stored)
 
 
 def describe(name: str, recordings: Recordings) -> RecordingsDescription:

@@ -63,6 +63,13 @@ def unknown_channel(source: str, name: str, known: Iterable[str]) -> BadRecordin
     return BadRecording(f"{source} has no channel '{name}'", f"{hint} Correct the mapping, or leave the file out")
 
 
+def unreadable(source: str, form: str, error: Exception,
+               remedy: str = "Export it again, or leave it out") -> BadRecording:
+    """The error about a damaged file, with the reason that the library of its `form` gives."""
+    reason = " ".join(str(error).split())[:200] or type(error).__name__
+    return BadRecording(f"{source} cannot be read as {form} ({reason})", remedy)
+
+
 def split_unit(heading: str) -> tuple[str, str]:
     """Name and unit of a heading such as `n_mot [rpm]` or `n_mot (rpm)`; the unit is "" where there is none."""
     parts = _UNIT.fullmatch(heading.strip())

@@ -26,8 +26,7 @@ def compare(recordings: Recordings, bench: Bench) -> Comparison | None:
     if recordings.signals is None:
         return None
     row = int(np.argsort(recordings.measured_time, kind="stable")[len(recordings) // 2])
-    response = signals(Model(bench.physics), recordings.conditions.take([row]), recordings.signals.time, (),
-                       np.empty((1, 0)))
+    response = signals(Model(bench.physics), recordings.conditions.take([row]), recordings.signals.time)
     lock = float(response.shifting_time[0, 0])
     return Comparison(row, {name: getattr(response, name)[0, 0] for name in SIGNAL_UNITS},
                       lock if np.isfinite(lock) else None, bench.physics.nominal[parameters.index("gear_ratio")])

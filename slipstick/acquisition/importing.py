@@ -29,7 +29,7 @@ def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench,
     row, if a file does not have what is mapped or no engagement remains.
     """
     rows = read_plan(plan, mapping.plan) if plan is not None and mapping.plan is not None else {}
-    mapping, remarks = _stated(mapping, bench)
+    remarks = _require_conditions(mapping, bench)
     numbers = Numbers(mapping, rows, (bench.profiles[0], bench.profiles[1]))
     gear_ratio = bench.physics.nominal[parameters.index("gear_ratio")]
     horizon = mapping.end if mapping.end is not None else float(bench.profiles[0][:, -1].max())
@@ -47,8 +47,11 @@ def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench,
     return _of_engagements(found, mapping, bench, remarks)
 
 
-def _stated(mapping: ChannelMap, bench: Bench) -> tuple[ChannelMap, list[str]]:
-    """Check that the mapping has the conditions of the bench; a single current profile need not be named."""
+def _require_conditions(mapping: ChannelMap, bench: Bench) -> list[str]:
+    """Remarks on the conditions of the mapping; raises `BadRecording` unless it has those of the bench.
+
+    A single current profile need not be named.
+    """
     wanted = [*CONDITION_UNITS, *(INPUT_UNITS if bench.physics.converter is None else ())]
     remarks: list[str] = []
     if len(bench.profiles[0]) == 1 and "current_profile" not in mapping.conditions:
@@ -64,7 +67,7 @@ def _stated(mapping: ChannelMap, bench: Bench) -> tuple[ChannelMap, list[str]]:
         if name in INPUT_UNITS and name not in wanted:
             raise BadRecording(f"{mapping.name}, conditions.{name}: the bench has a torque converter, which gives it",
                                "Leave it out")
-    return mapping, remarks
+    return remarks
 
 
 def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench,

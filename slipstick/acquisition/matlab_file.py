@@ -11,8 +11,7 @@ import h5py
 import numpy as np
 from scipy.io import loadmat
 
-from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel
-from slipstick.errors import BadRecording
+from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel, unreadable
 
 _MOST_COLUMNS = 1000
 
@@ -26,9 +25,7 @@ class MatlabFile:
         try:
             self._vectors = dict(_of_hdf5(file) if is_hdf5 else _of_scipy(file))
         except Exception as error:  # scipy and h5py raise errors of many kinds on damaged files
-            reason = " ".join(str(error).split())[:200] or type(error).__name__
-            raise BadRecording(f"{name} cannot be read as a MATLAB file ({reason})",
-                               "Save it again in MATLAB, or leave it out") from error
+            raise unreadable(name, "a MATLAB file", error, "Save it again in MATLAB, or leave it out") from error
 
     def listed(self) -> tuple[Listed, ...]:
         """The vectors of more than one number; the files state no units."""

@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel
+from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel, unreadable
 from slipstick.errors import BadRecording
 
 _UNFINISHED = b"UnFinMF "
@@ -37,7 +37,7 @@ class MdfFile:
             self._mdf: Any = asammdf.MDF(cast(Any, file))
         except Exception as error:  # asammdf raises its own, struct, key and value errors on damaged files
             _close_half_open(error)
-            raise self._damaged(error) from None
+            raise unreadable(self.name, "MDF", error) from None
         self.remarks: tuple[str, ...] = (f"MDF {self._mdf.version}",)
 
     def listed(self) -> tuple[Listed, ...]:
@@ -56,7 +56,7 @@ class MdfFile:
         try:
             read = self._mdf.get(group=group, index=index)
         except Exception as error:
-            raise self._damaged(error) from error
+            raise unreadable(self.name, "MDF", error) from error
         values = np.asarray(read.samples)
         if values.ndim != 1 or values.dtype.kind not in "fiub":
             raise BadRecording(f"The channel '{name}' of {self.name} has values of the type {values.dtype}",
@@ -81,10 +81,6 @@ class MdfFile:
         channel = self._mdf.groups[group].channels[index]
         unit = getattr(channel, "unit", "") or getattr(channel.conversion, "unit", "")
         return str(unit.decode("latin-1") if isinstance(unit, bytes) else unit or "").strip("\0 ")
-
-    def _damaged(self, error: Exception) -> BadRecording:
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
-        return BadRecording(f"{self.name} cannot be read as MDF ({reason})", "Export it again, or leave it out")
 
 
 def _close_half_open(error: Exception) -> None:

@@ -7,7 +7,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from slipstick.acquisition.channel import LARGEST, Channel, Listed, split_unit, unknown_channel
+from slipstick.acquisition.channel import LARGEST, Channel, Listed, split_unit, unknown_channel, unreadable
 from slipstick.errors import BadRecording
 
 
@@ -28,7 +28,7 @@ class ParquetFile:
             self._columns = {split_unit(field.name)[0]: (field.name, _unit(field))
                              for field in self._file.schema_arrow if _is_number(field.type)}
         except Exception as error:  # pyarrow raises errors of its own, OSError and ValueError
-            raise self._damaged(error) from error
+            raise unreadable(self.name, "Parquet", error) from error
         if self._rows > LARGEST:
             raise BadRecording(f"{name} has {self._rows:,} rows, more than {LARGEST:,}", "Split the file")
 
@@ -44,15 +44,11 @@ class ParquetFile:
         try:
             values = self._file.read(columns=[column]).column(0).to_numpy()
         except Exception as error:
-            raise self._damaged(error) from error
+            raise unreadable(self.name, "Parquet", error) from error
         if values.dtype.kind in "mM":
             start = values[0] if values.dtype.kind == "M" else np.timedelta64(0, "ns")
             values = (values - start) / np.timedelta64(1, "s")
         return Channel(name, unit, values.astype(float))
-
-    def _damaged(self, error: Exception) -> BadRecording:
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
-        return BadRecording(f"{self.name} cannot be read as Parquet ({reason})", "Export it again, or leave it out")
 
 
 def _unit(field: Any) -> str:
