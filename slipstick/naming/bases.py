@@ -86,6 +86,16 @@ def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
     raise KeyError(on)
 
 
+def delayed(signal: np.ndarray, late: float) -> np.ndarray:
+    """A signal (n, k) that is `late` samples, linear between two samples; constant before the first, after the last."""
+    if late == 0:
+        return signal
+    at = np.clip(np.arange(signal.shape[1]) - late, 0, signal.shape[1] - 1)
+    first = np.minimum(at.astype(int), signal.shape[1] - 2)
+    share = at - first
+    return np.asarray(signal[:, first] * (1 - share) + signal[:, first + 1] * share)
+
+
 def late(signal: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Change (n, k) of the reading of a signal (n, k) for each second by which its clock is late."""
     change = np.zeros_like(signal)

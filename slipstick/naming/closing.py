@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slipstick.naming.block import Pair
+from slipstick.naming.block import Laws, Pair
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.piston import ClutchBlock
@@ -15,26 +15,48 @@ PISTON: tuple[Pair, ...] = (
     ("piston rate", "pressure"), ("piston rate", "piston rate"), ("piston rate", "piston position"),
     ("piston rate", "direction"), ("chamber pressure", "input speed"), ("output torque sensor", "lag"),
     ("contact pressure", "lag"))
-_SHARES = (0.15, 0.6)
-"""Shares of the linear estimate of a law from which its fits begin, beside none of it: the torque of the closing plates
-is so far from linear in the piston that a whole step hardly ever succeeds."""
+_SHARES, _NOMINAL_SHARES = (0.0, 0.15, 0.6), (0.0, 0.6)
+"""Shares of the linear estimate of a law from which its fits begin, with the means of the fit without it and with
+nominal ones: the torque of the closing plates is so far from linear in the piston that a whole step hardly ever
+succeeds, and without a strong law the means may be far from their values."""
+_RESTARTS, _RISE = 4, 1.0  # of a fit from its own means, and the nats that one must gain for another one
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
 _MISFIT = 1.5  # reduced chi-square of an engagement from which its piston is searched again
 _MOST = 2
 
 
-def settled(block: ClutchBlock, points: np.ndarray, laws: tuple[Pair, ...] = (),
+def settled(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: tuple[Pair, ...] = (),
             coefficients: dict[Pair, np.ndarray] | None = None) -> CurvedFit:
-    """The best fit from `points` (n, q), and from what a search finds for the engagements that do not fit."""
+    """The best fit from `points` (n, q) and `shared` values, from searches where it fails, and from its own means."""
     known = coefficients or {}
-    held = [(law, known[law]) for law in laws]
-    best = fit_curved(block, laws, points=retimed(block, points, held), coefficients=known, iterations=8)
+    found = retimed(block, points, shared, [(law, known[law]) for law in laws])
+    best = fit_curved(block, laws, points=found, coefficients=known, shared=shared, iterations=8)
     rows = best.chi2 > max(_MISFIT, 2 * float(np.median(best.chi2)))
     if rows.any():
-        found = relocated(block, best.points, best.held, rows)
-        again = fit_curved(block, laws, points=found, coefficients=best.coefficients, iterations=8)
-        best = max(best, again, key=lambda one: float(one.evidence.sum()))
+        found = relocated(block, best.points, best.shared, best.held, rows)
+        again = fit_curved(block, laws, points=found, coefficients=best.coefficients, shared=best.shared, iterations=8)
+        best = max(best, again, key=evidence_of)
+    for _ in range(_RESTARTS):
+        again = from_common(block, best.mean, best.shared, best.held, iterations=8)
+        if not evidence_of(again) > evidence_of(best) + _RISE:
+            break
+        best = again
     return best
+
+
+def from_common(block: ClutchBlock, means: np.ndarray, shared: np.ndarray, held: Laws, iterations: int) -> CurvedFit:
+    """A fit with the laws `held` that begins where all engagements have the parameters `means` (q,).
+
+    Points that a fit without a law has scattered to explain what it cannot do not come back by steps of their own.
+    """
+    points = np.tile(means, (len(block.measured), 1))
+    return fit_curved(block, [law for law, _ in held], points=retimed(block, points, shared, held),
+                      coefficients=dict(held), shared=shared, iterations=iterations)
+
+
+def evidence_of(fit: CurvedFit) -> float:
+    """Evidence of all engagements in nats."""
+    return float(fit.evidence.sum())
 
 
 def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, least: float = 0.0,
@@ -46,8 +68,10 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
         enough = [one for one in tried if is_enough(one[0], settings)]
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
-            points = retimed(block, enough[0][2].points, now.held)
-            again = fit_curved(block, now.laws, points=points, coefficients=now.coefficients, iterations=12)
+            other = enough[0][2]
+            points = retimed(block, other.points, other.shared, now.held)
+            again = max(fit_curved(block, now.laws, points=points, coefficients=now.coefficients, shared=other.shared),
+                        from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
                 tried = _tried(block, now, settings)
@@ -84,10 +108,10 @@ def _fitted(block: ClutchBlock, now: CurvedFit, missing: bool) -> dict[Pair, Cur
     for one in promising:
         laws = (*now.laws, one.pair)
         starts = [fit_curved(block, laws, start=now, iterations=3)]
-        for share in _SHARES:
-            held = [*now.held, (one.pair, share * one.law)]
-            points = retimed(block, now.points, held)
-            starts.append(fit_curved(block, laws, points=points, coefficients=dict(held), iterations=3))
-        best = max(starts, key=lambda tried: float(tried.evidence.sum()))
-        found[one.pair] = fit_curved(block, laws, start=best, iterations=10)
+        for means, shares in ((now.mean, _SHARES), (np.zeros_like(now.mean), _NOMINAL_SHARES)):
+            held = [[*now.held, (one.pair, share * one.law)] for share in shares]
+            starts += [from_common(block, means, now.shared, its, iterations=3) for its in held]
+        best = fit_curved(block, laws, start=max(starts, key=evidence_of), iterations=10)
+        again = from_common(block, best.mean, best.shared, best.held, iterations=10)
+        found[one.pair] = max(best, again, key=evidence_of)
     return found

@@ -31,10 +31,13 @@ class OnsetBlock(ClutchBlock):
     name = "onset"
 
     def __init__(self, scene: Scene, pressure: np.ndarray, after: float = _AFTER,
-                 contact: np.ndarray | None = None) -> None:
-        """`contact` (n, k) in s is the time in contact, from an earlier fit: the window then ends after it begins."""
+                 contact: np.ndarray | None = None, laws: Laws = ()) -> None:
+        """`contact` (n, k) in s is the time in contact, from an earlier fit: the window then ends after it begins.
+
+        `laws` are those that the block will have: an offset that is among them is not taken off as well.
+        """
         super().__init__(scene, pressure)
-        self.measured = self.measured - self._zero()
+        self.measured = self.measured - self._zero([(pair, c) for pair, c in laws if pair[0] == "output torque sensor"])
         first = self._onset()
         if contact is not None:
             first = np.maximum(first, np.where(contact[:, -1] > 0, np.argmax(contact > 0, axis=1), 0))
@@ -43,10 +46,10 @@ class OnsetBlock(ClutchBlock):
         # Wider in friction: it is that of the onset alone, and a law may change it by more than runs scatter.
         self.widest = np.concatenate([[0.6], self.widest[1:]])
 
-    def _zero(self) -> float:
-        """What the sensor reads too much before the plates close, in N m: an offset is not their friction."""
+    def _zero(self, errors: Laws) -> float:
+        """What the sensor reads too much before the plates close, in N m, beside its `errors`: that is not friction."""
         quiet = self.scene.time < _QUIET
-        film = self.base(np.zeros((len(self.measured), len(self.random))))
+        film = self.base(np.zeros((len(self.measured), len(self.random))), errors)
         return float(np.median((self.measured - film)[:, quiet]))
 
     def _onset(self) -> np.ndarray:

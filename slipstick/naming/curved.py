@@ -10,14 +10,13 @@ J are the whitened slopes of f in beta: J'J stands for the second derivatives, a
 formula is exact where f is linear. At a beta that is far from the most probable one the first two terms are large, so
 that a fit that is stuck in a local minimum loses to one that is not.
 
-An iteration estimates mean and variance by expectation-maximisation with the beta_i held, solves the linear mixed
-model about the beta_i (Lindstrom and Bates, Biometrics 46, 673, 1990), and goes a share of the way to its solution:
-first the common share that lowers the first two terms most, summed over the engagements, then for each engagement the
-share that lowers its own terms most. Where no common share lowers them, because the points that suit a law lie on no
-straight way, the points are solved for at some shares of the common values. No step at all is among the choices, so
-that a step never lowers the joint likelihood of the data and the beta_i at the variances for which it was made. Two
-things are not in it: the priors of mean and c, and the determinant, which changes with J and the variances. The
-evidence of an iteration can therefore be below that of the one before, and the best one is returned.
+An iteration estimates mean and variance by expectation-maximisation with the beta_i held, and solves the linear mixed
+model about the beta_i (Lindstrom and Bates, Biometrics 46, 673, 1990) with what engagements share damped as by
+Marquardt (J. Soc. Ind. Appl. Math. 11, 431, 1963): the further c may go, the further the beta_i that suit it lie on no
+straight way. Each engagement goes that share of its way, none included, which suits the new c best. A step that does
+not lower the first two terms and the priors is taken again with more damping, so that none lowers the joint likelihood
+of the data, the beta_i and c at the variances for which it was made. The determinant is not in it, which changes with J
+and the variances: the evidence of an iteration can be below that of the one before, and the best one is returned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,14 +27,14 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.fit import BlockFit, gram_of, predict
-from slipstick.naming.grams import Fitted, Gram, estimate
+from slipstick.naming.grams import REACH, Gram, estimate, marginalise, solve
 
-_SHARES = (1.0, 0.5, 0.2, 0.05, 0.0)
-"""Of the way to the solution of the linear model; the last is no step."""
+_OWN_DAMPINGS = (0.0, 0.1, 1.0, 10.0, 100.0)
+"""Dampings of the step of an engagement, relative to the diagonal of its second derivatives; none is tried as well."""
 
-_STUCK, _SOLVED, _SOLVED_AT = 0.05, 2, (1.0, 0.3)
-"""Share of a step from which on it is as good as none, and the Gauss-Newton steps of the points alone that then follow,
-at these shares of the common values."""
+_DAMPING, _LEAST_DAMPING, _FACTOR, _TRIALS = 1e-3, 1e-5, 10.0, 5
+"""Damping to begin with, relative to the information about each common value, and at least; the factor by which it
+falls after a step that succeeds and rises after one that does not; and the trials of a step, up to a damping of 10."""
 
 _LEAST = 1e-4**2
 """Smallest variance of a parameter, relative to nominal squared: far below what recordings tell, and not singular."""
@@ -43,10 +42,7 @@ _LEAST = 1e-4**2
 _LONGEST = 0.25
 """Longest step of a parameter of an engagement, relative to nominal: the linear model does not hold further away."""
 
-_MOST = 0.9
-"""Share of the engagements whose steps are not cut: a few far ones shall not hold back the others."""
-
-_LOWEST, _HIGHEST = -0.9, 2.0
+LOWEST, HIGHEST = -0.9, 2.0
 """Bounds of the parameters of an engagement, relative to nominal: none changes its sign, or is more than tripled."""
 
 _FIRST_SCATTER, _OTHER_SCATTER = 0.01, 0.03
@@ -95,11 +91,10 @@ class _Values:
     def laws(self) -> list[tuple[Pair, np.ndarray]]:
         return list(self.coefficients.items())
 
-    def toward(self, aim: "_Values", own: float | np.ndarray, common: float) -> "_Values":
-        """A share of the way to `aim`: `own`, one or (n, 1), of the points, and `common` of what engagements share."""
-        coefficients = {pair: now + common * (aim.coefficients[pair] - now) for pair, now in self.laws}
-        return _Values(self.points + own * (aim.points - self.points), self.mean + common * (aim.mean - self.mean),
-                       self.shared + common * (aim.shared - self.shared), coefficients)
+    @property
+    def common(self) -> np.ndarray:
+        """All that engagements share (q + p + m,): means, shared values, and coefficients."""
+        return np.concatenate([self.mean, self.shared, *self.coefficients.values()])
 
 
 def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit | None = None, iterations: int = 12,
@@ -122,7 +117,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         shared = np.zeros(len(block.fixed)) if shared is None else shared
         values = _Values(points, points.mean(axis=0), shared, begun)
         variance = np.array([_FIRST_SCATTER, *[_OTHER_SCATTER] * (q - 1)]) ** 2
-    noise, last, best = block.noise(values.points), np.inf, None
+    noise, last, damping, best = block.noise(values.points), np.inf, _DAMPING, None
     for iteration in range(iterations + 1):
         predicted, gram = _linearised(block, values, noise)
         information = gram.products[:, :q, :q]
@@ -132,24 +127,23 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         squares = _squares(block, predicted, noise)
         cost = squares + _scatter(values, variance)
         logdet = np.linalg.slogdet(np.eye(q) + information * variance)[1]
-        common = np.concatenate([values.mean, values.shared, *values.coefficients.values()])
-        prior = (common**2 * gram.precision).sum()
+        prior = _prior(values, gram)
         evidence = -0.5 * (cost + logdet + prior / n)
-        fitted = estimate(gram, variance, fixed=True)
         if best is None or evidence.sum() > best.evidence.sum():
-            best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients, fitted, predicted,
-                             noise, values.mean, variance, evidence, squares)
+            best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients,
+                             estimate(gram, variance, fixed=True), predicted, noise, values.mean, variance, evidence,
+                             squares)
         if iteration == iterations or (iteration > 1 and abs(evidence.sum() - last) < _SETTLED):
             break
         last = evidence.sum()
-        values = _stepped(block, values, _aim(values, fitted), variance, noise, cost)
+        values, damping = _stepped(block, values, gram, variance, noise, float(cost.sum() + prior), damping)
     assert best is not None
     return best
 
 
 def _predicted(block: SearchedBlock, values: _Values) -> np.ndarray:
     """The prediction (n, k)."""
-    found = predict(block, values.points, values.shared, values.laws)  
+    found = predict(block, values.points, values.shared, values.laws)
     return np.asarray(found)
 
 
@@ -163,7 +157,7 @@ def _linearised(block: SearchedBlock, values: _Values, noise: BlockNoise) -> tup
     for (_, law), columns in zip(laws, free, strict=True):
         z = z + law @ columns
     extra = sum(len(law) for _, law in laws)
-    gram: Gram = gram_of(block, [own, fixed, *free], z, noise, extra)  
+    gram: Gram = gram_of(block, [own, fixed, *free], z, noise, extra)
     return predicted, gram
 
 
@@ -173,11 +167,11 @@ def _spread(points: np.ndarray, information: np.ndarray, precision: np.ndarray, 
 
     Expectation-maximisation from `variance` on: the expected squares are those of the points about their mean, and
     the variances of the points themselves, which the inverse of `information` (n, q, q) + 1 / variance holds.
-    `precision` (q,) is that of the prior of the mean about 0.
+    `precision` (q,) is that of the prior of the mean about 0, from which the mean is as far as `solve` lets it.
     """
-    mean = np.zeros_like(variance)
+    mean, reach = np.zeros_like(variance), REACH / np.sqrt(np.maximum(precision, 1e-300))
     for _ in range(_SPREADINGS):
-        mean = (points / variance).sum(axis=0) / (len(points) / variance + precision)
+        mean = np.clip((points / variance).sum(axis=0) / (len(points) / variance + precision), -reach, reach)
         posterior = np.linalg.inv(information + np.diag(1 / variance))
         expected = ((points - mean) ** 2 + np.einsum("nqq->nq", posterior)).mean(axis=0)
         renewed = np.clip(expected, _LEAST, widest**2)
@@ -199,61 +193,47 @@ def _scatter(values: _Values, variance: np.ndarray) -> np.ndarray:
     return np.asarray(((values.points - values.mean) ** 2 / variance).sum(axis=1))
 
 
-def _aim(values: _Values, fitted: Fitted) -> _Values:
-    """The solution of the linear mixed model, with points no further from `values` than the model can be trusted."""
-    q, p = values.points.shape[1], len(values.shared)
-    mean, shared, rest = np.split(fitted.coefficients, [q, q + p])
-    change = np.clip(mean + fitted.each, _LOWEST, _HIGHEST) - values.points
+def _prior(values: _Values, gram: Gram) -> float:
+    """Sum of squares of what engagements share, in standard deviations of its priors."""
+    return float((values.common**2 * gram.precision).sum())
+
+
+def _damped(values: _Values, gram: Gram, variance: np.ndarray, damping: float) -> np.ndarray:
+    """What engagements share (q + p + m,) in the linear mixed model, damped about its present values."""
+    marginal, _, _ = marginalise(gram, variance)
+    hold = np.zeros_like(marginal[:1])  # as an engagement that says: as now
+    information = damping * np.einsum("npp->p", marginal[:, :-1, :-1])
+    hold[0, :-1, :-1] = np.diag(information)
+    hold[0, :-1, -1] = information * values.common
+    return solve(gram, np.concatenate([marginal, hold]))[0]
+
+
+def _followed(values: _Values, gram: Gram, variance: np.ndarray, common: np.ndarray) -> list[_Values]:
+    """Values with this `common` part (q + p + m,), and with the points of each damping."""
+    q, p = gram.random, len(values.shared)
+    mean, shared, rest = np.split(common, [q, q + p])
     ends = np.cumsum([len(law) for _, law in values.laws])
     coefficients = dict(zip(values.coefficients, np.split(rest, ends[:-1]), strict=True)) if len(ends) else {}
-    # Points that are cut while a law is not would no longer suit it: the whole step is shortened, for most engagements.
-    longest = float(np.quantile(np.abs(change).max(axis=1), _MOST))
-    aim = _Values(values.points + change, mean, shared, coefficients)
-    share = min(1.0, _LONGEST / max(longest, 1e-12))
-    aim = values.toward(aim, share, share)
-    change = np.clip(aim.points - values.points, -_LONGEST, _LONGEST)
-    return _Values(values.points + change, aim.mean, aim.shared, aim.coefficients)
+    own, others = gram.products[:, :q, :q], gram.products[:, :q, q:-1] @ common[q:]
+    slope = gram.products[:, :q, -1] - others - (own @ values.points[..., None])[..., 0]
+    slope = slope - (values.points - mean) / variance
+    curvature = own + np.diag(1 / variance)
+    found = [_Values(values.points, mean, shared, coefficients)]
+    for damping in _OWN_DAMPINGS:
+        change = np.linalg.solve(curvature * (1 + damping * np.eye(q)), slope[..., None])[..., 0]
+        points = np.clip(values.points + np.clip(change, -_LONGEST, _LONGEST), LOWEST, HIGHEST)
+        found.append(replace(found[0], points=points))
+    return found
 
 
-def _stepped(block: SearchedBlock, values: _Values, aim: _Values, variance: np.ndarray, noise: BlockNoise,
-             cost: np.ndarray) -> _Values:
-    """Go toward `aim`: the best common share, then the best of each engagement; `cost` (n,) is that of no step."""
-    def cost_at(own: float, common: float) -> np.ndarray:
-        there = values.toward(aim, own, common)
-        return np.asarray(_squares(block, _predicted(block, there), noise) + _scatter(there, variance))
-
-    together = [*(cost_at(share, share) for share in _SHARES[:-1]), cost]
-    best = int(np.argmin([one.sum() for one in together]))
-    common = _SHARES[best]
-    if common <= _STUCK and len(values.coefficients):
-        # Points on a straight way do not suit what is in common, which is far from linear: they are solved for.
-        for share in _SOLVED_AT:
-            found, its = _profiled(block, values.toward(aim, share, share), variance, noise)
-            if its.sum() < together[best].sum():
-                return found
-    apart = [together[best] if share == common else cost_at(share, common) for share in _SHARES]
-    own = np.array(_SHARES)[np.argmin(apart, axis=0)]
-    return values.toward(aim, own[:, None], common)
-
-
-def _profiled(block: SearchedBlock, values: _Values, variance: np.ndarray,
-              noise: BlockNoise) -> tuple[_Values, np.ndarray]:
-    """The points of each engagement solved for at what all have in common, by Gauss-Newton steps, and the cost (n,)."""
-    q = values.points.shape[1]
-    cost = _squares(block, _predicted(block, values), noise) + _scatter(values, variance)
-    for _ in range(_SOLVED):
-        predicted = _predicted(block, values)
-        own, _ = block.columns(values.points, values.laws, predicted)
-        white = whitened(np.concatenate([own, (block.measured - predicted)[:, None]], axis=1), block.counted, noise)
-        products = white @ white.transpose(0, 2, 1)
-        pull = products[:, :q, q] - (values.points - values.mean) / variance
-        change = np.linalg.solve(products[:, :q, :q] + np.diag(1 / variance), pull[..., None])[..., 0]
-        aim = np.clip(values.points + np.clip(change, -_LONGEST, _LONGEST), _LOWEST, _HIGHEST)
-        moved, apart = [values.points + share * (aim - values.points) for share in _SHARES], []
-        for points in moved[:-1]:
-            there = replace(values, points=points)
-            apart.append(_squares(block, _predicted(block, there), noise) + _scatter(there, variance))
-        best = np.argmin([*apart, cost], axis=0)
-        cost = np.min([*apart, cost], axis=0)
-        values = replace(values, points=np.stack(moved)[best, np.arange(len(best))])
-    return values, cost
+def _stepped(block: SearchedBlock, values: _Values, gram: Gram, variance: np.ndarray, noise: BlockNoise,
+             cost: float, damping: float) -> tuple[_Values, float]:
+    """A step that lowers the `cost`, and the damping of the next one; the same values where none was found."""
+    for _ in range(_TRIALS):
+        moved = _followed(values, gram, variance, _damped(values, gram, variance, damping))
+        each = [_squares(block, _predicted(block, one), noise) + _scatter(one, variance) for one in moved]
+        if np.min(each, axis=0).sum() + _prior(moved[0], gram) < cost:
+            points = np.stack([one.points for one in moved])[np.argmin(each, axis=0), np.arange(len(values.points))]
+            return replace(moved[0], points=points), max(damping / _FACTOR, _LEAST_DAMPING)
+        damping = max(damping * _FACTOR, _DAMPING)
+    return values, damping

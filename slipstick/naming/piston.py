@@ -23,6 +23,8 @@ _SUB = 2
 """Steps of Heun's method in a sample."""
 _STEP, _LAW_STEP = 1e-4, 1e-3
 """Steps of the finite differences with respect to parameters and to coefficients of laws."""
+_CLOCK_STEP = 1e-5
+"""Step in s of the finite difference with respect to the clock."""
 _FULL = 1 - 1e-9
 """Share of the contact position from which on the plates are in full contact."""
 _EMPTY = np.zeros(0)
@@ -47,6 +49,8 @@ class ClutchBlock:
         self.slip = np.maximum(scene.smooth["input_speed"] / scene.gear - scene.smooth["output_speed"], 0.0)
         self.counted = scene.slipping
         self.in_contact = np.zeros(pressure.shape)
+        self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
+        self._set(0.0)
         self.end = last_of(self.counted)
         self.fixed_std = np.array([scene.step])
         self.widest = np.array([0.1, 0.2, 0.4, 0.3, 0.05, 0.05, 0.05])
@@ -54,10 +58,22 @@ class ClutchBlock:
         self._nominal = scene.base[[parameters.index(name) for name in NAMES]]
         self._own = [NAMES.index(name) for name in OWN]
         self._known: tuple[Loading, dict[Pair, PistonLaw]] = self._loading(), {}
-        self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
+
+    def at(self, shared: np.ndarray) -> None:
+        """Set the clock, `shared` (1,) in s: the sensor reads the torque that much later, and `base` contains it.
+
+        The inputs are delayed, and not the torque, whose rise has corners between two samples.
+        """
+        if float(shared[0]) != self.clock:
+            self._set(float(shared[0]))
+
+    def _set(self, clock: float) -> None:
+        self.clock, self._sums = clock, None
+        late = clock / self.scene.step
+        self._inputs = tuple(bases.delayed(one, late) for one in (self.pressure, self.change, self.slip))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """Torque (n, k) in N m at `points` (n, q), 0 after the samples that are counted."""
+        """Torque (n, k) in N m as the sensor reads it, at `points` (n, q); 0 after the samples that are counted."""
         return self._closed(points, laws, self.end)[0]
 
     def predicted_beyond(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -76,13 +92,16 @@ class ClutchBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in N m (n, q, k) with the parameters, and (n, p, k) in N m/s with the clock."""
-        steps = _STEP * np.eye(points.shape[1])
-        own = [(self.base(points + step, laws) - self.base(points - step, laws)) / (2 * _STEP) for step in steps]
+        own = [(self.base(points + step, laws) - predicted) / _STEP for step in _STEP * np.eye(points.shape[1])]
         return np.stack(own, axis=1), self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Change (n, 1, k) in N m/s with the clock."""
-        return bases.late(predicted, self.scene.time)[:, None]
+        clock = self.clock
+        self._set(clock + _CLOCK_STEP)
+        later = self.base(points, laws)
+        self._set(clock)
+        return np.asarray(((later - predicted) / _CLOCK_STEP)[:, None])
 
     def pairs(self) -> list[Pair]:
         """Laws of friction, film, piston, pressure in the chamber, and the torque sensor."""
@@ -142,7 +161,8 @@ class ClutchBlock:
             elif law.kind == "reading":
                 readings.append((pair[1], c))
         torque, position = np.zeros(self.pressure.shape), np.zeros(self.pressure.shape)
-        close(self.scene.step, _SUB, end, self.pressure, self.change, self.slip, values,
+        pressure, change, slip = self._inputs
+        close(self.scene.step, _SUB, self.clock, end, pressure, change, slip, values,
               added["chamber"], added["gain"], added["clearance"], added["friction"], added["film"],
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
@@ -159,7 +179,8 @@ class ClutchBlock:
             found = dict.fromkeys(ADDED, np.zeros(self.pressure.shape))
             for law, c in its:
                 found[law.kind] = found[law.kind] + c @ law.basis
-            self._sums = key, found
+            late = self.clock / self.scene.step
+            self._sums = key, {kind: bases.delayed(one, late) for kind, one in found.items()}
         return self._sums[1]
 
 

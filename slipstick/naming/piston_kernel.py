@@ -30,22 +30,24 @@ def _table(x, at, value):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy", parallel=True)
-def close(step, sub, end, pressure, change, slip, p, chamber, gain_change, clearance,  # type: ignore[no-untyped-def]
+def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change, clearance,  # type: ignore[no-untyped-def]
           friction_change, film_change, rate_extra, rate_at, rate_value, place_at, place_value, drag, torque, position):
     """Fill `torque` (n, k) in N m and `position` (n, k) in m up to the samples `end` (n,); both stay 0 beyond.
 
     `pressure` in bar, its derivative `change` in bar/s and the `slip` in rad/s behind the gear are (n, k); `p` (n, 13)
     has the parameters `NAMES`. What laws add is (n, k): pressure in the `chamber` in bar, relative changes of piston
     gain, friction and film torque, the `clearance` in m and `rate_extra` in m/s; or a table of the rate and of the
-    position (`place`) at some points; or the `drag` in m/s. A sample has `sub` steps.
+    position (`place`) at some points; or the `drag` in m/s. A sample has `sub` steps. A signal at a sample is that of
+    `late` s before: the piston leaves its initial position, which it has at the command, that much later.
     """
     for i in prange(len(p)):
         a, b, d = p[i, 0] / p[i, 2], p[i, 1] / p[i, 2], p[i, 3] / p[i, 2]
         bias, gain, contact = p[i, 4], p[i, 5], p[i, 6]
         x = p[i, 7]
         width = p[i, 12] * contact
-        h = step / sub
         for t in range(end[i]):
+            # From the command on; where signals are read early, the first step has what lies before it.
+            h = min(max((t + 1) * step - late, 0.0), step if t > 0 else 2 * step) / sub
             z = min(contact, max(0.0, gain * (1 + gain_change[i, t]) * x - clearance[i, t]))
             position[i, t] = z
             s = min(1.0, max(0.0, 1.0 - (contact - z) / width))

@@ -119,9 +119,16 @@ def _between(pair: Pair, given: Loading) -> PistonLaw:
     scene, (quantity, on) = given.scene, pair
     absolute = quantity == "clearance"
     size = scene.value("contact_position") if absolute else 1.0
-    between = bases.between(scene.constant_in_run(on))
+    if quantity == "film torque":
+        # A data sheet knows the film coefficient, and no more than the first runs can have it while the oil warms up.
+        runs = scene.constant_in_run(on)
+        knots = bases.between_knots(runs)
+        between, values = bases.hats(runs, knots)[:, 1:], over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant")
+    else:
+        between = bases.between(scene.constant_in_run(on))
+        values = over_runs(pair, scene, size, relative=not absolute)
     basis = between[:, :, None] * np.full(given.pressure.shape, size)[:, None]
-    return PistonLaw.signal(_KINDS[quantity], basis, over_runs(pair, scene, size, relative=not absolute))
+    return PistonLaw.signal(_KINDS[quantity], basis, values)
 
 
 def _friction(pair: Pair, given: Loading) -> PistonLaw:

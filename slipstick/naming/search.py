@@ -1,12 +1,15 @@
 """Start values of the piston: pressure bias and initial position of each engagement, by search over grids.
 
 Gauss-Newton from nominal values ends in local minima, because a bias and an initial position both shift the onset of
-the torque. Squares are summed over the samples that a block counts, with a penalty on the distance from common values.
+the torque. Squares are summed over the samples that a block counts, with a penalty on the distance from common values;
+`shared` (p,) are the values that all engagements have in common.
 """
 
 import numpy as np
 
 from slipstick.naming.block import Laws
+from slipstick.naming.curved import HIGHEST, LOWEST
+from slipstick.naming.fit import predict
 from slipstick.naming.piston import ClutchBlock
 
 _FRICTION, _BIAS, _PLACE = 0, 1, 2
@@ -25,7 +28,7 @@ _RELOCATED, _RELOCATED_SPREAD = ((0.6, 17), (0.9, 13)), (0.3, 0.5)
 """The same of bias and position in `relocated`: wider, for engagements that the first search missed."""
 
 
-def search(block: ClutchBlock, laws: Laws = ()) -> np.ndarray:
+def search(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarray:
     """Points (n, q) with the best friction, bias and initial position: in common first, then for each engagement."""
     n, bench = len(block.measured), block.scene.bench
     points, measured = np.zeros((n, len(block.random))), block.measured * block.counted
@@ -33,7 +36,7 @@ def search(block: ClutchBlock, laws: Laws = ()) -> np.ndarray:
     def misfits(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Squares (n,) at bias and position (2,) or (n, 2), and the factors (n,) of the torque that fit best."""
         points[:, [_BIAS, _PLACE]] = values
-        predicted = block.base(points, laws) * block.counted
+        predicted = predict(block, points, shared, laws) * block.counted
         scale = (predicted * measured).sum(axis=1) / np.maximum((predicted**2).sum(axis=1), 1e-9)
         scale = np.clip(scale, *_SCALES)
         return ((measured - scale[:, None] * predicted) ** 2).sum(axis=1), scale
@@ -58,11 +61,11 @@ def search(block: ClutchBlock, laws: Laws = ()) -> np.ndarray:
     return points
 
 
-def retimed(block: ClutchBlock, points: np.ndarray, laws: Laws) -> np.ndarray:
+def retimed(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws) -> np.ndarray:
     """Points (n, q) with the pressure bias at which each engagement's torque fits best: when the plates meet."""
 
     def cost(shift: np.ndarray) -> np.ndarray:
-        return _squares(block, _moved(points, shift), laws) + (shift / _RETIMED_SPREAD) ** 2
+        return _squares(block, _moved(points, shift), shared, laws) + (shift / _RETIMED_SPREAD) ** 2
 
     best = np.zeros(len(points))
     value = cost(best)
@@ -75,7 +78,7 @@ def retimed(block: ClutchBlock, points: np.ndarray, laws: Laws) -> np.ndarray:
     return _moved(points, best)
 
 
-def relocated(block: ClutchBlock, points: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+def relocated(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
     """Points (n, q) where the engagements `rows` (n,) are searched again over pressure bias and initial position."""
     best, value = points.copy(), np.full(len(points), np.inf)
     biases, places = (np.linspace(-width, width, levels) for width, levels in _RELOCATED)
@@ -83,7 +86,7 @@ def relocated(block: ClutchBlock, points: np.ndarray, laws: Laws, rows: np.ndarr
         for place in places:
             at = _moved(points, bias, place)
             penalty = (bias / _RELOCATED_SPREAD[0]) ** 2 + (place / _RELOCATED_SPREAD[1]) ** 2
-            its = _squares(block, at, laws) + penalty
+            its = _squares(block, at, shared, laws) + penalty
             better = its < value
             best, value = np.where(better[:, None], at, best), np.where(better, its, value)
     return np.where(rows[:, None], best, points)
@@ -96,18 +99,18 @@ def _grid(low: np.ndarray, high: np.ndarray, levels: int) -> np.ndarray:
 
 
 def _moved(points: np.ndarray, bias: np.ndarray | float, place: float = 0.0) -> np.ndarray:
-    """Points with further bias and position."""
+    """Points with further bias and position, as far as a fit may go."""
     moved = points.copy()
     moved[:, _BIAS] += bias
     moved[:, _PLACE] += place
-    return moved
+    return np.asarray(np.clip(moved, LOWEST, HIGHEST))
 
 
 def _variance(block: ClutchBlock) -> float:
     return block.scene.noise["output_torque"][0] ** 2
 
 
-def _squares(block: ClutchBlock, points: np.ndarray, laws: Laws) -> np.ndarray:
+def _squares(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws) -> np.ndarray:
     """Squared residuals (n,) in noise levels."""
-    left = (block.measured - block.base(points, laws)) * block.counted
+    left = (block.measured - predict(block, points, shared, laws)) * block.counted
     return np.asarray((left**2).sum(axis=1) / _variance(block))

@@ -147,6 +147,7 @@ def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
     scene = scene.explained("pressure", pressure)
     onset, window, clutch = _onset(scene, pressure)
     log("onset", round(float(onset.chi2.mean()), 3))
+    clutch.at(onset.shared)  # where the torque is not a measured one, it is late as well
     averaged = gaussian_filter1d(scene.measured("output_torque"), _AVERAGED, axis=1)
     torque = np.where(window, clutch.predicted_beyond(onset.points), averaged)
     scene = scene.explained("output_torque", scene.model_torque(torque))
@@ -166,10 +167,11 @@ def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
 def _onset(scene: Scene, pressure: np.ndarray) -> tuple[CurvedFit, np.ndarray, ClutchBlock]:
     """The piston up to full contact, the samples (n, k) that it counts, and the clutch with its time in contact."""
     block = OnsetBlock(scene, pressure)
-    rough = fit_curved(block, points=retimed(block, search(block), ()), iterations=8)
+    clock = np.zeros(len(block.fixed))
+    rough = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
     clutch = ClutchBlock(scene, pressure)
     block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()))
-    onset = settled(block, rough.points)
+    onset = settled(block, rough.points, rough.shared)
     clutch.in_contact = clutch.contact(onset.points, ())
     return onset, block.counted, clutch
 
@@ -181,13 +183,13 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
     block.fine = contact.block.fine
     points = start.onset.points.copy()
     points[:, 0] = contact.points[:, 0]
-    clutch = settled(block, points, contact.laws, contact.coefficients)
+    clutch = settled(block, points, contact.shared, contact.laws, contact.coefficients)
     if contact.laws:
-        window = OnsetBlock(block.scene, block.pressure)
+        window = OnsetBlock(block.scene, block.pressure, laws=contact.held)
         window.fine, window.in_contact = block.fine, block.in_contact
-        found = search(window, contact.held)
+        found = search(window, contact.shared, contact.held)
         found[:, 0] = contact.points[:, 0]
-        again = settled(block, found, contact.laws, contact.coefficients)
+        again = settled(block, found, contact.shared, contact.laws, contact.coefficients)
         clutch = max(clutch, again, key=lambda one: float(one.evidence.sum()))
     if start.valve.chi2.mean() > settings.strong:  # the piston integrates the error of the pressure
         return clutch, []

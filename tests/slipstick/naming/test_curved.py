@@ -9,7 +9,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from slipstick.blocks.whitening import BlockNoise, whitened
-from slipstick.naming.curved import CurvedFit, _spread, _stepped, _Values, fit_curved
+from slipstick.naming.curved import CurvedFit, _linearised, _predicted, _spread, _stepped, _Values, fit_curved
+from slipstick.naming.grams import Gram
 
 TIME = np.linspace(0, 1, 60)
 STD, MEAN, SCATTER, CLOCK, LAW = 0.02, 0.1, 0.2, 0.004, 0.25
@@ -166,27 +167,30 @@ def test_an_engagement_that_is_stuck_has_a_low_evidence() -> None:
         assert freed.evidence.sum() == pytest.approx(fit.evidence.sum(), abs=0.3)
 
 
-def test_a_step_never_raises_the_cost_however_bad_its_aim() -> None:
-    block, _ = drawn(5)
-    rng, variance, noise = np.random.default_rng(5), np.array([0.04]), block.noise(np.zeros((40, 1)))
-    values = _Values(np.full((40, 1), 0.1), np.array([0.1]), np.zeros(1), {SPEED: np.zeros(1)})
+def test_a_step_never_raises_the_cost_and_is_damped_where_a_whole_one_would() -> None:
+    block, _ = drawn(5, law=0.7)
+    variance, noise, rng = np.array([0.04]), block.noise(np.zeros((40, 1))), np.random.default_rng(5)
 
-    def cost(some: _Values) -> np.ndarray:
-        left = block.measured - block.base(some.points, some.laws)
-        left = left - some.shared[0] * block.shared_columns(some.points, (), block.base(some.points, some.laws))[:, 0]
-        squares = (whitened(left[:, None], block.counted, noise) ** 2).sum(axis=(1, 2))
-        return np.asarray(squares + ((some.points - some.mean) ** 2 / variance).sum(axis=1))
+    def cost(some: _Values, gram: Gram) -> float:
+        left = (block.measured - _predicted(block, some))[:, None]
+        squares = (whitened(left, block.counted, noise) ** 2).sum() + ((some.points - some.mean) ** 2 / variance).sum()
+        return float(squares + (some.common**2 * gram.precision).sum())
 
-    moved = []
     for _ in range(10):
-        aim = _Values(rng.normal(size=(40, 1)), rng.normal(size=1), 0.1 * rng.normal(size=1),
-                      {SPEED: rng.normal(size=1)})
-        after = _stepped(block, values, aim, variance, noise, cost(values))
-        assert cost(after).sum() <= cost(values).sum()
-        assert cost(aim).sum() > cost(values).sum()
-        moved.append(not np.array_equal(after.points, values.points))
-        values = after
-    assert any(moved)
+        values = _Values(rng.uniform(-0.5, 0.5, (40, 1)), rng.uniform(-0.5, 0.5, 1), np.zeros(1),
+                         {SPEED: rng.uniform(-2, 2, 1)})
+        _, gram = _linearised(block, values, noise)
+        before = cost(values, gram)
+        after, damping = _stepped(block, values, gram, variance, noise, before, 1e-3)
+        assert cost(after, gram) < before
+        assert damping < 1e-3
+    fit = fit_curved(block, [SPEED], iterations=20)
+    values = _Values(fit.points, fit.mean, fit.shared, fit.coefficients)
+    _, gram = _linearised(block, values, noise)
+    far = replace(gram, products=gram.products * np.where(np.arange(len(gram.products[0])) == 3, 5.0, 1.0))
+    after, damping = _stepped(block, values, far, variance, noise, cost(values, gram), 1e-3)
+    assert cost(after, gram) <= cost(values, gram)
+    assert damping > 1e-3
 
 
 def test_the_spread_is_that_of_the_most_likely_normal_distribution() -> None:

@@ -164,3 +164,5 @@ def test_the_onset_of_the_torque_is_found_with_an_offset_of_its_sensor(offset: f
     block, right = (OnsetBlock(one, pressure) for one in (scene, scene_of(HEAVY, NOMINAL, COUNT, SEED)))
     assert np.abs(block.counted.sum(axis=1) - right.counted.sum(axis=1)).max() <= 1
     np.testing.assert_allclose(block.measured, right.measured, atol=1.0)
+    named = OnsetBlock(scene, pressure, laws=[(("output torque sensor", "offset"), np.array([offset]))])
+    np.testing.assert_allclose(named.measured, scene.measured("output_torque"), atol=1.0)

@@ -116,6 +116,32 @@ def test_bases_are_derivatives_of_the_prediction(bench: Bench, name: str) -> Non
             close(columns[:, j], change, block.counted, f"{name}: {pair} {j}")
 
 
+@both
+def test_a_torque_that_is_read_late_is_the_one_between_two_samples(bench: Bench) -> None:
+    scene = scene_of(bench)
+    signals = scene.recordings.signals
+    assert signals is not None
+    late, model = 0.5 * scene.step, Model(bench.physics)
+    then = np.maximum(signals.time - late, 0.0)
+    fine = np.unique(np.concatenate([signals.time, then]))
+    true = ensemble.simulate(bench.physics.curves, np.array([bench.physics.nominal]), model.coefficients()[None],
+                             scene.recordings.conditions, fine, ensemble.TIGHT)
+    read = true.output_torque[0][:, np.searchsorted(fine, then)]
+    block = blocks(bench)["clutch"]
+    assert isinstance(block, ClutchBlock)
+    points = nominal(block)
+    counted = block.counted & (scene.time > 0.01)
+    left = {}
+    for delay in (late, 0.0):
+        block.at(np.array([delay]))
+        left[delay] = np.abs((read - block.base(points)) * counted).max()
+    block.at(np.zeros(1))
+    between = block.base(points) + late * bases.late(block.base(points), scene.time)  # on straight lines
+    assert left[late] < WITHIN["clutch"] * block.noise(points).std
+    assert left[0.0] > 10 * left[late]
+    assert np.abs((read - between) * counted).max() > 3 * left[late]
+
+
 def close(column: np.ndarray, change: np.ndarray, counted: np.ndarray, what: str) -> None:
     """Both agree to 5 % of the largest value, in the root mean square over the samples."""
     size = np.abs(change * counted).max()
