@@ -1,10 +1,12 @@
 """Which pairs the closing piston asks for, by fits that begin from several strengths of each law."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.curved import CurvedFit, fit_curved
-from slipstick.naming.evidence import gains, table
+from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
 from slipstick.naming.selection import Finding, Log, in_errors, is_enough, is_unexplained, priced, rivals
@@ -74,7 +76,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
                         from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
-                tried = _tried(block, now, settings)
+                tried = _tried(block, now, settings, [pair for _, pair, _ in enough])
                 enough = [one for one in tried if is_enough(one[0], settings)]
         log("piston", round(float(now.chi2.mean()), 3),
             [(" ~ ".join(pair), round(float(gain.sum())), round(in_errors(gain), 1)) for gain, pair, _ in tried])
@@ -86,32 +88,38 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
     return now, findings
 
 
-def _tried(block: ClutchBlock, now: CurvedFit,
-           settings: NamingSettings) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
-    """Gain, pair and fit of the pairs that promise most, the largest gain first."""
+def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
+           pairs: Sequence[Pair] = PISTON) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
+    """Gain, pair and fit of those of the `pairs` that promise most, the largest gain first."""
     tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
-             for pair, one in _fitted(block, now, is_unexplained(now.chi2, now.chi2, settings)).items()]
+             for pair, one in fits_with_pairs(block, now, settings, pairs).items()]
     return sorted(tried, key=lambda one: -float(one[0].sum()))
 
 
-def _fitted(block: ClutchBlock, now: CurvedFit, missing: bool) -> dict[Pair, CurvedFit]:
-    """The fit with each of the pairs that promise most, from the best of several starts.
+def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
+                    pairs: Sequence[Pair] = PISTON) -> dict[Pair, CurvedFit]:
+    """The fits with the best of the `pairs` that promise something, each from the best of several starts.
 
-    Where something is `missing` it is every pair: a strong law may promise nothing far from the best fit with it.
+    Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it.
     """
     about = table(now, PISTON)
-    known = [pair for pair in about.places if pair in PISTON and pair not in now.laws]
-    found = {}
+    known = [pair for pair in pairs if pair in about.places and pair not in now.laws]
     promising = gains([about], list(now.laws), known)
-    if not missing:
+    if not is_unexplained(now.chi2, now.chi2, settings):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
-    for one in promising:
-        laws = (*now.laws, one.pair)
-        starts = [fit_curved(block, laws, start=now, iterations=3)]
-        for means, shares in ((now.mean, _SHARES), (np.zeros_like(now.mean), _NOMINAL_SHARES)):
-            held = [[*now.held, (one.pair, share * one.law)] for share in shares]
-            starts += [from_common(block, means, now.shared, its, iterations=3) for its in held]
-        best = fit_curved(block, laws, start=max(starts, key=evidence_of), iterations=10)
+    begun = sorted((_begun(block, now, one) for one in promising), key=evidence_of, reverse=True)
+    found = {}
+    for start in begun[:1 + settings.rivals]:
+        best = fit_curved(block, start.laws, start=start, iterations=10)
         again = from_common(block, best.mean, best.shared, best.held, iterations=10)
-        found[one.pair] = max(best, again, key=evidence_of)
+        found[best.laws[-1]] = max(best, again, key=evidence_of)
     return found
+
+
+def _begun(block: ClutchBlock, now: CurvedFit, one: Gain) -> CurvedFit:
+    """The best start of a fit with a further pair."""
+    starts = [fit_curved(block, (*now.laws, one.pair), start=now, iterations=3)]
+    for means, shares in ((now.mean, _SHARES), (np.zeros_like(now.mean), _NOMINAL_SHARES)):
+        held = [[*now.held, (one.pair, share * one.law)] for share in shares]
+        starts += [from_common(block, means, now.shared, its, iterations=3) for its in held]
+    return max(starts, key=evidence_of)

@@ -1,0 +1,78 @@
+"""The naming limit of a hidden effect: from which strength on its recordings can tell it from every other law.
+
+An oracle answers that knows which effect is hidden, and everything about it but its size. It sees the effect alone, in
+signals without noise, and compares what the right law and the best other law of the same blocks would gain in signals
+with the noise of the case, with all parameters free in every engagement. The expected gain of a log-likelihood is its
+gain without noise. It grows with the square of the strength, and 12.5 nats are five standard errors: the naming limit.
+Detection, against no law at all, is not discrimination, and has a smaller limit.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from benchmarks.benches import BENCHES
+from slipstick.naming.block import Pair
+from slipstick.naming.closing import PISTON, evidence_of, fits_with_pairs, settled
+from slipstick.naming.evidence import gains, table
+from slipstick.naming.fit import fit
+from slipstick.naming.scene import Scene
+from slipstick.naming.settings import NamingSettings
+from slipstick.naming.study import begin
+from slipstick.naming.valve import ValveBlock
+from slipstick.recordings import Recordings, Signals
+from tests.validation.hidden import files
+from tests.validation.hidden.case import Case, bad_runs_of, simulate
+
+FIVE_ERRORS = 12.5
+"""Nats of a difference of five standard errors."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """Strength of an effect in units of the limits from which it is `seen`, and told from other laws: `named`."""
+
+    seen: float
+    named: float
+
+
+def told(case: Case, name: str, same: Collection[Pair]) -> Told:
+    """The limits of the hidden effect `name` of a `case`, which a law of any of the pairs `same` describes."""
+    scene = without_noise(replace(case, effects={name: case.effects[name]}))
+    settings = NamingSettings()
+    start = begin(scene, settings, lambda *_: None)
+    found = []
+    for fits in ([fit(ValveBlock(scene))], list(start.fits.values())):
+        tables = [table(one) for one in fits]
+        pairs = list(dict.fromkeys(pair for one in tables for pair in one.places))
+        found += [(one.pair, one.blocks, float(one.nats.sum())) for one in gains(tables, [], pairs)]
+    if set(same) & set(PISTON):
+        plain = settled(start.clutch, start.onset.points, start.onset.shared)
+        found += [(pair, ("clutch",), evidence_of(one) - evidence_of(plain))
+                  for pair, one in fits_with_pairs(start.clutch, plain, settings).items()]
+    right = max((one for one in found if one[0] in same), key=lambda one: one[2], default=None)
+    if right is None:
+        return Told(in_limits(max(nats for _, _, nats in found)), 0.0)
+    others = [nats for pair, blocks, nats in found if pair not in same and set(blocks) & set(right[1])]
+    return Told(in_limits(right[2]), in_limits(right[2] - max([0.0, *others])))
+
+
+def without_noise(case: Case) -> Scene:
+    """The good engagements of a case without noise, with what their recordings say of the noise."""
+    bench = BENCHES[case.bench]
+    with TemporaryDirectory() as folder:
+        files.write(Path(folder) / "case.h5", case, relative=1e-6)
+        recordings = Recordings.open(Path(folder) / "case.h5")
+    run, signals = simulate(case, relative=1e-6), recordings.signals
+    assert signals is not None
+    exact = Recordings(recordings.conditions, run.lock_time, Signals(signals.time, **run.readings))
+    scene = replace(Scene.of(bench, exact), noise=Scene.of(bench, recordings).noise)
+    return scene.take(np.setdiff1d(np.arange(len(scene)), [bad.run for bad in bad_runs_of(case, run.conditions)]))
+
+
+def in_limits(nats: float) -> float:
+    """A strength in units of that at which the expected gain is that of five standard errors."""
+    return float(np.sqrt(max(0.0, nats) / FIVE_ERRORS))
