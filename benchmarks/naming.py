@@ -3,22 +3,25 @@
     python -m benchmarks.naming development|final [EVERY [FIRST]]
 
 Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
-naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds. With EVERY, only every so many-th case
-of the list is answered, from the case FIRST on, counted from 0. The final list also gives
-slipstick/study/confidence.json.
+naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds, over strengths in units of the naming
+limits of naming_limits.py. With EVERY, only every so many-th case of the list is answered, from the case FIRST on,
+counted from 0. The final list also gives slipstick/study/confidence.json.
 """
 
 import json
 import sys
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numba import set_num_threads
 from scipy.stats import beta
 
 from benchmarks.benches import BENCHES
+from benchmarks.naming_limits import told
 from benchmarks.results import write
 from slipstick.naming.answer import names
 from slipstick.naming.study import name
@@ -50,8 +53,8 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
         file.with_suffix(".part").rename(file)
     known = truth(case, relative=1e-6)
     entry = {"case": identity, "bench": known["bench"], "bad": len(known["bad_runs"]),
-             "hidden": [{key: its[key] for key in ("name", "pair", "listed", "strength", "typical", "limit")}
-                        for its in known["hidden"]]}
+             "hidden": [{key: its[key] for key in ("name", "pair", "listed", "strength")}
+                        | asdict(told(case, its["name"], alike(its["pair"]))) for its in known["hidden"]]}
     try:
         found = name(BENCHES[known["bench"]], Recordings.open(file))
     except Exception as error:  # a case that raises is a result: a wrong one
@@ -66,6 +69,11 @@ def same(pair: Iterable[str]) -> tuple[str, ...]:
     """The pair under which it is compared."""
     its = tuple(pair)
     return SAME.get(its, its)  # type: ignore[call-overload, no-any-return]
+
+
+def alike(pair: Iterable[str]) -> set[tuple[str, ...]]:
+    """All pairs that are compared as this one."""
+    return {same(pair), *(other for other in SAME if SAME[other] == same(pair))}
 
 
 def judged(entry: dict[str, Any]) -> dict[str, Any]:
@@ -86,11 +94,6 @@ def block(pair: tuple[str, ...]) -> str:
     return BLOCK.get(pair[0], "clutch")
 
 
-def multiple(its: dict[str, Any]) -> float:
-    """Strength of a hidden effect in units of its rough limit of visibility; 0 where that is unknown."""
-    return float(its["strength"] / its["limit"]) if its["limit"] else 0.0
-
-
 def rate(label: str, values: list[bool]) -> list[object]:
     """A row: how many of how many, the rate, and its 95 % bounds (Clopper and Pearson)."""
     hits, n = sum(values), len(values)
@@ -107,20 +110,20 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     outside = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and not e["hidden"][0]["listed"]]
     both = [(e, v) for e, v in verdicts if len(e["hidden"]) == 2]
     rows = [rate("nulls called anything", [bool(e["findings"] or e["unexplained"]) for e, _ in nulls])]
-    for low, high in ((0, 1), (1, 3), (3, 10), (10, 1e9)):
-        some = [(e, v) for e, v in single if low <= multiple(e["hidden"][0]) < high]
-        bounds = f"{low:g} to {high:g}" if high < 1e9 else f"from {low:g}"
-        rows.append(rate(f"listed, {bounds} limits: found, alone or in a tie", [v["found"] == 1 for _, v in some]))
-        rows.append(rate(f"listed, {bounds} limits: named alone", [v["alone"] == 1 for _, v in some]))
-        rows.append(rate(f"listed, {bounds} limits: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]))
-        rows.append(rate(f"listed, {bounds} limits: one name too many",
-                         [v["found"] == 1 and v["wrong"] > 0 for _, v in some]))
-    strong = [(e, v) for e, v in outside if multiple(e["hidden"][0]) >= 3]
-    rows += [rate("unlisted, from 3 limits: right block", [v["block"] for _, v in strong]),
-             rate("unlisted, from 3 limits: right pair", [v["found"] == 1 for _, v in strong]),
-             rate("unlisted, from 3 limits: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in strong])]
-    strong = [(e, v) for e, v in both if min(map(multiple, e["hidden"])) >= 3]
-    rows.append(rate("two effects, both from 3 limits: both found", [v["found"] == 2 for _, v in strong]))
+    for low, high in ((0, 1), (1, 2), (2, 5), (5, np.inf)):
+        some = [(e, v) for e, v in single if low <= e["hidden"][0]["named"] < high]
+        label = f"listed, {low} to {high} naming limits" if high < np.inf else f"listed, from {low} naming limits"
+        rows += [rate(f"{label}: found, alone or in a tie", [v["found"] == 1 for _, v in some]),
+                 rate(f"{label}: named alone", [v["alone"] == 1 for _, v in some]),
+                 rate(f"{label}: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]),
+                 rate(f"{label}: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some])]
+    seen = [(e, v) for e, v in outside if e["hidden"][0]["seen"] >= 1]
+    rows += [rate("unlisted, visible: right block", [v["block"] for _, v in seen]),
+             rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
+             rate("unlisted, from 1 naming limit: right pair",
+                  [v["found"] == 1 for e, v in seen if e["hidden"][0]["named"] >= 1])]
+    strong = [(e, v) for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]
+    rows.append(rate("two effects, both from 1 naming limit: both found", [v["found"] == 2 for _, v in strong]))
     rows += [rate(f"names with the evidence “{kind}”: right", its) for kind, its in by_evidence(entries).items()]
     rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
     return rows
@@ -156,15 +159,16 @@ def main(which: str, every: int = 1, first: int = 0) -> None:
     entries = [done[identity] for identity in chosen if identity in done]
     made_by = " ".join(["python -m benchmarks.naming", which, *(str(one) for one in (every, first) if every > 1)])
     write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries), made_by)
-    rows = [[e["case"], e["bench"], joined(e["hidden"]), "+".join(f"{multiple(its):.2g}" for its in e["hidden"]),
+    rows = [[e["case"], e["bench"], joined(e["hidden"]),
+             *("+".join(f"{its[limit]:.2g}" for its in e["hidden"]) for limit in ("seen", "named")),
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
              "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), len(e["aside"]),
              e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
     if which == "final":
         counted = {kind: [sum(its), len(its)] for kind, its in by_evidence(entries).items()}
         CONFIDENCE.write_text(json.dumps(counted, ensure_ascii=False) + "\n")
-    header = ("case", "bench", "hidden", "limits", "findings", "rivals", "nats", "unexplained", "set_aside", "bad_runs",
-              "seconds", "error")
+    header = ("case", "bench", "hidden", "seen", "named", "findings", "rivals", "nats", "unexplained", "set_aside",
+              "bad_runs", "seconds", "error")
     write(f"naming_{which}_cases", header, rows, made_by)
 
 
