@@ -2,10 +2,8 @@
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from typing import Any
 
 from fastapi import FastAPI
-from fastapi.openapi.utils import get_openapi
 
 from service import pages, problem_details
 from service.access import Access
@@ -14,6 +12,7 @@ from service.computations import Computations
 from service.failures import HeadRequests, UnexpectedErrors
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
+from service.openapi import openapi_document
 from service.routes import (
     benches,
     deletion,
@@ -31,6 +30,7 @@ from service.routes import (
     tables,
 )
 from service.settings import Settings
+from service.tokens import tokens_of
 from slipstick import __version__
 from slipstick.storage.library import Library
 
@@ -54,13 +54,20 @@ millisecond. A log10 likelihood is the sum of the base-10 logarithms of these de
 The parameter `outside` defines the shifting time at points outside a table. Errors are returned as problem details with
 a `remedy` (RFC 9457).
 
+**Tokens.** If the service has a token file, requests need a token, as `Authorization: Bearer TOKEN` or as the password
+of Basic authentication. Reading needs one of the role `read`; computations, uploads and jobs need `run`; the deletion
+of tables and recordings needs `admin`. Each role includes those before it. The health check needs no token.
+
 *The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
 Friction Clutch Model*.
 """
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
-    """Build the application; `settings` are read from the environment by default."""
+    """Build the application; `settings` are read from the environment by default.
+
+    Raises `BadTokens` if the service would be open to other machines.
+    """
     configuration = settings or Settings()
 
     @asynccontextmanager
@@ -87,20 +94,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(BodyLimits, settings=configuration)
     app.add_middleware(HeadRequests)
     app.add_middleware(UnexpectedErrors)
-    app.add_middleware(Access, hosts=_host_names(configuration))
-    app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]
+    tokens = tokens_of(configuration)
+    app.add_middleware(Access, hosts=_host_names(configuration), tokens=tokens)
+    app.openapi = lambda: openapi_document(app, tokens is not None)  # type: ignore[method-assign]
     return app
 
 
 def _host_names(settings: Settings) -> frozenset[str]:
     return frozenset(name.strip().strip("[]").lower() for name in (*settings.hosts.split(","), settings.host))
-
-
-def _openapi_document(app: FastAPI) -> dict[str, Any]:
-    """The OpenAPI document, extended by the schema of problem details, which FastAPI cannot derive from the routes."""
-    if app.openapi_schema is None:
-        document = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
-        schema = problem_details.ProblemDetails.model_json_schema(ref_template="#/components/schemas/{model}")
-        document["components"]["schemas"] |= schema.pop("$defs") | {"ProblemDetails": schema}
-        app.openapi_schema = document
-    return app.openapi_schema
