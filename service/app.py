@@ -27,6 +27,7 @@ from service.routes import (
     studies,
     study_laws,
     study_reports,
+    table_upload,
     tables,
 )
 from service.settings import Settings
@@ -86,8 +87,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.computations = Computations(configuration.computations, configuration.waiting,
                                           configuration.waiting_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
-    for module in (index, benches, tables, recordings, imports, deletion, evaluate, propagate, likelihood, fits,
-                   reports, studies, study_laws, study_reports):
+    for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
+                   fits, reports, studies, study_laws, study_reports):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)

@@ -13,12 +13,12 @@ import numpy as np
 from dbos import DBOS, WorkflowSerializationFormat
 
 from slipstick.bench import Bench, Conditions
-from slipstick.clutch.model import Model
 from slipstick.figure_data import figure_data
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.physical_values import physical_inputs
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
+from slipstick.table import Table, simulated
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 from worker.clocks import clock_times, stage_times
@@ -72,8 +72,9 @@ def register(library: Library) -> None:
         task = _open(library, order)
         problem = _reporting_problem(task, checkpoint["state"], "conclude")
         result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
-        figures = figure_data(task.settings, problem, checkpoint["estimate"]["vector"], task.model, task.recordings)
-        physical = physical_inputs(task.model, result["axes"], result["mean"], result["std"])
+        figures = figure_data(task.settings, problem, checkpoint["estimate"]["vector"], task.table.model,
+                              task.recordings)
+        physical = physical_inputs(task.table, result["axes"], result["mean"], result["std"])
         return {"result": result, "physical": [asdict(entry) for entry in physical], "figure_data": figures,
                 **stage_times(checkpoint, "conclude", begin)}
 
@@ -93,7 +94,7 @@ def register(library: Library) -> None:
 class _Task:
     settings: fit.FitSettings
     problem: InferenceProblem
-    model: Model
+    table: Table
     recordings: Recordings
 
 
@@ -125,9 +126,9 @@ def _open(library: Library, order: Order) -> _Task:
     table, recordings = library.table(order["table"]), library.recording(order["recordings"])
     require_same(order, "table", table.digest, "fit")
     require_same(order, "recordings", recordings.digest, "fit")
-    problem = (simulated_problem(table.model, recordings, order["parameters"], _bench(library, order))
+    problem = (simulated_problem(simulated(table.model), recordings, order["parameters"], _bench(library, order))
                if order["simulate"] else table_problem(table, recordings, order["outside"], order["parameters"]))
-    return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
+    return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table, recordings)
 
 
 def _bench(library: Library, order: Order) -> Bench:

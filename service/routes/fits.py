@@ -29,6 +29,7 @@ from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
 from slipstick.inference import simulated_problem, table_problem
 from slipstick.storage.library import Library
+from slipstick.table import simulated
 from slipstick.uncertainty.fit import initial_state
 from slipstick.uncertainty.fit.search_space import search_space
 
@@ -105,10 +106,11 @@ def _job_input(library: Library, body: FitRequest, most_values: int) -> JobInput
     parameters = body.parameters or [axis.name for axis in table.axes]
     bench = None
     if body.simulate or body.bench:
-        bench = body.bench or library.bench_of_model(table.model.physics)
-        library.bench(bench).require(table.model.physics)
-    problem = (simulated_problem(table.model, recordings, parameters, library.bench(bench)) if body.simulate and bench
-               else table_problem(table, recordings, body.outside, parameters))
+        physics = simulated(table.model).physics
+        bench = body.bench or library.bench_of_model(physics)
+        library.bench(bench).require(physics)
+    problem = (simulated_problem(simulated(table.model), recordings, parameters, library.bench(bench))
+               if body.simulate and bench else table_problem(table, recordings, body.outside, parameters))
     if body.simulate and body.outside != "clip":
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
     settings = body.settings.checked()
