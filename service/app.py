@@ -1,5 +1,6 @@
 """The FastAPI application: routers, error handlers, body limits, documentation page."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -13,6 +14,7 @@ from service.failures import HeadRequests, UnexpectedErrors
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
 from service.openapi import openapi_document
+from service.retention import remove_for_ever
 from service.routes import (
     benches,
     deletion,
@@ -77,7 +79,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.state.fits = JobStore(client, "fit", "/v1/fits")
         app.state.studies = JobStore(client, "study", "/v1/studies")
         app.state.heartbeats = heartbeats = Heartbeats.at(configuration.jobs)
+        removal = asyncio.create_task(remove_for_ever(client, configuration))
         yield
+        removal.cancel()
         heartbeats.engine.dispose()
         client.destroy()
 

@@ -39,5 +39,7 @@ class Settings(BaseSettings):
     answer_values: int = Field(default=2_000_000, gt=0, description="Maximum number of values in one response.")
     fit_values: int = Field(default=4_000_000_000_000, gt=0, description="Maximum cost of a fit in interpolations of "
                                                                          "shifting times; about 6 hours on one core.")
+    kept_days: float = Field(default=365.0, gt=0, description="Time in days for which jobs that have ended are kept.")
+    kept_jobs: int = Field(default=10_000, ge=0, description="Maximum number of ended jobs that are kept, the newest.")
     work_values: int = Field(
         default=1_000_000_000, gt=0, description="Maximum number of intermediate values computed for one request.")

@@ -1,4 +1,4 @@
-"""`serve-jobs`: wait for the fits and studies submitted to the service, and run them one at a time."""
+"""`serve-jobs`: run the fits and studies submitted to the service, one short and one long job at a time."""
 
 import argparse
 import fcntl
@@ -16,11 +16,11 @@ from dbos import DBOS, error
 from sqlalchemy import Engine, event, make_url
 
 from slipstick.errors import InvalidValue
-from slipstick.storage.library import Library
 from worker import fit_job, heartbeat, jobs, study_job
+from worker.computing import Computer
 
 _APPLICATION = "slipstick"
-_VERSION = "jobs-3"
+_VERSION = "jobs-4"
 """Version of the workflow steps, not of the program: a worker resumes only jobs with the same version of the steps."""
 
 
@@ -47,11 +47,13 @@ def run(arguments: argparse.Namespace) -> int:
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": arguments.name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
-        library = Library(arguments.tables)
-        fit_job.register(library)
-        study_job.register(library)
+        modules = "worker.fit_steps", "worker.study_steps"
+        computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
+        fit_job.register(computers)
+        study_job.register(computers)
         DBOS.launch()
-        DBOS.register_queue(jobs.QUEUE, worker_concurrency=1, polling_interval_sec=0.2)
+        for queue in jobs.QUEUES:
+            DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)
         heartbeat.start(arguments.jobs, arguments.name)
         print(f"Worker {arguments.name} is waiting for fits and studies in {arguments.jobs}", flush=True)
         signal.sigwait(stops)
