@@ -49,7 +49,7 @@ class Computer:
                 return self._run(step, arguments, report, require_wanted)
             except _StepFailed as failure:
                 raise failure.reason from None
-            except EOFError:
+            except (EOFError, ConnectionError):
                 self.stop()
                 raise ComputationLost("The process that computed the job was killed or crashed, such as for lack of "
                                       "memory", "Check the memory of the machine, and submit the job again") from None
@@ -59,10 +59,11 @@ class Computer:
 
     def stop(self) -> None:
         """End the process, whatever it does; the next step starts another one."""
-        if self._process is not None:
+        if self._process is not None and self._connection is not None:
             self._process.kill()
             self._process.join()
-            self._process = None
+            self._connection.close()
+            self._process = self._connection = None
 
     def _run(self, step: Callable[..., Any], arguments: tuple[Any, ...], report: Report,
              require_wanted: Callable[[], None]) -> Any:
@@ -81,7 +82,9 @@ class Computer:
                 return content
 
     def _started(self) -> Connection:
-        if self._process is None or self._connection is None:
+        if self._process is not None and not self._process.is_alive():  # killed between two steps
+            self.stop()
+        if self._connection is None:
             context = multiprocessing.get_context("spawn")  # a fork would copy the locks of other threads
             self._connection, theirs = context.Pipe()
             self._process = context.Process(target=_serve, args=(theirs, self.folder, self.modules), daemon=True)

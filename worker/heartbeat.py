@@ -42,8 +42,8 @@ def beat(engine: Engine, name: str) -> list[str]:
     left = DBOS.list_workflows(executor_id=list(names), status="PENDING", load_input=False,
                                load_output=False) if names else []
     for queue in QUEUES:
-        DBOS.resume_workflows([job.workflow_id for job in left if (job.queue_name or QUEUES[0]) == queue],
-                              queue_name=queue)
+        if waiting := [job.workflow_id for job in left if (job.queue_name or QUEUES[0]) == queue]:
+            DBOS.resume_workflows(waiting, queue_name=queue)
     ids = [job.workflow_id for job in left]
     if ids:
         print(f"Took over {', '.join(ids)} from {', '.join(names)}", flush=True)

@@ -1,6 +1,9 @@
 """The process of the steps: stopped in the middle of a step, and replaced after a crash."""
 
 import os
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -51,8 +54,11 @@ def run(computer: Computer, step: Any, *arguments: Any, report: Any = lambda pro
     return computer.run(step, *arguments, report=report, require_wanted=require_wanted)
 
 
-def is_alive(pid: int) -> bool:
-    return Path(f"/proc/{pid}").exists()
+def is_running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
 
 
 def test_a_cancelled_step_ends_in_the_middle(computer: Computer) -> None:
@@ -66,7 +72,7 @@ def test_a_cancelled_step_ends_in_the_middle(computer: Computer) -> None:
     with pytest.raises(Cancelled):
         run(computer, endless, report=reports.append, require_wanted=require_wanted)
     assert time.monotonic() < begin + 60
-    assert not is_alive(reports[0]["pid"])
+    assert not is_running(reports[0]["pid"])
     after = run(computer, process)
     assert after not in (reports[0]["pid"], os.getpid())
     assert run(computer, process) == after
@@ -95,4 +101,28 @@ def test_errors_come_back_and_a_crash_is_one(computer: Computer) -> None:
     assert run(computer, process) == pid
     with pytest.raises(ComputationLost, match="killed or crashed"):
         run(computer, crashing)
-    assert run(computer, process) != pid
+    after = run(computer, process)
+    assert after != pid
+    os.kill(after, signal.SIGKILL)  # between two steps
+    while is_running(after):
+        time.sleep(0.01)
+    assert run(computer, process) != after
+
+
+def test_the_process_ends_with_the_worker(tmp_path: Path) -> None:
+    code = ("import os, sys; from pathlib import Path; sys.path.insert(0, sys.argv[1])\n"
+            "from test_computing import endless, run; from worker.computing import Computer\n"
+            "if __name__ == '__main__':\n"
+            "    run(Computer(Path('.'), ()), endless, report=lambda progress: print(progress['pid'], flush=True))")
+    (tmp_path / "start.py").write_text(code)
+    worker = subprocess.Popen([sys.executable, tmp_path / "start.py", Path(__file__).parent], stdout=subprocess.PIPE,
+                              env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])})
+    assert worker.stdout is not None
+    pid = int(worker.stdout.readline())
+    assert is_running(pid)
+    worker.kill()
+    worker.wait()
+    deadline = time.monotonic() + 60
+    while is_running(pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
