@@ -30,13 +30,15 @@ class ComputationLost(SlipstickError):
 
 
 class Computer:
-    """A process for one step at a time, on the tables and recordings in `folder`; it starts with the first step."""
+    """A process for one step at a time, on the tables and recordings in `folder`.
+
+    It starts at once, and another one in its place when it ends, so that no step waits for the import of `modules`.
+    """
 
     def __init__(self, folder: Path, modules: tuple[str, ...]) -> None:
         self.folder, self.modules = folder, modules
         self._lock = threading.Lock()
-        self._process: BaseProcess | None = None
-        self._connection: Connection | None = None
+        self._process, self._connection = self._started()
 
     def run(self, step: Callable[..., Any], *arguments: Any, report: Report, require_wanted: Callable[[], None]) -> Any:
         """Return `step(library, report, *arguments)`, computed in the process.
@@ -50,24 +52,28 @@ class Computer:
             except _StepFailed as failure:
                 raise failure.reason from None
             except (EOFError, ConnectionError):
-                self.stop()
+                self._replace()
                 raise ComputationLost("The process that computed the job was killed or crashed, such as for lack of "
                                       "memory", "Check the memory of the machine, and submit the job again") from None
             except BaseException:
-                self.stop()
+                self._replace()
                 raise
 
     def stop(self) -> None:
-        """End the process, whatever it does; the next step starts another one."""
-        if self._process is not None and self._connection is not None:
-            self._process.kill()
-            self._process.join()
-            self._connection.close()
-            self._process = self._connection = None
+        """End the process, whatever it does."""
+        self._process.kill()
+        self._process.join()
+        self._connection.close()
+
+    def _replace(self) -> None:
+        self.stop()
+        self._process, self._connection = self._started()
 
     def _run(self, step: Callable[..., Any], arguments: tuple[Any, ...], report: Report,
              require_wanted: Callable[[], None]) -> Any:
-        connection = self._started()
+        if not self._process.is_alive():  # killed between two steps
+            self._replace()
+        connection = self._connection
         connection.send((step, arguments))
         while True:
             if not connection.poll(_POLL_SECONDS):
@@ -81,16 +87,13 @@ class Computer:
             else:
                 return content
 
-    def _started(self) -> Connection:
-        if self._process is not None and not self._process.is_alive():  # killed between two steps
-            self.stop()
-        if self._connection is None:
-            context = multiprocessing.get_context("spawn")  # a fork would copy the locks of other threads
-            self._connection, theirs = context.Pipe()
-            self._process = context.Process(target=_serve, args=(theirs, self.folder, self.modules), daemon=True)
-            self._process.start()
-            theirs.close()
-        return self._connection
+    def _started(self) -> tuple[BaseProcess, Connection]:
+        context = multiprocessing.get_context("spawn")  # a fork would copy the locks of other threads
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs, self.folder, self.modules), daemon=True)
+        process.start()
+        theirs.close()
+        return process, ours
 
 
 class _StepFailed(Exception):
