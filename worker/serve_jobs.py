@@ -10,6 +10,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 from dbos import DBOS, error
@@ -41,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run jobs until SIGTERM or SIGINT; raises `InvalidValue` if a worker of the same name is running."""
     stops = {signal.SIGTERM, signal.SIGINT}
+    resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.
     signal.pthread_sigmask(signal.SIG_BLOCK, stops)
     with _locked_name(arguments.jobs, arguments.name):
