@@ -118,6 +118,10 @@ class FitProgress(BaseModel):
         description="Current stage: the search, the refinement, the intervals, or the assembly of the result.")
     generation: int = Field(description="Completed generations, or completed blocks of the classic grid.")
     generations: int = Field(description="Maximum number of generations, or number of blocks of the classic grid.")
+    done: float = Field(description="Share of the search that is done, at least: a genetic search may end earlier.")
+    seconds_left: float | None = Field(
+        description="Time that the search takes at most from here, at its pace so far, in s; null before its first "
+                    "generation and in the later stages, whose duration is not known.")
     model_runs: int = Field(description="Model evaluations in the current step (a generation, an interval, ...).")
     mean: list[float] | None = Field(description="Means of the best candidate, in multiples of nominal.")
     std: list[float] | None = Field(description="Standard deviations of the best candidate, in multiples of nominal.")

@@ -9,6 +9,7 @@ from slipstick.clutch.ensemble import signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.table import ForeignModel, TableModel
 from slipstick.uncertainty import Inputs, standard_normals
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.intervals import combinations
@@ -25,14 +26,18 @@ _SAMPLES = 512  # samples for the moments of the predicted times
 _TIME_STEP = 0.005  # s, sampling interval of the simulated engagement if the recordings have no signals
 
 
-def figure_data(settings: FitSettings, problem: InferenceProblem, optimum: list[float], model: Model,
+def figure_data(settings: FitSettings, problem: InferenceProblem, optimum: list[float], model: TableModel,
                 recordings: Recordings) -> dict[str, Any]:
-    """The data of all figures as JSON, for the vector of unknowns `optimum` (k,) of a fit of `model`."""
+    """The data of all figures as JSON, for the vector of unknowns `optimum` (k,) of a fit of `model`.
+
+    An engagement is drawn only where the model can be simulated.
+    """
     space = search_space(settings, problem)
     vector = np.array(optimum)
     candidate = space.candidate(vector)
     return {"surface": surface(settings, problem, space, vector), "prediction": prediction(problem, candidate),
-            "engagement": engagement(model, problem, candidate.inputs, recordings),
+            "engagement": None if isinstance(model, ForeignModel) else engagement(model, problem, candidate.inputs,
+                                                                                  recordings),
             "conditions": {name: getattr(recordings.conditions, name).tolist() for name in _CONDITION}}
 
 

@@ -37,10 +37,11 @@ MAY_IMPORT = {
                              "slipstick.recordings slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
-                       "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5",
+                       "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5 "
+                       "slipstick.storage.isolated",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
-    "slipstick.physical_values": "slipstick.bench slipstick.clutch.model",
+    "slipstick.physical_values": "slipstick.bench slipstick.table",
     "slipstick.blocks": "numpy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
                              "slipstick.recordings",
@@ -59,7 +60,8 @@ MAY_IMPORT = {
                                  "slipstick.uncertainty.sampling",
     "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings "
                            "slipstick.table slipstick.uncertainty",
-    "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.uncertainty",
+    "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.table "
+                             "slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
                         "slipstick.calibration.noise slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks.whitening "

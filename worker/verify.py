@@ -9,7 +9,7 @@ from slipstick.bench import Bench
 from slipstick.clutch.ensemble import STATUS, TIGHT, Simulator
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
-from slipstick.table import Grid, Surrogate, Table
+from slipstick.table import ForeignModel, Grid, Surrogate, Table, TableModel, simulated
 from slipstick.uncertainty import Inputs, log10_mean_density, mass_outside, standard_normals
 from worker.surrogate import describe_error
 
@@ -38,9 +38,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Check the table, print its description and its errors; raises `BadTable`."""
     table = Table.open(arguments.file)
     if arguments.bench:
-        Bench.open(arguments.bench).require(table.model.physics)
+        Bench.open(arguments.bench).require(simulated(table.model).physics)
     print(describe(table))
-    if arguments.points > 0:
+    if isinstance(table.model, ForeignModel):
+        print("The model is one of another program, so there is no simulation to compare with.")
+    elif arguments.points > 0:
         print(interpolation_error(table, arguments.points, arguments.seed))
         if arguments.recordings != SHIPPED or SHIPPED.exists():
             print(likelihood_error(table, Recordings.open(arguments.recordings)))
@@ -57,11 +59,16 @@ def describe(table: Table) -> str:
         kind += f" of {shape} points; engagements: {', '.join(counts)}"
     if isinstance(table, Surrogate):
         kind += f" {describe_error(table)}"
-    effects = ", ".join(table.model.effects) or "none"
-    laws = "".join(f"\nmeasured law: {law.quantity} over {law.depends_on}" for law in table.model.laws)
     return "\n".join([*lines, f"conditions: {len(table.conditions)}, digest {table.conditions.digest}",
-                      f"model: digest {table.model.digest}, effects: {effects}{laws}", f"origin: {table.origin}",
+                      f"model: digest {table.model.digest}, {_describe_model(table.model)}", f"origin: {table.origin}",
                       f"kind: {kind}", f"content: digest {table.digest}"])
+
+
+def _describe_model(model: TableModel) -> str:
+    if isinstance(model, ForeignModel):
+        return f"another program's: {model.text}"
+    laws = "".join(f"\nmeasured law: {law.quantity} over {law.depends_on}" for law in model.laws)
+    return f"effects: {', '.join(model.effects) or 'none'}{laws}"
 
 
 def interpolation_error(table: Table, count: int, seed: int) -> str:
@@ -95,4 +102,4 @@ def likelihood_error(table: Table, recordings: Recordings) -> str:
 
 
 def _direct(table: Table) -> Simulator:
-    return Simulator(table.model, tuple(axis.name for axis in table.axes), TIGHT)
+    return Simulator(simulated(table.model), tuple(axis.name for axis in table.axes), TIGHT)

@@ -100,7 +100,7 @@ def describe_recordings(name: RecordingsNamePath, library: LibraryDependency) ->
 
 
 @router.post("", summary="Upload recordings", status_code=201, openapi_extra=_UPLOAD_BODY,
-             responses=error_responses(408, 409, 413, 415, 503) | {200: {
+             responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name",
                  "model": RecordingsDescription}})
 @computes

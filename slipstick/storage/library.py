@@ -1,5 +1,6 @@
 """The folder of benches, tables and recordings, in which a file is identified by its name without the extension."""
 
+import io
 import os
 import re
 import secrets
@@ -26,6 +27,7 @@ from slipstick.errors import (
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.table import Table
+from slipstick.table.upload import verified
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _OTHER_LINES = 1000
@@ -102,6 +104,22 @@ class Library:
         self._store(name, content, "toml")
         return bench
 
+    def add_table(self, name: str, content: bytes) -> bool:
+        """Verify the bytes of a table in a limited child process and store them atomically as `name`.
+
+        Returns whether the table is new: False if the same one has this name already. Raises `RefusedTable`,
+        `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if another file has it.
+        """
+        _require_name(name)
+        digest, written = verified(content)
+        try:
+            self._store(name, written, "h5")
+        except FileExistsError:
+            if name not in self.tables() or self.table(name).digest != digest:
+                raise
+            return False
+        return True
+
     def add_recordings(self, name: str, content: bytes, form: Form, bench: str | None = None) -> Recordings:
         """Check the bytes of a recordings file and store them atomically as `name`, a CSV as HDF5.
 
@@ -116,6 +134,9 @@ class Library:
                                     _FEWER_ENGAGEMENTS)
         checked = self.read_recordings(content, form, bench)
         self._require_engagements(len(checked))
+        if form == "h5" and _has_layout(io.BytesIO(content)):
+            raise BadRecording("The file has an attribute 'layout', which marks a table",
+                               "Upload it to /v1/tables, or remove this attribute")
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
         return checked
 
@@ -160,8 +181,6 @@ class Library:
         try:
             with replacing(staged) as temporary:
                 temporary.write_bytes(content)
-            if form == "h5" and _is_table(_version(staged)):
-                raise BadRecording("The file has an attribute 'layout', which marks a table", "Remove this attribute")
             # A hard link, unlike a rename, cannot replace a file that another upload has created in the meantime.
             os.link(staged, self.folder / f"{name}.{form}")
         finally:
@@ -215,10 +234,14 @@ def _holds_table(path: Path) -> bool:
 @lru_cache(maxsize=1024)
 def _is_table(version: _Version) -> bool:
     try:
-        with h5py.File(version[0], "r") as file:
-            return "layout" in file.attrs  # recordings do not have it
+        return _has_layout(version[0])
     except OSError:
         return True  # unreadable: opening it as a table reports the error of the HDF5 library
+
+
+def _has_layout(file: Path | io.BytesIO) -> bool:
+    with h5py.File(file, "r") as opened:
+        return "layout" in opened.attrs  # recordings do not have it
 
 
 @lru_cache(maxsize=16)

@@ -7,11 +7,11 @@ import h5py
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, WrongLayout
 from slipstick.storage.hdf5 import Source
 from slipstick.table import interpolation, store
 from slipstick.table.axis import Axis
+from slipstick.table.foreign import TableModel
 from slipstick.table.points import Outside
 from slipstick.table.table import Table
 
@@ -34,7 +34,7 @@ class Grid(Table):
     times: np.ndarray
     status: np.ndarray
     conditions: Conditions
-    model: Model
+    model: TableModel
     origin: str = ""
 
     def __post_init__(self) -> None:
@@ -80,7 +80,8 @@ class Grid(Table):
             dataset.dims[len(self.axes)].label = "condition"
 
     @classmethod
-    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: TableModel,
+              origin: str) -> Self:
         shape = (*(len(axis.values) for axis in axes), len(conditions))
         times = source.array("times", "f", shape, "s")
         status = source.array("status", "u", shape, "1")

@@ -17,6 +17,7 @@ from slipstick.errors import CorruptTable, InvalidValue, SlipstickError, Unknown
 from slipstick.storage.condition_layout import read_conditions, write_conditions
 from slipstick.storage.hdf5 import SIGNATURE, Source, reading, text
 from slipstick.table.axis import Axis
+from slipstick.table.foreign import ForeignModel, TableModel
 
 LAYOUT_VERSION = 1
 REBUILD = "Build the table again"
@@ -28,12 +29,12 @@ class Header(TypedDict):
 
     axes: tuple[Axis, ...]
     conditions: Conditions
-    model: Model
+    model: TableModel
     origin: str
 
 
 def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarray], conditions: Conditions,
-                   model: Model) -> str:
+                   model: TableModel) -> str:
     """SHA-256 of the content of a table, independent of the bytes, name and origin of its file.
 
     The run order is included if an effect of the model depends on it.
@@ -49,7 +50,7 @@ def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarra
 
 
 def write_header(file: h5py.File, layout: str, digest: str, origin: str, axes: Sequence[Axis],
-                 conditions: Conditions, model: Model) -> None:
+                 conditions: Conditions, model: TableModel) -> None:
     """Write layout, digest and origin as attributes of the file, and the model, conditions and axes."""
     file.attrs["layout_version"] = LAYOUT_VERSION
     describe(file, layout=layout, content_digest=digest, origin=origin)
@@ -100,12 +101,13 @@ def describe(item: h5py.Group | h5py.Dataset, **attributes: str) -> None:
         item.attrs[name] = text(value)
 
 
-def _model(source: Source) -> Model:
+def _model(source: Source) -> TableModel:
     spec, stored_digest = source.text("model"), source.attribute("model", "digest")
     if hashlib.sha256(spec.encode()).hexdigest() != stored_digest:
         raise WrongDigest("The model of the table does not match its digest", REBUILD)
     try:
-        model = Model.from_spec(json.loads(spec))
+        content = json.loads(spec)
+        model = Model.from_spec(content) if "bench" in content else ForeignModel(spec)
     except SlipstickError as error:
         raise WrongLayout(f"This version of Slipstick cannot read the model of the table: {error.cause}",
                           REBUILD) from error

@@ -7,11 +7,11 @@ import h5py
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
+from slipstick.table.foreign import TableModel
 from slipstick.table.network import Network
 from slipstick.table.points import Outside, clip_points
 from slipstick.table.table import Table
@@ -69,7 +69,7 @@ class Surrogate(Table):
     steps: int
     seed: int
     conditions: Conditions
-    model: Model
+    model: TableModel
     origin: str = ""
 
     def __post_init__(self) -> None:
@@ -124,7 +124,8 @@ class Surrogate(Table):
         file["network"].attrs.update(layers=last + 1, runs=self.runs, steps=self.steps, seed=self.seed)
 
     @classmethod
-    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: TableModel,
+              origin: str) -> Self:
         layers, runs, steps, seed = (_count(source, "network", name) for name in ("layers", "runs", "steps", "seed"))
         weights, biases = [], []
         for number in range(layers):

@@ -7,19 +7,19 @@ There are two kinds. `Grid` (grid.py) stores the times at the points of a grid, 
 from abc import ABC, abstractmethod
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, BinaryIO, ClassVar, Literal, Self
 from weakref import WeakKeyDictionary
 
 import h5py
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout
 from slipstick.storage.files import replacing
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
+from slipstick.table.foreign import TableModel
 from slipstick.table.points import Outside
 
 
@@ -32,7 +32,7 @@ class Table(ABC):
 
     axes: tuple[Axis, ...]
     conditions: Conditions
-    model: Model
+    model: TableModel
     origin: str
 
     @classmethod
@@ -41,17 +41,22 @@ class Table(ABC):
 
         Raises `UnknownName` if the file does not exist, `WrongLayout`, `CorruptTable` or `WrongDigest`.
         """
-        kinds = {kind.layout: kind for kind in (cls, *cls.__subclasses__()) if hasattr(kind, "layout")}
         with store.opened(Path(path)) as source:
-            layout = source.attribute("", "layout") if "layout" in source.file.attrs else "none"
-            if layout not in kinds:
-                raise WrongLayout(f"The file is not a table of the kind {' or '.join(k.kind for k in kinds.values())}",
-                                  "Give a table written by `worker build` or `worker surrogate`")
-            try:
-                table = kinds[layout]._read(source, **store.read_header(source))
-            except InvalidValue as error:
-                raise CorruptTable(error.cause, store.REBUILD) from error
-            stored_digest = source.attribute("", "content_digest")
+            return cls.of(source)
+
+    @classmethod
+    def of(cls, source: Source) -> Self:
+        """Read and verify the table in an open file; raises as `open`."""
+        kinds = {kind.layout: kind for kind in (cls, *cls.__subclasses__()) if hasattr(kind, "layout")}
+        layout = source.attribute("", "layout") if "layout" in source.file.attrs else "none"
+        if layout not in kinds:
+            raise WrongLayout(f"The file is not a table of the kind {' or '.join(k.kind for k in kinds.values())}",
+                              "Give a table written by `worker build` or `worker surrogate`")
+        try:
+            table = kinds[layout]._read(source, **store.read_header(source))
+        except InvalidValue as error:
+            raise CorruptTable(error.cause, store.REBUILD) from error
+        stored_digest = source.attribute("", "content_digest")
         if table.digest != stored_digest:
             raise WrongDigest("The content of the table does not match the digest stored in the file",
                               "Restore the file from a backup or build the table again")
@@ -60,12 +65,16 @@ class Table(ABC):
     def write(self, path: Path | str) -> None:
         """Write the table to `path`: it is written under a temporary name, verified, synced and renamed."""
         with replacing(Path(path)) as temporary:
-            # HDF5 has checksums of its metadata since version 1.10.
-            with h5py.File(temporary, "w", libver=("v110", "v110")) as file:
-                store.write_header(file, self.layout, self.digest, self.origin, self.axes, self.conditions, self.model)
-                self._write(file)
+            self.write_to(temporary)
             if type(self).open(temporary).digest != self.digest:
                 raise CorruptTable(f"'{path}' was not read back as it was written", "Check the disk")
+
+    def write_to(self, target: Path | BinaryIO) -> None:
+        """Write the table to a file that does not exist, or to an open empty one."""
+        # HDF5 has checksums of its metadata since version 1.10.
+        with h5py.File(target, "w", libver=("v110", "v110")) as file:
+            store.write_header(file, self.layout, self.digest, self.origin, self.axes, self.conditions, self.model)
+            self._write(file)
 
     def __getstate__(self) -> dict[str, Any]:
         """Omit cached values when the table is pickled for another process."""
@@ -134,7 +143,8 @@ class Table(ABC):
 
     @classmethod
     @abstractmethod
-    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: TableModel,
+              origin: str) -> Self:
         """Read what `_write` wrote; raises the errors of `source`, and `InvalidValue` for inconsistent fields."""
 
     def _check(self) -> None:

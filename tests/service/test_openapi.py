@@ -84,6 +84,8 @@ def test_every_example_works_and_its_response_matches_its_schema(
         options: dict[str, Any] = {}
         if body:
             media_type, content = next(iter(body["content"].items()))
+            if media_type == "application/x-hdf5":
+                continue  # an HDF5 file is no readable example; test_table_upload.py uploads those of the documentation
             example = content.get("example") or _resolve(document, content["schema"])["examples"][0]
             if content["schema"].get("contentEncoding") == "base64":
                 example = base64.b64decode(example)
