@@ -31,6 +31,8 @@ from service.routes import (
     tables,
 )
 from service.settings import Settings
+from service.umbridge import routes as umbridge
+from service.umbridge.errors import BridgeErrors
 from slipstick import __version__
 from slipstick.storage.library import Library
 
@@ -80,7 +82,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                                           configuration.waiting_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, recordings, imports, deletion, evaluate, propagate, likelihood, fits,
-                   reports, studies, study_laws, study_reports):
+                   reports, studies, study_laws, study_reports, umbridge):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
@@ -88,6 +90,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(HeadRequests)
     app.add_middleware(UnexpectedErrors)
     app.add_middleware(Access, hosts=_host_names(configuration))
+    app.add_middleware(BridgeErrors)
     app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]
     return app
 

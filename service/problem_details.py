@@ -70,6 +70,10 @@ class CrossSite(errors.SlipstickError):
     """A page of another site sent a request that changes or computes something."""
 
 
+class NotLocal(errors.SlipstickError):
+    """The operation is available only from the machine of the service."""
+
+
 class StoreUnavailable(errors.SlipstickError):
     """The job database does not respond, or the folder of the tables does not exist."""
 
@@ -90,6 +94,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     UnsupportedMedia: 415,
     Busy: 503,
     CrossSite: 403,
+    NotLocal: 403,
     WrongHost: 421,
     StoreUnavailable: 503,
 }

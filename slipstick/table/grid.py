@@ -12,6 +12,7 @@ from slipstick.errors import InvalidValue, WrongLayout
 from slipstick.storage.hdf5 import Source
 from slipstick.table import interpolation, store
 from slipstick.table.axis import Axis
+from slipstick.table.derivatives import Derivatives
 from slipstick.table.points import Outside
 from slipstick.table.table import Table
 
@@ -57,6 +58,9 @@ class Grid(Table):
     def interpolate(self, points: np.ndarray, outside: Outside = "clip") -> np.ndarray:
         """As `Table.interpolate`; NaN if an engagement did not lock at a corner of nonzero weight."""
         return interpolation.interpolate(self.axes, self.times, points, outside)
+
+    def _derivatives(self, point: np.ndarray) -> Derivatives:
+        return interpolation.derivatives(self.axes, self.times, point)
 
     @property
     def _arrays(self) -> tuple[np.ndarray, ...]:

@@ -12,6 +12,7 @@ from slipstick.errors import CorruptTable, InvalidValue
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
+from slipstick.table.derivatives import Derivatives
 from slipstick.table.network import Network
 from slipstick.table.points import Outside, clip_points
 from slipstick.table.table import Table
@@ -98,6 +99,10 @@ class Surrogate(Table):
         if outside == "nan":
             times[~inside] = np.nan
         return times
+
+    def _derivatives(self, point: np.ndarray) -> Derivatives:
+        scale = np.sqrt(12) / (self.upper - self.lower)
+        return self.network.derivatives(germs(self.axes, point[None])[0]).along(scale)
 
     @property
     def _arrays(self) -> tuple[np.ndarray, ...]:

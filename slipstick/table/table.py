@@ -20,7 +20,8 @@ from slipstick.storage.files import replacing
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
-from slipstick.table.points import Outside
+from slipstick.table.derivatives import Derivatives
+from slipstick.table.points import Outside, clip_points
 
 
 class Table(ABC):
@@ -98,6 +99,17 @@ class Table(ABC):
         A time is NaN where it is undefined. Raises `InvalidValue` and `OutsideTable`.
         """
 
+    def derivatives(self, point: np.ndarray, outside: Outside = "clip") -> Derivatives:
+        """Values and exact derivatives at `point` (d,), in multipliers; raises `InvalidValue` and `OutsideTable`.
+
+        Beyond an edge, a clipped value does not change with the multiplier of that axis.
+        """
+        clipped, inside = clip_points(self.axes, point[None], outside)
+        found = self._derivatives(clipped[0]).along((clipped[0] == point).astype(float))
+        if outside == "nan" and not inside[0]:
+            return Derivatives(*(np.full(array.shape, np.nan) for array in vars(found).values()))
+        return found
+
     def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
         """Shifting times in s of n `conditions` at `points` (m, d), which are clipped to the table: (m, n).
 
@@ -118,6 +130,10 @@ class Table(ABC):
     @cached_property
     def _restricted(self) -> WeakKeyDictionary[Conditions, Self]:
         return WeakKeyDictionary()
+
+    @abstractmethod
+    def _derivatives(self, point: np.ndarray) -> Derivatives:
+        """As `derivatives`, at a point inside the table."""
 
     @property
     @abstractmethod
