@@ -5,7 +5,7 @@ refinement, each interval and the conclusion with the figure data are further st
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,10 +14,11 @@ from dbos import DBOS, WorkflowSerializationFormat
 
 from slipstick.bench import Bench, Conditions
 from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
 from slipstick.figure_data import figure_data
-from slipstick.inference import simulated_problem, table_problem
+from slipstick.inference import Measured, machine_problem, simulated_problem, table_problem
+from slipstick.machine import Machine, Workers
 from slipstick.physical_values import physical_inputs
-from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
@@ -28,22 +29,27 @@ _STEP_SECONDS = 1.0
 _REPORT_SECONDS = 0.5
 
 
-def register(library: Library) -> None:
+Machines = Mapping[str, Workers]
+"""The simulators of other machines, by the digest of the machine."""
+
+
+def register(library: Library, machines: Machines) -> None:
     """Register the DBOS workflow `fit` on the tables and recordings of `library`, before `DBOS.launch`.
 
+    Only `machines` are simulated: a table names its simulator, but a file must not decide what this worker runs.
     A checkpoint holds the `state` of the search, and from the refinement on the `estimate`.
     """
 
     @DBOS.step(name="start")
     def start(order: Order) -> Checkpoint:
         begin = clock_times()
-        task = _open(library, order)
+        task = _open(library, machines, order)
         return {"state": fit.initial_state(task.settings, task.problem), **stage_times({}, "open", begin)}
 
     @DBOS.step(name="search")
     def search(order: Order, checkpoint: Checkpoint) -> Checkpoint:
         begin = clock_times()
-        task = _open(library, order)
+        task = _open(library, machines, order)
         state = checkpoint["state"]
         while not fit.is_finished(task.settings, state) and time.perf_counter() < begin[0] + _STEP_SECONDS:
             state = fit.next_state(task.settings, _reporting_problem(task, state, "search"), state)
@@ -53,7 +59,7 @@ def register(library: Library) -> None:
     @DBOS.step(name="refine")
     def refine(order: Order, checkpoint: Checkpoint) -> Checkpoint:
         begin = clock_times()
-        task = _open(library, order)
+        task = _open(library, machines, order)
         problem = _reporting_problem(task, checkpoint["state"], "refine")
         estimate = fit.refined_estimate(task.settings, problem, checkpoint["state"])
         return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "refine", begin)}
@@ -61,7 +67,7 @@ def register(library: Library) -> None:
     @DBOS.step(name="interval")
     def interval(order: Order, checkpoint: Checkpoint) -> Checkpoint:
         begin = clock_times()
-        task = _open(library, order)
+        task = _open(library, machines, order)
         problem = _reporting_problem(task, checkpoint["state"], "intervals")
         estimate = fit.with_next_interval(task.settings, problem, checkpoint["estimate"])
         return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "intervals", begin)}
@@ -69,7 +75,7 @@ def register(library: Library) -> None:
     @DBOS.step(name="conclude")
     def conclude(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
         begin = clock_times()
-        task = _open(library, order)
+        task = _open(library, machines, order)
         problem = _reporting_problem(task, checkpoint["state"], "conclude")
         result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
         figures = figure_data(task.settings, problem, checkpoint["estimate"]["vector"], task.model, task.recordings)
@@ -93,8 +99,8 @@ def register(library: Library) -> None:
 class _Task:
     settings: fit.FitSettings
     problem: InferenceProblem
-    model: Model
-    recordings: Recordings
+    model: Model | Machine
+    recordings: Measured
 
 
 class _ReportingModel:
@@ -121,13 +127,28 @@ def _report_progress(task: _Task, state: fit.SearchState, stage: str, runs: int 
     report({"stage": stage, "model_runs": runs, **fit.progress(task.settings, task.problem, state)})
 
 
-def _open(library: Library, order: Order) -> _Task:
-    table, recordings = library.table(order["table"]), library.recording(order["recordings"])
+def _open(library: Library, machines: Machines, order: Order) -> _Task:
+    table, recordings = library.table(order["table"]), library.measured(order["recordings"])
     require_same(order, "table", table.digest, "fit")
     require_same(order, "recordings", recordings.digest, "fit")
-    problem = (simulated_problem(table.model, recordings, order["parameters"], _bench(library, order))
-               if order["simulate"] else table_problem(table, recordings, order["outside"], order["parameters"]))
+    if not order["simulate"]:
+        problem = table_problem(table, recordings, order["outside"], order["parameters"])
+    elif isinstance(table.model, Machine):
+        problem = machine_problem(table.model, _simulator(table.model, machines, order["parameters"]), recordings,
+                                  order["parameters"])
+    else:
+        problem = simulated_problem(table.clutch, library.recording(order["recordings"]), order["parameters"],
+                                    _bench(library, order))
     return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
+
+
+def _simulator(machine: Machine, machines: Machines, axes: list[str]) -> ShiftingTimeModel:
+    workers = machines.get(machine.digest)
+    if workers is None:
+        raise InvalidValue(f"This worker has no simulator of '{machine.title}', which the table names as "
+                           f"{machine.simulator[:200]}",
+                           "Start it with `serve-jobs --machine FILE.toml`, the file from which the table was built")
+    return lambda points, conditions: workers.simulate(tuple(axes), points, conditions)[0]
 
 
 def _bench(library: Library, order: Order) -> Bench:

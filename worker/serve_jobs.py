@@ -16,6 +16,7 @@ from dbos import DBOS, error
 from sqlalchemy import Engine, event, make_url
 
 from slipstick.errors import InvalidValue
+from slipstick.machine import Workers, open_machine
 from slipstick.storage.library import Library
 from worker import fit_job, heartbeat, jobs, study_job
 
@@ -32,6 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", default=os.environ.get("SLIPSTICK_JOBS", "sqlite:///var/jobs.sqlite"), metavar="URL",
                         help="URL of the job database, the same as for the service "
                              "(default: %(default)s; environment variable SLIPSTICK_JOBS)")
+    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE.toml",
+                        help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
     parser.add_argument("--name", default="worker-1",
                         help="name of this worker; each worker needs its own. Jobs that a stopped worker left "
                              "unfinished are taken over by another, or resumed under the same name (default: "
@@ -48,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
                      "executor_id": arguments.name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
         library = Library(arguments.tables)
-        fit_job.register(library)
+        fit_job.register(library, _machines(arguments.machine))
         study_job.register(library)
         DBOS.launch()
         DBOS.register_queue(jobs.QUEUE, worker_concurrency=1, polling_interval_sec=0.2)
@@ -59,6 +62,11 @@ def run(arguments: argparse.Namespace) -> int:
         print("Stopped. Another worker takes over unfinished jobs, or they resume at the next start.", flush=True)
         # A running job can be interrupted at any point, so the worker does not wait for it.
         os._exit(0)
+
+
+def _machines(paths: list[Path]) -> dict[str, Workers]:
+    files = [open_machine(path) for path in paths]
+    return {file.machine.digest: Workers(file, os.cpu_count() or 1) for file in files}
 
 
 def _is_not_cancellation(record: logging.LogRecord) -> bool:

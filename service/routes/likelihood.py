@@ -139,7 +139,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     simulated time whose standard deviation is the output noise. The inputs of different runs are independent, so the
     log10 densities of the conditions are summed.
     """
-    table, recordings = open_table(library, body.table, body.bench), library.recording(body.recordings)
+    table, recordings = open_table(library, body.table, body.bench), library.measured(body.recordings)
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))

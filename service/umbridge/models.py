@@ -146,7 +146,7 @@ def names(library: Library) -> list[str]:
     """The names of all models: the valid tables, then each with the recordings whose conditions it contains."""
     tables = {name: table for name in library.tables() if (table := _valid(library.table, name)) is not None}
     recordings = {name: recorded for name in library.recordings()
-                  if (recorded := _valid(library.recording, name)) is not None}
+                  if (recorded := _valid(library.measured, name)) is not None}
     pairs = [f"{name}/{other}" for name, table in tables.items() for other, recorded in recordings.items()
              if _valid(table.restricted, recorded.conditions) is not None]
     return [*tables, *pairs]
@@ -168,7 +168,7 @@ def open_model(library: Library, settings: Settings, client: Client | None, name
     if not slash:
         options = _checked(TableConfig, config)
         return TableModel(select_conditions(table, options.conditions)[0], options.outside)
-    chosen, recordings = _checked(LikelihoodConfig, config), library.recording(recordings_name)
+    chosen, recordings = _checked(LikelihoodConfig, config), library.measured(recordings_name)
     problem = table_problem(table, recordings, chosen.outside)
     if client is not None:
         problem = replace(problem, model=client.watched(problem.model))

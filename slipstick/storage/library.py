@@ -23,6 +23,8 @@ from slipstick.errors import (
     SlipstickError,
     UnknownName,
 )
+from slipstick.machine import Machine, Measurements
+from slipstick.machine.measurements import MARK
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.table import Table
@@ -86,7 +88,15 @@ class Library:
             return _open_table(version)
 
     def recording(self, name: str) -> Recordings:
-        """Open and check the recordings `name`; raises `UnknownName` and what `Recordings.open` raises."""
+        """Open and check the recordings `name` of a clutch; raises `UnknownName` and what `Recordings.open` raises."""
+        found = self.measured(name)
+        if isinstance(found, Measurements):
+            raise InvalidValue(f"'{name}' holds measurements of another machine ({found.output.name})",
+                               "Give recordings of a clutch")
+        return found
+
+    def measured(self, name: str) -> Recordings | Measurements:
+        """As `recording`, or the measurements `name` of another machine; raises the same errors."""
         if name not in (known := self.recordings()):
             raise UnknownName.of("recordings file", name, known)
         with _readable(self.folder / f"{name}.h5", BadRecording) as version:
@@ -118,6 +128,24 @@ class Library:
         self._require_engagements(len(checked))
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
         return checked
+
+    def add_measurements(self, name: str, content: bytes, table: str) -> Measurements:
+        """Check the bytes of a CSV of measurements of the machine of a `table`, and store them atomically as `name`.
+
+        Raises what `add_recordings` raises, and `InvalidValue` if the table is one of a clutch.
+        """
+        _require_name(name)
+        checked = self.read_measurements(content, table)
+        self._require_engagements(len(checked))
+        self._store(name, checked.to_bytes(), "h5")
+        return checked
+
+    def read_measurements(self, content: bytes, table: str) -> Measurements:
+        """Check the bytes of a CSV of measurements; raises `BadRecording`, `UnknownName`, `InvalidValue`."""
+        machine = self.table(table).model
+        if not isinstance(machine, Machine):
+            raise InvalidValue(f"The table '{table}' is one of a clutch", "Name the bench of the recordings instead")
+        return Measurements.read_csv(content, machine)
 
     def read_recordings(self, content: bytes, form: Form, bench: str | None = None) -> Recordings:
         """Check the bytes of a recordings file; raises `BadRecording`, `UnknownName`."""
@@ -227,7 +255,10 @@ def _open_table(version: _Version) -> Table:
 
 
 @lru_cache(maxsize=16)
-def _open_recordings(version: _Version) -> Recordings:
+def _open_recordings(version: _Version) -> Recordings | Measurements:
+    with suppress(OSError), h5py.File(version[0], "r") as file:
+        if MARK in file.attrs:
+            return Measurements.read(version[0])
     return Recordings.open(version[0])
 
 
