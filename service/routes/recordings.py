@@ -128,7 +128,8 @@ def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, byt
     The request body is the file itself. A CSV file (Content-Type text/csv) has one row per engagement, with its
     condition and its shifting time, and numbers the current profiles of a `bench`; send it with `curl --data-binary
     @bench.csv --header 'Content-Type: text/csv'`. It is stored as HDF5. An
-    HDF5 file (Content-Type application/x-hdf5) can contain signals as well. An existing file is never replaced: the
+    HDF5 file (Content-Type application/x-hdf5) can contain signals as well. With `table` instead of `bench`, the CSV
+    holds measurements of the machine of that table. An existing file is never replaced: the
     upload of different content under an existing name is rejected with 409.
     """
     form, content = upload

@@ -121,7 +121,7 @@ class Vector(BaseModel):
 
 
 _TABLE: dict[str, Any] = {"name": "nominal", "config": {"conditions": [0, 1]}}
-_AT: dict[str, Any] = {**_TABLE, "input": [[1.02, 0.97]], "outWrt": 0}
+_AT: dict[str, Any] = {**_TABLE, "input": [[1.1, 0.95]], "outWrt": 0}
 
 
 def _body(kind: type[BaseModel], example: dict[str, Any]) -> dict[str, Any]:
