@@ -82,7 +82,8 @@ class MachineRuns:
     def digest(self) -> str:
         """SHA-256 of the machine with its simulator, the conditions and the points."""
         names = [axis.name for axis in self.axes]
-        description = json.dumps([self.model.digest, self.conditions.digest, names, CHUNK, self.design.tolist()])
+        description = json.dumps([self.model.digest, self.conditions.digest, names, self.file.simulator.timeout, CHUNK,
+                                  self.design.tolist()])
         return hashlib.sha256(description.encode()).hexdigest()
 
     def points(self, chunk: slice) -> np.ndarray:

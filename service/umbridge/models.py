@@ -6,6 +6,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, Protocol, TypeVar
 
 import numpy as np
@@ -148,7 +149,7 @@ def names(library: Library) -> list[str]:
     recordings = {name: recorded for name in library.recordings()
                   if (recorded := _valid(library.measured, name)) is not None}
     pairs = [f"{name}/{other}" for name, table in tables.items() for other, recorded in recordings.items()
-             if _valid(table.restricted, recorded.conditions) is not None]
+             if _valid(partial(table_problem, table, outside="clip"), recorded) is not None]
     return [*tables, *pairs]
 
 

@@ -137,7 +137,7 @@ class Library:
         _require_name(name)
         checked = self.read_measurements(content, table)
         self._require_engagements(len(checked))
-        self._store(name, checked.to_bytes(), "h5")
+        self._store(name, checked.to_bytes(), "h5", measurements=True)
         return checked
 
     def read_measurements(self, content: bytes, table: str) -> Measurements:
@@ -180,7 +180,7 @@ class Library:
             raise LimitExceeded(f"The folder holds {stored:,} bytes, and {size:,} more exceed its {self.most_bytes:,}",
                                 "Delete tables or recordings, or let the administrator increase SLIPSTICK_FOLDER_BYTES")
 
-    def _store(self, name: str, content: bytes, form: str) -> None:
+    def _store(self, name: str, content: bytes, form: str, measurements: bool = False) -> None:
         if any(path.stem == name for path in self._files(f".{form}")):
             raise FileExistsError(name)
         self._require_space(len(content))
@@ -190,6 +190,10 @@ class Library:
                 temporary.write_bytes(content)
             if form == "h5" and _is_table(_version(staged)):
                 raise BadRecording("The file has an attribute 'layout', which marks a table", "Remove this attribute")
+            if form == "h5" and _holds_measurements(_version(staged)) != measurements:
+                # They are checked in another way: an uploaded recordings file must not be read as measurements.
+                raise BadRecording(f"The file has an attribute '{MARK}', which marks measurements of another machine",
+                                   "Remove this attribute, or upload the measurements as CSV")
             # A hard link, unlike a rename, cannot replace a file that another upload has created in the meantime.
             os.link(staged, self.folder / f"{name}.{form}")
         finally:
@@ -249,6 +253,12 @@ def _is_table(version: _Version) -> bool:
         return True  # unreadable: opening it as a table reports the error of the HDF5 library
 
 
+def _holds_measurements(version: _Version) -> bool:
+    with suppress(OSError), h5py.File(version[0], "r") as file:
+        return MARK in file.attrs
+    return False
+
+
 @lru_cache(maxsize=16)
 def _open_table(version: _Version) -> Table:
     return Table.open(version[0])
@@ -256,10 +266,7 @@ def _open_table(version: _Version) -> Table:
 
 @lru_cache(maxsize=16)
 def _open_recordings(version: _Version) -> Recordings | Measurements:
-    with suppress(OSError), h5py.File(version[0], "r") as file:
-        if MARK in file.attrs:
-            return Measurements.read(version[0])
-    return Recordings.open(version[0])
+    return Measurements.read(version[0]) if _holds_measurements(version) else Recordings.open(version[0])
 
 
 @lru_cache(maxsize=16)

@@ -2,6 +2,8 @@
 
 import asyncio
 import logging
+import re
+from pathlib import Path
 from typing import Any
 
 import emcee
@@ -182,6 +184,15 @@ def test_the_umbridge_client_evaluates_and_differentiates_a_likelihood(url: str,
         model.gradient(0, 0, [impossible], [1.0])
 
 
+def test_the_example_of_the_page_works(url: str) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "umbridge.md").read_text()
+    code, = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    found: dict[str, Any] = {}
+    exec(code.replace("http://127.0.0.1:8000/umbridge", url), found)
+    assert found["times"].get_input_sizes() == [2]
+    assert found["likelihood"].get_input_sizes() == [5]
+
+
 def test_emcee_samples_the_likelihood_of_the_service(url: str, library: Library, table: Table) -> None:
     model = umbridge.HTTPModel(url, LIKELIHOOD)
     problem = table_problem(table, library.recording("measured"), "clip")
@@ -191,10 +202,10 @@ def test_emcee_samples_the_likelihood_of_the_service(url: str, library: Library,
             return -np.inf
         return float(model([vector.tolist()], {"logarithm": "ln"})[0][0])
 
-    scatter = np.random.default_rng(1).normal(size=(12, 5))
-    sampler = emcee.EnsembleSampler(12, 5, log_density)
+    scatter = np.random.default_rng(1).normal(size=(10, 5))
+    sampler = emcee.EnsembleSampler(10, 5, log_density)
     sampler.random_state = np.random.RandomState(1).get_state()
-    sampler.run_mcmc(np.array([0.8, 1.2, 0.1, 0.1, 0.1]) * (1 + 0.05 * scatter), 25)
+    sampler.run_mcmc(np.array([0.8, 1.2, 0.1, 0.1, 0.1]) * (1 + 0.05 * scatter), 20)
     chain, densities = sampler.get_chain(), sampler.get_log_prob()
     assert np.median(densities[-1]) > np.median(densities[0]) + 30
     assert (chain[..., 2:] > 0).all()

@@ -1,7 +1,9 @@
 """Tables of any machine: failing runs, timeouts, interruptions, and an UM-Bridge server of the umbridge package."""
 
+import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -203,3 +205,33 @@ def test_a_server_that_is_away_stops_the_build(tmp_path: Path, monkeypatch: pyte
     motor(tmp_path, 'url = "http://127.0.0.1:9"', 'model = "motor"')
     assert build(tmp_path) == 1
     assert re.search("http://127.0.0.1:9 cannot be reached: .*refused.*it resumes", capsys.readouterr().err)
+
+
+def test_processes_of_a_simulator_end_with_a_killed_parent(trouble: Path) -> None:
+    script = trouble / "parent.py"
+    script.write_text(f'''
+import time
+from pathlib import Path
+import numpy as np
+from slipstick.machine import Workers, open_machine
+
+if __name__ == "__main__":
+    workers = Workers(open_machine(Path({str(trouble / "machine.toml")!r})), 1)
+    workers.simulate(("a",), np.array([[1.0]]), workers.file.cases)
+    print(*workers.executor._processes, flush=True)
+    time.sleep(60)
+''')
+    parent = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True,
+                              env={**os.environ, "PYTHONPATH": str(DOCS.parent)})
+    assert parent.stdout
+    child = int(parent.stdout.readline())
+    os.kill(child, 0)  # it is alive
+    parent.kill()
+    parent.wait()
+    for _ in range(100):
+        status = Path(f"/proc/{child}/stat")
+        if not status.exists() or status.read_text().split()[2] == "Z":
+            return
+        time.sleep(0.1)
+    os.kill(child, signal.SIGKILL)
+    pytest.fail("the process of the simulator is still alive")

@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 from slipstick.errors import BadBench, BadRecording, SlipstickError
 from slipstick.machine import Machine, Measurements, open_machine
 from slipstick.machine.bridge import Bridge
+from slipstick.machine.measurements import MARK
+from slipstick.storage.library import Library
 
 MOTOR = (Path(__file__).parents[3] / "docs" / "motor.toml").read_text()
 SERVER = 'url = "http://127.0.0.1:4242"\nmodel = "motor"\n'
@@ -95,3 +98,18 @@ def test_measurements_are_in_the_units_of_the_machine(folder: Path) -> None:
     for change, message in ((b"[ms]", r"run_up_time \[s\]"), (b",590", "Row 4 has 2 cells")):
         with pytest.raises(BadRecording, match=message):
             Measurements.read_csv(content.replace(change, b"" if change == b",590" else b"[V]"), machine)
+
+
+def test_an_uploaded_recordings_file_cannot_be_read_as_measurements(tmp_path: Path) -> None:
+    shipped = (Path(__file__).parents[3] / "tables" / "measured-compact.h5").read_bytes()
+    (tmp_path / "marked.h5").write_bytes(shipped)
+    with h5py.File(tmp_path / "marked.h5", "r+") as file:
+        file.attrs[MARK] = "run_up_time"
+    content = (tmp_path / "marked.h5").read_bytes()
+    (tmp_path / "marked.h5").unlink()
+    library = Library(tmp_path)
+    with pytest.raises(BadRecording, match="attribute 'measurements'"):
+        library.add_recordings("mine", content, "h5")
+    assert library.recordings() == []
+    library.add_recordings("mine", shipped, "h5")
+    assert library.recordings() == ["mine"]
