@@ -35,10 +35,10 @@ HEADER = ("form", "damage", "files", "refused with cause and remedy", "reader cr
 Damage = Callable[[bytes, np.random.Generator], bytes]
 Edit = Callable[[h5py.File], None]
 
-_DATASETS = ("times", "axes/torque_constant", "axes/rotor_inertia", "conditions/current_profile",
-             "conditions/motor_speed", "current_profiles/time", "current_profiles/current")
+_DATASETS = ("times", "axes/torque_constant", "axes/rotor_inertia", "conditions/speed", "conditions/load_inertia")
 _ATTRIBUTES = (("/", "layout"), ("/", "layout_version"), ("axes", "order"), ("axes/torque_constant", "nominal"),
-               ("axes/torque_constant", "nominal_units"), ("times", "units"), ("conditions/motor_speed", "units"))
+               ("axes/torque_constant", "nominal_units"), ("times", "units"), ("conditions", "order"),
+               ("conditions/speed", "units"))
 
 
 def plain_table() -> bytes:

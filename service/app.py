@@ -34,6 +34,8 @@ from service.routes import (
 )
 from service.settings import Settings
 from service.tokens import tokens_of
+from service.umbridge import routes as umbridge
+from service.umbridge.errors import BridgeErrors
 from slipstick import __version__
 from slipstick.storage.library import Library
 
@@ -59,7 +61,8 @@ a `remedy` (RFC 9457).
 
 **Tokens.** If the service has a token file, requests need a token, as `Authorization: Bearer TOKEN` or as the password
 of Basic authentication. Reading needs one of the role `read`; computations, uploads and jobs need `run`; the deletion
-of tables and recordings needs `admin`. Each role includes those before it. The health check needs no token.
+of tables and recordings needs `admin`. Each role includes those before it. The health check needs no token. The
+operations of UM-Bridge need none either, and answer only the machine of the service.
 
 *The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
 Friction Clutch Model*.
@@ -92,7 +95,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                                           configuration.waiting_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
-                   fits, reports, studies, study_laws, study_reports):
+                   fits, reports, studies, study_laws, study_reports, umbridge):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
@@ -101,6 +104,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(UnexpectedErrors)
     tokens = tokens_of(configuration)
     app.add_middleware(Access, hosts=_host_names(configuration), tokens=tokens)
+    app.add_middleware(BridgeErrors)
     app.openapi = lambda: openapi_document(app, tokens is not None)  # type: ignore[method-assign]
     return app
 

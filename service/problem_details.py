@@ -78,6 +78,10 @@ class RoleRequired(errors.SlipstickError):
     """The token of the request has a lower role than the request needs."""
 
 
+class NotLocal(errors.SlipstickError):
+    """The operation is available only from the machine of the service."""
+
+
 class StoreUnavailable(errors.SlipstickError):
     """The job database does not respond, or the folder of the tables does not exist."""
 
@@ -101,6 +105,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     TokenRequired: 401,
     CrossSite: 403,
     RoleRequired: 403,
+    NotLocal: 403,
     WrongHost: 421,
     StoreUnavailable: 503,
 }

@@ -12,7 +12,7 @@ from service.problem_details import TooLarge
 from service.settings import Settings
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
-from slipstick.table import Outside, Table, simulated
+from slipstick.table import Outside, Table
 from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.chaos import Family
 
@@ -163,5 +163,5 @@ def open_table(library: Library, name: str, bench: str | None) -> Table:
     """Open a table; raises `InvalidValue` if a bench is given and the table is one of another bench."""
     table = library.table(name)
     if bench is not None:
-        library.bench(bench).require(simulated(table.model).physics)
+        library.bench(bench).require(table.clutch.physics)
     return table

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from service.settings import Settings
+from service.umbridge.errors import PREFIX
 from slipstick.errors import SlipstickError
 
 Role = Literal["read", "run", "admin"]
@@ -50,8 +51,11 @@ class Caller:
 def required_role(method: str, path: str) -> Role | None:
     """Return the role that a request needs; None if it needs no token.
 
-    Without token are the documentation, and the health check, which a supervisor asks.
+    Without token are the documentation, the health check, which a supervisor asks, and UM-Bridge, whose clients cannot
+    send one and which answers this machine only (`require_loopback`).
     """
+    if path.startswith(f"{PREFIX}/"):
+        return None
     if method in READING:
         return None if path in _OPEN or path.startswith("/static/") else "read"
     return "admin" if method == "DELETE" and path.startswith(("/v1/tables/", "/v1/recordings/")) else "run"

@@ -7,9 +7,9 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.clutch.ensemble import signals
 from slipstick.clutch.model import Model
+from slipstick.machine import Machine, Measurements
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.table import ForeignModel, TableModel
 from slipstick.uncertainty import Inputs, standard_normals
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.intervals import combinations
@@ -26,18 +26,24 @@ _SAMPLES = 512  # samples for the moments of the predicted times
 _TIME_STEP = 0.005  # s, sampling interval of the simulated engagement if the recordings have no signals
 
 
-def figure_data(settings: FitSettings, problem: InferenceProblem, optimum: list[float], model: TableModel,
-                recordings: Recordings) -> dict[str, Any]:
-    """The data of all figures as JSON, for the vector of unknowns `optimum` (k,) of a fit of `model`.
-
-    An engagement is drawn only where the model can be simulated.
-    """
+def figure_data(settings: FitSettings, problem: InferenceProblem, optimum: list[float],
+                model: Model | Machine, recordings: Recordings | Measurements) -> dict[str, Any]:
+    """The data of all figures as JSON, for the vector of unknowns `optimum` (k,) of a fit of `model`."""
     space = search_space(settings, problem)
     vector = np.array(optimum)
     candidate = space.candidate(vector)
     return {"surface": surface(settings, problem, space, vector), "prediction": prediction(problem, candidate),
-            "engagement": None if isinstance(model, ForeignModel) else engagement(model, problem, candidate.inputs,
-                                                                                  recordings),
+            **_of_clutch(model, problem, candidate, recordings)}
+
+
+def _of_clutch(model: Model | Machine, problem: InferenceProblem, candidate: Candidate,
+               recordings: Recordings | Measurements) -> dict[str, Any]:
+    """One engagement, and the conditions; of another machine only the conditions."""
+    if isinstance(model, Machine) or isinstance(recordings, Measurements):
+        cases = problem.conditions
+        return {"engagement": None, "conditions": {quantity.name: column.tolist() for quantity, column in
+                                                   zip(cases.quantities, cases.values.T, strict=True)}}
+    return {"engagement": engagement(model, problem, candidate.inputs, recordings),
             "conditions": {name: getattr(recordings.conditions, name).tolist() for name in _CONDITION}}
 
 

@@ -30,18 +30,20 @@ MAY_IMPORT = {
     "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",
     "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.hdf5",
     "slipstick.storage.library": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.files "
-                                 "slipstick.recordings slipstick.table",
+                                 "slipstick.machine slipstick.recordings slipstick.table",
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
                             "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.quantities slipstick.bench "
                              "slipstick.recordings slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
+    "slipstick.machine": "numpy h5py slipstick.errors slipstick.quantities slipstick.bench.document "
+                         "slipstick.storage.hdf5 slipstick.storage.sheet",
     "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
-                       "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5 "
-                       "slipstick.storage.isolated",
+                       "slipstick.machine slipstick.storage.condition_layout slipstick.storage.files "
+                       "slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
-    "slipstick.physical_values": "slipstick.bench slipstick.table",
+    "slipstick.physical_values": "slipstick.table",
     "slipstick.blocks": "numpy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
                              "slipstick.recordings",
@@ -58,9 +60,9 @@ MAY_IMPORT = {
     "slipstick.uncertainty.fit": "numpy scipy slipstick.errors slipstick.matrix_product slipstick.uncertainty.chaos "
                                  "slipstick.uncertainty.likelihood slipstick.uncertainty.outside "
                                  "slipstick.uncertainty.sampling",
-    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings "
-                           "slipstick.table slipstick.uncertainty",
-    "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.table "
+    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.machine "
+                           "slipstick.recordings slipstick.table slipstick.uncertainty",
+    "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings "
                              "slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
                         "slipstick.calibration.noise slipstick.clutch slipstick.recordings",

@@ -5,6 +5,7 @@ that reports progress, and further arguments; it knows nothing of the job databa
 such as for lack of memory, fails its job, and not the worker.
 """
 
+import atexit
 import importlib
 import multiprocessing
 import os
@@ -39,6 +40,7 @@ class Computer:
         self.folder, self.modules = folder, modules
         self._lock = threading.Lock()
         self._process, self._connection = self._started()
+        atexit.register(self.stop)  # before multiprocessing waits for the process
 
     def run(self, step: Callable[..., Any], *arguments: Any, report: Report, require_wanted: Callable[[], None]) -> Any:
         """Return `step(library, report, *arguments)`, computed in the process.
@@ -90,7 +92,8 @@ class Computer:
     def _started(self) -> tuple[BaseProcess, Connection]:
         context = multiprocessing.get_context("spawn")  # a fork would copy the locks of other threads
         ours, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs, self.folder, self.modules), daemon=True)
+        # Not a daemon, which could not start the processes of a simulator; see `_end_with_the_worker`.
+        process = context.Process(target=_serve, args=(theirs, self.folder, self.modules))
         process.start()
         theirs.close()
         return process, ours

@@ -17,6 +17,7 @@ from dbos import DBOS, error
 from sqlalchemy import Engine, event, make_url
 
 from slipstick.errors import InvalidValue
+from slipstick.machine import open_machine
 from worker import fit_job, heartbeat, jobs, study_job
 from worker.computing import Computer
 
@@ -33,6 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", default=os.environ.get("SLIPSTICK_JOBS", "sqlite:///var/jobs.sqlite"), metavar="URL",
                         help="URL of the job database, the same as for the service "
                              "(default: %(default)s; environment variable SLIPSTICK_JOBS)")
+    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE.toml",
+                        help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
     parser.add_argument("--name", default="worker-1",
                         help="name of this worker; each worker needs its own. Jobs that a stopped worker left "
                              "unfinished are taken over by another, or resumed under the same name (default: "
@@ -41,6 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run jobs until SIGTERM or SIGINT; raises `InvalidValue` if a worker of the same name is running."""
+    files = [open_machine(path) for path in arguments.machine]
+    machines = {file.machine.digest: file for file in files}
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.
@@ -51,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
         modules = "worker.fit_steps", "worker.study_steps"
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
-        fit_job.register(computers)
+        fit_job.register(computers, machines)
         study_job.register(computers)
         DBOS.launch()
         for queue in jobs.QUEUES:

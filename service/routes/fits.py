@@ -1,7 +1,8 @@
 """Fits: submission, status, results and cancellation; the worker runs them."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
+import numpy as np
 import orjson
 from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Request, Response
@@ -27,9 +28,9 @@ from service.jobs import (
 from service.problem_details import error_responses
 from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
-from slipstick.inference import simulated_problem, table_problem
+from slipstick.inference import machine_problem, simulated_problem, table_problem
+from slipstick.machine import Machine
 from slipstick.storage.library import Library
-from slipstick.table import simulated
 from slipstick.uncertainty.fit import initial_state
 from slipstick.uncertainty.fit.search_space import search_space
 
@@ -102,15 +103,19 @@ def delete_fit(id: FitId, store: FitStore) -> None:
 
 def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput, Queue]:
     """Return the input of the worker and the queue, after checks that reject a fit that would fail later."""
-    table, recordings = library.table(body.table), library.recording(body.recordings)
+    table, recordings = library.table(body.table), library.measured(body.recordings)
     parameters = body.parameters or [axis.name for axis in table.axes]
     bench = None
-    if body.simulate or body.bench:
-        physics = simulated(table.model).physics
-        bench = body.bench or library.bench_of_model(physics)
-        library.bench(bench).require(physics)
-    problem = (simulated_problem(simulated(table.model), recordings, parameters, library.bench(bench))
-               if body.simulate and bench else table_problem(table, recordings, body.outside, parameters))
+    if body.bench or (body.simulate and not isinstance(table.model, Machine)):
+        bench = body.bench or library.bench_of_model(table.clutch.physics)
+        library.bench(bench).require(table.clutch.physics)
+    if not body.simulate:
+        problem = table_problem(table, recordings, body.outside, parameters)
+    elif isinstance(table.model, Machine):
+        problem = machine_problem(table.model, _only_in_workers, recordings, parameters)
+    else:
+        assert bench is not None
+        problem = simulated_problem(table.model, library.recording(body.recordings), parameters, library.bench(bench))
     if body.simulate and body.outside != "clip":
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
     settings = body.settings.checked()
@@ -126,6 +131,11 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
         "recordings": body.recordings, "recordings_digest": recordings.digest,
         "outside": body.outside, "settings": settings.to_dict(), **bench_input(library, bench)}))
     return job_input, queue_of(cost)
+
+
+def _only_in_workers(points: np.ndarray, conditions: Any, /) -> np.ndarray:
+    """The simulator of another machine: the service never runs what a file names."""
+    raise NotImplementedError
 
 
 def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:

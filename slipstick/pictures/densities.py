@@ -32,8 +32,9 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     largest = max(value for index in locking for value in prediction["density"][index])
     shapes = {index: _shape(index, prediction, largest) for index in locking}
     dots = {index: _dot(index, prediction) for index in locking}
+    speeds = conditions.get("motor_speed")  # None for another machine
     panels = [_panel(title, [shapes[index] for index in row], [dots[index] for index in row],
-                     [conditions["motor_speed"][index] for index in row])
+                     None if speeds is None else [speeds[index] for index in row])
               for title, row in _rows(locking, conditions)]
     for panel in panels[:-1]:
         panel["layer"][-1]["encoding"]["x"]["title"] = None
@@ -49,6 +50,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
 
 def _rows(experiments: Sequence[int], conditions: Mapping[str, Any]) -> list[tuple[str, list[int]]]:
     """Return the rows of the picture: title and experiments, one or more rows per current profile."""
+    if "current_profile" not in conditions:  # of another machine
+        return [("", list(experiments[first:first + _ROW])) for first in range(0, len(experiments), _ROW)]
     profile, *rest = (conditions[name] for name in ("current_profile", "motor_speed", "load_inertia", "brake_torque"))
     ordered = sorted(experiments, key=lambda index: (profile[index], *(column[index] for column in rest)))
     groups = [(number, list(group)) for number, group in groupby(ordered, key=lambda index: profile[index])]
@@ -56,7 +59,7 @@ def _rows(experiments: Sequence[int], conditions: Mapping[str, Any]) -> list[tup
             for number, group in groups for first in range(0, len(group), _ROW)]
 
 
-def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float]) -> Spec:
+def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float] | None) -> Spec:
     y: Spec = {"field": "y", "type": "quantitative", "title": "time − mean [ms]", "axis": {"tickCount": 4}}
     x: Spec = {"type": "quantitative", "scale": {"domain": [-0.7, max(len(dots), 12) - 0.3], "nice": False},
                "axis": {"labels": False, "ticks": False, "grid": False, "domain": False}}
@@ -74,11 +77,11 @@ def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequ
                       "detail": {"field": "experiment"}}},
         {"data": {"values": [{}]}, "mark": {"type": "text", "align": "left", "text": title, "color": theme.MEASURED,
                                             "fontSize": 12}, "encoding": {"x": {"value": 0}, "y": {"value": -7}}},
-        *_speeds(speed),
+        *(_speeds(speed) if speed else ()),
         {"data": {"values": [{**dot, "x": x} for x, dot in enumerate(dots)]},
          "mark": {"type": "point", "filled": True, "size": 26, "opacity": 1},
          "encoding": {
-             "x": {"field": "x", "type": "quantitative", "title": _ORDER}, "y": y,
+             "x": {"field": "x", "type": "quantitative", "title": _ORDER if speed else "conditions"}, "y": y,
              "color": {**theme.series_colour({_INSIDE: theme.INK, _OUTSIDE: theme.ALARM}), **where},
              "shape": {**where, "scale": {"domain": [_INSIDE, _OUTSIDE], "range": ["circle", "diamond"]}},
              "tooltip": [{"field": name, "type": "quantitative"}

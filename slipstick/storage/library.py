@@ -24,6 +24,8 @@ from slipstick.errors import (
     SlipstickError,
     UnknownName,
 )
+from slipstick.machine import Machine, Measurements, is_machine_file
+from slipstick.machine.measurements import MARK
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.table import Table
@@ -49,7 +51,7 @@ class Library:
 
     def benches(self) -> list[str]:
         """Names of the bench files, sorted."""
-        return sorted(path.stem for path in self._files(".toml"))
+        return sorted(path.stem for path in self._files(".toml") if not _describes_machine(path))
 
     def bench(self, name: str) -> Bench:
         """Open and check the bench `name`; raises `UnknownName` and `BadBench`."""
@@ -88,7 +90,15 @@ class Library:
             return _open_table(version)
 
     def recording(self, name: str) -> Recordings:
-        """Open and check the recordings `name`; raises `UnknownName` and what `Recordings.open` raises."""
+        """Open and check the recordings `name` of a clutch; raises `UnknownName` and what `Recordings.open` raises."""
+        found = self.measured(name)
+        if isinstance(found, Measurements):
+            raise InvalidValue(f"'{name}' holds measurements of another machine ({found.output.name})",
+                               "Give recordings of a clutch")
+        return found
+
+    def measured(self, name: str) -> Recordings | Measurements:
+        """As `recording`, or the measurements `name` of another machine; raises the same errors."""
         if name not in (known := self.recordings()):
             raise UnknownName.of("recordings file", name, known)
         with _readable(self.folder / f"{name}.h5", BadRecording) as version:
@@ -134,11 +144,33 @@ class Library:
                                     _FEWER_ENGAGEMENTS)
         checked = self.read_recordings(content, form, bench)
         self._require_engagements(len(checked))
-        if form == "h5" and _has_layout(io.BytesIO(content)):
+        marks = _marks(io.BytesIO(content)) if form == "h5" else set()
+        if "layout" in marks:
             raise BadRecording("The file has an attribute 'layout', which marks a table",
                                "Upload it to /v1/tables, or remove this attribute")
+        if MARK in marks:  # they are checked in another way, and must not be read as measurements
+            raise BadRecording(f"The file has an attribute '{MARK}', which marks measurements of another machine",
+                               "Remove this attribute, or upload the measurements as CSV")
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
         return checked
+
+    def add_measurements(self, name: str, content: bytes, table: str) -> Measurements:
+        """Check the bytes of a CSV of measurements of the machine of a `table`, and store them atomically as `name`.
+
+        Raises what `add_recordings` raises, and `InvalidValue` if the table is one of a clutch.
+        """
+        _require_name(name)
+        checked = self.read_measurements(content, table)
+        self._require_engagements(len(checked))
+        self._store(name, checked.to_bytes(), "h5")
+        return checked
+
+    def read_measurements(self, content: bytes, table: str) -> Measurements:
+        """Check the bytes of a CSV of measurements; raises `BadRecording`, `UnknownName`, `InvalidValue`."""
+        machine = self.table(table).model
+        if not isinstance(machine, Machine):
+            raise InvalidValue(f"The table '{table}' is one of a clutch", "Name the bench of the recordings instead")
+        return Measurements.read_csv(content, machine)
 
     def read_recordings(self, content: bytes, form: Form, bench: str | None = None) -> Recordings:
         """Check the bytes of a recordings file; raises `BadRecording`, `UnknownName`."""
@@ -231,17 +263,36 @@ def _holds_table(path: Path) -> bool:
         return True
 
 
+def _describes_machine(path: Path) -> bool:
+    """Whether the file describes another machine, which only the worker reads."""
+    with suppress(OSError):
+        return path.is_file() and _is_machine(_version(path))
+    return False
+
+
+@lru_cache(maxsize=1024)
+def _is_machine(version: _Version) -> bool:
+    return is_machine_file(version[0])
+
+
 @lru_cache(maxsize=1024)
 def _is_table(version: _Version) -> bool:
     try:
-        return _has_layout(version[0])
+        return "layout" in _marks(version[0])
     except OSError:
         return True  # unreadable: opening it as a table reports the error of the HDF5 library
 
 
-def _has_layout(file: Path | io.BytesIO) -> bool:
+def _holds_measurements(version: _Version) -> bool:
+    with suppress(OSError):
+        return MARK in _marks(version[0])
+    return False
+
+
+def _marks(file: Path | io.BytesIO) -> set[str]:
+    """The attributes of a file by which it is no recordings of a clutch."""
     with h5py.File(file, "r") as opened:
-        return "layout" in opened.attrs  # recordings do not have it
+        return {name for name in ("layout", MARK) if name in opened.attrs}
 
 
 @lru_cache(maxsize=16)
@@ -250,8 +301,8 @@ def _open_table(version: _Version) -> Table:
 
 
 @lru_cache(maxsize=16)
-def _open_recordings(version: _Version) -> Recordings:
-    return Recordings.open(version[0])
+def _open_recordings(version: _Version) -> Recordings | Measurements:
+    return Measurements.read(version[0]) if _holds_measurements(version) else Recordings.open(version[0])
 
 
 @lru_cache(maxsize=16)

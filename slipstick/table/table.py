@@ -13,14 +13,16 @@ from weakref import WeakKeyDictionary
 import h5py
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
+from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout
+from slipstick.machine import Machine, Quantity
 from slipstick.storage.files import replacing
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
-from slipstick.table.foreign import TableModel
-from slipstick.table.points import Outside
+from slipstick.table.derivatives import Derivatives
+from slipstick.table.points import Outside, clip_points
+from slipstick.table.subject import Setting, Subject, described, keys, output_of
 
 
 class Table(ABC):
@@ -31,8 +33,8 @@ class Table(ABC):
     """Value of the attribute `layout` of the file; the version of the layout is `store.LAYOUT_VERSION`."""
 
     axes: tuple[Axis, ...]
-    conditions: Conditions
-    model: TableModel
+    conditions: Setting
+    model: Subject
     origin: str
 
     @classmethod
@@ -86,6 +88,19 @@ class Table(ABC):
         return store.content_digest(self.layout, self.axes, self._arrays, self.conditions, self.model)
 
     @property
+    def output(self) -> Quantity:
+        """Name and unit of the values: the shifting time in s, or the output of another machine."""
+        return output_of(self.model)
+
+    @property
+    def clutch(self) -> Model:
+        """The model of a clutch; raises `InvalidValue` for a table of another machine."""
+        if isinstance(self.model, Machine):
+            raise InvalidValue(f"The table is one of another machine: {self.model.title}",
+                               "Give a table of a clutch, built with `worker build --bench`, or omit `bench`")
+        return self.model
+
+    @property
     def lower(self) -> np.ndarray:
         """Smallest multiplier of each axis, (d,)."""
         return box(self.axes)[0]
@@ -107,14 +122,25 @@ class Table(ABC):
         A time is NaN where it is undefined. Raises `InvalidValue` and `OutsideTable`.
         """
 
-    def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
+    def derivatives(self, point: np.ndarray, outside: Outside = "clip") -> Derivatives:
+        """Values and exact derivatives at `point` (d,), in multipliers; raises `InvalidValue` and `OutsideTable`.
+
+        Beyond an edge, a clipped value does not change with the multiplier of that axis.
+        """
+        clipped, inside = clip_points(self.axes, point[None], outside)
+        found = self._derivatives(clipped[0]).along((clipped[0] == point).astype(float))
+        if outside == "nan" and not inside[0]:
+            return Derivatives(*(np.full(array.shape, np.nan) for array in vars(found).values()))
+        return found
+
+    def __call__(self, points: np.ndarray, conditions: Setting) -> np.ndarray:
         """Shifting times in s of n `conditions` at `points` (m, d), which are clipped to the table: (m, n).
 
         The conditions may be any of those of the table, in any order; raises `InvalidValue` for others.
         """
         return self.restricted(conditions).interpolate(points)
 
-    def restricted(self, conditions: Conditions) -> Self:
+    def restricted(self, conditions: Setting) -> Self:
         """Return the table of only `conditions`, matched by value; raises `InvalidValue` for others."""
         if conditions is self.conditions:
             return self
@@ -125,8 +151,12 @@ class Table(ABC):
         return self._restricted[conditions]
 
     @cached_property
-    def _restricted(self) -> WeakKeyDictionary[Conditions, Self]:
+    def _restricted(self) -> WeakKeyDictionary[Setting, Self]:
         return WeakKeyDictionary()
+
+    @abstractmethod
+    def _derivatives(self, point: np.ndarray) -> Derivatives:
+        """As `derivatives`, at a point inside the table."""
 
     @property
     @abstractmethod
@@ -143,8 +173,7 @@ class Table(ABC):
 
     @classmethod
     @abstractmethod
-    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: TableModel,
-              origin: str) -> Self:
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Setting, model: Subject, origin: str) -> Self:
         """Read what `_write` wrote; raises the errors of `source`, and `InvalidValue` for inconsistent fields."""
 
     def _check(self) -> None:
@@ -153,28 +182,13 @@ class Table(ABC):
             raise InvalidValue(f"A table of {len(self.conditions)} conditions has the axes {names}",
                                "Give at least one condition and one axis, and each parameter once")
 
-    def _rows(self, conditions: Conditions) -> np.ndarray:
-        known = {key: row for row, key in enumerate(_keys(self.conditions, self.model.uses_run_order))}
-        rows = [known.get(key, -1) for key in _keys(conditions, self.model.uses_run_order)]
+    def _rows(self, conditions: Setting) -> np.ndarray:
+        known = {key: row for row, key in enumerate(keys(self.conditions, self.model.uses_run_order))}
+        rows = [known.get(key, -1) for key in keys(conditions, self.model.uses_run_order)]
         if -1 in rows:
             row = rows.index(-1)
-            raise InvalidValue(f"Condition {row} (counted from 0: {conditions.motor_speed[row]:g} rad/s, "
-                               f"{conditions.load_inertia[row]:g} kg m^2, {conditions.brake_torque[row]:g} N m) "
+            raise InvalidValue(f"Condition {row} (counted from 0: {described(conditions, row)}) "
                                "is not in the table" + " at its position in the run order" * self.model.uses_run_order,
                                "Build a table for your conditions with `--conditions FILE`, or leave out this one")
         return np.array(rows, dtype=np.int64)
 
-
-def _keys(conditions: Conditions, with_run_order: bool) -> list[str]:
-    """Keys that identify conditions by their values to five digits, the precision of a file written by hand.
-
-    If `with_run_order`, the position in the run order is part of the key.
-    """
-    profiles = [" ".join(f"{value:.5g}" for value in (*time, *current))
-                for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
-    order = conditions.run_order if with_run_order else None
-    positions = [""] * len(conditions) if order is None else [f"{position:.0f}" for position in order]
-    rows = zip(conditions.current_profile, conditions.motor_speed, conditions.load_inertia,
-               conditions.brake_torque, positions, strict=True)
-    return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]} {position}"
-            for profile, speed, inertia, brake, position in rows]

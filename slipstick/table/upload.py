@@ -7,21 +7,19 @@ the file is damaged, so all numbers must have them, and no text may be in a heap
 
 import io
 import json
-import re
 
 import h5py
 import numpy as np
 
-from slipstick.bench import parameters
-from slipstick.clutch.model import Model
-from slipstick.errors import CorruptTable, InvalidValue, RefusedTable, WrongLayout
-from slipstick.storage.condition_layout import read_conditions
+from slipstick.errors import CorruptTable, InvalidValue, RefusedTable, UnknownName, WrongLayout
+from slipstick.machine import Cases, Input, Machine, Quantity
+from slipstick.machine.machine import require_name
 from slipstick.storage.hdf5 import Source, reading
 from slipstick.storage.isolated import isolated
 from slipstick.table import store
 from slipstick.table.axis import Axis
-from slipstick.table.foreign import ForeignModel
 from slipstick.table.grid import Grid
+from slipstick.table.subject import input_of
 from slipstick.table.table import Table
 
 PLAIN = "slipstick plain table"
@@ -30,9 +28,7 @@ PLAIN = "slipstick plain table"
 _SECONDS = 30  # of processor time
 _FAILED = "The table cannot be read: the HDF5 library hangs or crashes, or needs more than 30 s or 4 GB"
 _LARGEST = 1 << 30  # bytes of one dataset
-_LONGEST_UNIT = 64
 _MOST_AXES = 20  # as many as the service takes inputs
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _DIMENSION_SCALES = ("DIMENSION_LIST", "REFERENCE_LIST", "DIMENSION_LABELS")
 """Attributes of the HDF5 library itself, which are not read."""
 _REMEDY = "Compare the file with docs/your_table.md"
@@ -63,9 +59,7 @@ def read(content: bytes) -> Table:
             table = _plain(source) if layout == PLAIN else Table.of(source)
         except InvalidValue as error:
             raise CorruptTable(error.cause, error.remedy) from error
-    _require_names([axis.name for axis in table.axes])
-    if not isinstance(table.model, ForeignModel):
-        _require_parameters(table.axes, table.model)
+    _require_inputs(table)
     return table
 
 
@@ -78,44 +72,39 @@ def _plain(source: Source) -> Grid:
     names = json.loads(source.attribute("axes", "order"))
     if not isinstance(names, list):
         raise CorruptTable("The attribute 'order' of 'axes' is no JSON array of names", _REMEDY)
-    _require_names(names)
+    for name in names:
+        require_name(name)
     axes = tuple(_axis(source, name) for name in names)
-    conditions = read_conditions(source)
-    times = source.array("times", "f", (*(len(axis.values) for axis in axes), len(conditions)), "s").astype(np.float64)
-    if np.isinf(times).any() or np.any(times <= 0):
-        raise CorruptTable("'times' has values that are infinite or not positive",
-                           "Give positive times, and NaN where there is none")
+    cases = Cases.read(source)
+    output = Quantity(source.attribute("", "output"), source.attribute("times", "units"))
+    inputs = (Input(axis.name, axis.unit, axis.nominal, axis.lower, axis.upper) for axis in axes)
+    machine = Machine(source.attribute("", "title"), tuple(inputs), cases.quantities, output, simulator="")
+    times = source.array("times", "f", (*(len(axis.values) for axis in axes), len(cases)), output.unit)
+    if np.isinf(times).any():
+        raise CorruptTable("'times' has values that are infinite", "Write NaN where there is no output")
     origin = source.attribute("", "origin") if "origin" in source.file.attrs else "uploaded as a plain table"
-    return Grid(axes, times, np.isnan(times).astype(np.uint8), conditions, ForeignModel(source.attribute("", "model")),
-                origin)
+    return Grid(axes, times.astype(np.float64), np.isnan(times).astype(np.uint8), cases, machine, origin)
 
 
 def _axis(source: Source, name: str) -> Axis:
     path = f"axes/{name}"
-    unit = source.attribute(path, "nominal_units")
-    if not 1 <= len(unit) <= _LONGEST_UNIT or not unit.isprintable():
-        raise CorruptTable(f"The attribute 'nominal_units' of '{path}' is no unit", "Give a unit, or 1 if it has none")
-    return Axis(name, source.array(path, "fiu", (None,), "1").astype(np.float64), source.number(path, "nominal"), unit)
+    return Axis(name, source.array(path, "fiu", (None,), "1").astype(np.float64), source.number(path, "nominal"),
+                source.attribute(path, "nominal_units"))
 
 
-def _require_names(names: list[str]) -> None:
-    if not 1 <= len(names) <= _MOST_AXES:
-        raise CorruptTable(f"The table has {len(names)} axes", f"Give 1 to {_MOST_AXES}")
-    for name in names:
-        if not isinstance(name, str) or not _NAME.fullmatch(name):
-            raise CorruptTable(f"{str(name)[:100]!r} is no name of an axis",
-                               "Use up to 64 letters, digits and _, starting with a letter")
-
-
-def _require_parameters(axes: tuple[Axis, ...], model: Model) -> None:
-    """Raise unless the axes are parameters of the model, and their multiple 1 the value in it."""
-    units = {parameter.name: parameter.unit for parameter in parameters.PARAMETERS}
-    nominal = dict(zip(parameters.NAMES, model.parameters, strict=True))
-    for axis in axes:
-        if (nominal.get(axis.name), units.get(axis.name)) != (axis.nominal, axis.unit):
-            raise CorruptTable(f"The axis '{axis.name}' is no parameter of the model, or differs from it in its value "
-                               "or unit", "Build the table with Slipstick, or upload a plain table "
-                                                "(docs/your_table.md)")
+def _require_inputs(table: Table) -> None:
+    """Raise unless the axes are inputs of the model or machine, and their multiple 1 the value in it."""
+    if len(table.axes) > _MOST_AXES:
+        raise CorruptTable(f"The table has {len(table.axes)} axes", f"Give 1 to {_MOST_AXES}")
+    for axis in table.axes:
+        try:
+            differs = input_of(table.model, axis.name) != (axis.unit, axis.nominal)
+        except UnknownName as error:
+            raise CorruptTable(error.cause, "Build the table with Slipstick, or upload a plain table "
+                                            "(docs/your_table.md)") from error
+        if differs:
+            raise CorruptTable(f"The axis '{axis.name}' differs in its nominal value or unit from the parameter of the "
+                               "model", "Build the table with Slipstick, or upload a plain table (docs/your_table.md)")
 
 
 def _require_checksums(path: str, item: h5py.Group | h5py.Dataset) -> None:

@@ -16,8 +16,9 @@ import pytest
 from test_problems import problem
 
 from service.settings import Settings
+from slipstick.machine import Machine
 from slipstick.storage.library import Library
-from slipstick.table import ForeignModel, Table
+from slipstick.table import Table
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "your_table.md").read_text()
@@ -54,6 +55,36 @@ def upload(client: httpx.Client, name: str, content: bytes) -> httpx.Response:
     return client.post("/v1/tables", params={"name": name}, content=content, headers=HDF5)
 
 
+def upload_runs(client: httpx.Client, name: str, table: str, conditions: np.ndarray,
+                times: np.ndarray) -> httpx.Response:
+    """Upload measurements with the headings of the documentation."""
+    headings, = re.findall(r"`(speed [^`]*)`", PAGE.replace("\n", " "))
+    rows = [",".join(map(repr, map(float, (*row, time)))) for row, time in zip(conditions, times, strict=True)]
+    return client.post("/v1/recordings", params={"name": name, "table": table}, content="\n".join([headings, *rows]),
+                       headers={"Content-Type": "text/csv"})
+
+
+def test_an_uploaded_table_is_used_like_a_built_one(client: httpx.Client, folder: Path, motor: Path) -> None:
+    assert upload(client, "used", motor.read_bytes()).status_code == 201
+    table = Library(folder).table("used")
+    times = table.interpolate(np.array([[1.05, 1.1]]))[0]
+    uploaded = upload_runs(client, "used-runs", "used", table.conditions.values, times).json()
+    assert (uploaded["output"], uploaded["unit"]) == ("run_up_time", "s")
+    candidates = [{"mean": [mean, 1.1], "std": [0.01, 0.01], "output_std": 0.05} for mean in (1.05, 0.95)]
+    body = {"table": "used", "recordings": "used-runs", "candidates": candidates, "per_condition": False}
+    better, worse = (entry["log10_likelihood"]
+                     for entry in client.post("/v1/likelihood", json=body).json()["candidates"])
+    assert better > worse + 10
+    assert {"used", "used/used-runs"} <= set(client.get("/umbridge/Info").json()["models"])
+    answer = client.post("/umbridge/Evaluate", json={"name": "used", "input": [[1.05, 1.1]], "config": {}})
+    assert answer.json()["output"] == [pytest.approx(times.tolist())]
+    fit = {"table": "used", "recordings": "used-runs", "parameters": ["torque_constant"]}
+    assert "simulator is not known" in problem(client.post("/v1/fits", json={**fit, "simulate": True}), 422)["detail"]
+    problem(client.post("/v1/fits", json={**fit, "bench": "heavy"}), 422)
+    problem(client.post("/v1/fits", json={**fit, "recordings": "measured"}), 422)
+    assert client.post("/v1/fits", json=fit).status_code == 202
+
+
 def test_the_example_of_the_documentation_works(client: httpx.Client, folder: Path, motor: Path) -> None:
     answers = []
     for line in COMMANDS.strip().splitlines():
@@ -64,7 +95,10 @@ def test_the_example_of_the_documentation_works(client: httpx.Client, folder: Pa
     assert [(axis["name"], axis["nominal"], axis["unit"]) for axis in described["axes"]] == [
         ("torque_constant", 0.8, "N m/A"), ("rotor_inertia", 0.05, "kg m^2")]
     assert described["statuses"] == {"locked": 21 * 11 * 8, "never_locked": 0, "failed": 0}
-    assert described["model"] == {"machine": "electric motor", "current in A": 20.0}
+    assert (described["model"]["machine"]["title"], described["model"]["machine"]["simulator"]) == (
+        "Electric motor at 20 A", "")
+    assert (described["output"], described["unit"]) == ("run_up_time", "s")
+    assert described["condition_units"] == {"speed": "rad/s", "load_inertia": "kg m^2", "brake_torque": "N m"}
     # At the nominal values, condition 0 takes (0.05 + 0.5) 100 / (0.8 20) s; the mean is larger by 5 % squared.
     assert propagated["conditions"][0]["mean"] == pytest.approx(0.55 * 100 / 16 * (1 + 0.05**2), rel=1e-3)
     with h5py.File(motor) as file:
@@ -72,7 +106,7 @@ def test_the_example_of_the_documentation_works(client: httpx.Client, folder: Pa
         answer = client.post("/v1/evaluate", json={"table": "motor", "points": points}).json()
         assert answer["shifting_time"] == [file["times"][0, 0].tolist(), file["times"][-1, -1].tolist()]
     stored = Library(folder).table("motor")
-    assert (stored.digest, stored.model) == (described["digest"], ForeignModel(json.dumps(described["model"])))
+    assert (stored.digest, stored.model) == (described["digest"], Machine.from_spec(described["model"]))
 
 
 @pytest.mark.slow
@@ -84,13 +118,7 @@ def test_a_fit_of_an_uploaded_table_recovers_an_input(client: httpx.Client, fold
     inputs = rng.normal([1.05, 1.1], [0.02, 0.1], (40, 2))
     conditions = table.conditions.take(np.arange(40) % 8)
     times = np.array([table.interpolate(point[None])[0, row % 8] for row, point in enumerate(inputs)])
-    with h5py.File(motor) as source, h5py.File(folder / "runs.h5", "w") as file:
-        source.copy("current_profiles", file)
-        for name in source["conditions"]:
-            file[f"conditions/{name}"] = getattr(conditions, name)
-            file[f"conditions/{name}"].attrs["units"] = source[f"conditions/{name}"].attrs["units"]
-        file["shifting_time"] = times + rng.normal(0, 0.005, 40)
-        file["shifting_time"].attrs["units"] = "s"
+    assert upload_runs(client, "runs", "fitted", conditions.values, times + rng.normal(0, 0.005, 40)).status_code == 201
     body = {"table": "fitted", "recordings": "runs", "settings": {"population": 16, "generations": 6,
                                                                   "intervals": False}}
     problem(client.post("/v1/fits", json={**body, "simulate": True}), 422)
