@@ -10,7 +10,7 @@ from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.uncertainty import Inputs, standard_normals
-from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit import Estimate, FitSettings, SearchState
 from slipstick.uncertainty.fit.intervals import combinations
 from slipstick.uncertainty.fit.refine import local_problem
 from slipstick.uncertainty.fit.search_space import search_space
@@ -25,15 +25,24 @@ _SAMPLES = 512  # samples for the moments of the predicted times
 _TIME_STEP = 0.005  # s, sampling interval of the simulated engagement if the recordings have no signals
 
 
-def figure_data(settings: FitSettings, problem: InferenceProblem, optimum: list[float], model: Model,
+def figure_data(settings: FitSettings, problem: InferenceProblem, state: SearchState, estimate: Estimate, model: Model,
                 recordings: Recordings) -> dict[str, Any]:
-    """The data of all figures as JSON, for the vector of unknowns `optimum` (k,) of a fit of `model`."""
+    """The data of all figures as JSON, for the final `state` of the search and the `estimate` of a fit of `model`."""
     space = search_space(settings, problem)
-    vector = np.array(optimum)
+    vector = np.array(estimate["vector"])
     candidate = space.candidate(vector)
     return {"surface": surface(settings, problem, space, vector), "prediction": prediction(problem, candidate),
+            "search": search(space, state, estimate),
             "engagement": engagement(model, problem, candidate.inputs, recordings),
             "conditions": {name: getattr(recordings.conditions, name).tolist() for name in _CONDITION}}
+
+
+def search(space: Unknowns, state: SearchState, estimate: Estimate) -> dict[str, Any]:
+    """The unknowns (k,) on natural scale along the search and along each profile likelihood, whose points are traces."""
+    k = len(space.names)
+    return {"unknowns": list(space.names), "estimate": _row(space.to_natural(np.array(estimate["vector"]))),
+            "path": [_row(space.to_natural(np.array(vector))) for vector in state["path"]],
+            "traces": [_rows(np.array(interval["unknowns"])) for interval in estimate["intervals"][:k]]}
 
 
 def surface(settings: FitSettings, problem: InferenceProblem, space: Unknowns,

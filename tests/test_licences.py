@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-BUNDLES = ("service/static/swagger", "slipstick/report/vega", "tests/data/compose_spec")
+BUNDLES = ("service/static/swagger", "tests/data/compose_spec")
 NOTICES = (ROOT / "NOTICES.md").read_text()
 
 

@@ -72,7 +72,8 @@ def register(library: Library) -> None:
         task = _open(library, order)
         problem = _reporting_problem(task, checkpoint["state"], "conclude")
         result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
-        figures = figure_data(task.settings, problem, checkpoint["estimate"]["vector"], task.model, task.recordings)
+        figures = figure_data(task.settings, problem, checkpoint["state"], checkpoint["estimate"], task.model,
+                              task.recordings)
         physical = physical_inputs(task.model, result["axes"], result["mean"], result["std"])
         return {"result": result, "physical": [asdict(entry) for entry in physical], "figure_data": figures,
                 **stage_times(checkpoint, "conclude", begin)}

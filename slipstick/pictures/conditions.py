@@ -1,0 +1,14 @@
+"""Conditions of an engagement in words, wherever pictures and reports number it."""
+
+from collections.abc import Mapping, Sequence
+
+Columns = Mapping[str, Sequence[float] | None]
+"""Columns of the conditions: `current_profile`, `motor_speed` in rad/s, `load_inertia` in kg m², `brake_torque` in N m."""
+
+
+def described(conditions: Columns, place: int) -> str:
+    """The conditions of the engagement at this place of the columns; those that were not recorded are left out."""
+    forms = {"current_profile": "profile {:.0f}", "motor_speed": "motor {:.0f} rad/s", "load_inertia": "{:.3g} kg m²",
+             "brake_torque": "brake {:.3g} N m"}
+    return ", ".join(form.format(column[place]) for name, form in forms.items()
+                     if (column := conditions.get(name)) is not None)
