@@ -28,8 +28,8 @@ CONTENT: dict[str, dict[str, Any]] = {
     "image/png": {"schema": {"type": "string", "format": "binary"}}}
 """OpenAPI description of the drawn answers."""
 FormatQuery = Annotated[Form | None, Query(
-    description="Form of the answer: `json` for numbers, `svg` or `png` for a picture, `html` for a page with a table; at "
-                f"most {propagation.MOST} conditions are drawn. By default the Accept header decides.")]
+    description="Form of the answer: `json` for numbers, `svg` or `png` for a picture, `html` for a page with a table. "
+                f"At most {propagation.MOST} conditions are drawn. By default the Accept header decides.")]
 
 
 def form(request: Request, format: Form | None) -> Form:

@@ -38,7 +38,7 @@ def figure_data(settings: FitSettings, problem: InferenceProblem, state: SearchS
 
 
 def search(space: Unknowns, state: SearchState, estimate: Estimate) -> dict[str, Any]:
-    """The unknowns (k,) on natural scale along the search and along each profile likelihood, whose points are traces."""
+    """The unknowns (k,) on natural scale along the search and along each profile likelihood, its trace."""
     k = len(space.names)
     return {"unknowns": list(space.names), "estimate": _row(space.to_natural(np.array(estimate["vector"]))),
             "path": [_row(space.to_natural(np.array(vector))) for vector in state["path"]],

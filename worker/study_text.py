@@ -18,7 +18,8 @@ def study_text(result: StudyResult, figures: Figures, settings: StudySettings) -
     """Warnings, the answer, what it means, the findings with their evidence, the blocks, the gap and limitations."""
     sections = [*content.evidence(result, settings, ()), *content.background(result, figures)]
     texts = [_section(parts.Section("Warnings", [parts.Items(warnings(result, figures.aside))])),
-             _paragraph(f"{result.sentence}."), _paragraph(SIGN), _paragraph(lead(result, settings)), *map(_section, sections)]
+             _paragraph(f"{result.sentence}."), _paragraph(SIGN), _paragraph(lead(result, settings)),
+             *map(_section, sections)]
     return "\n\n".join(text for text in texts if text)
 
 

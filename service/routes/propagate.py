@@ -167,8 +167,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     Mean, standard deviation and Sobol indices follow from the coefficients of the expansion; quantiles and densities
     follow from samples of it. To keep the response small, select conditions and omit densities and coefficients.
 
-    With `format` or the Accept header the same request is drawn: densities, quantiles and Sobol indices of each condition
-    as a picture (`svg`, `png`), or as a page with a table and warnings (`html`).
+    With `format` or the Accept header the same request is drawn: densities, quantiles and Sobol indices of each
+    condition as a picture (`svg`, `png`), or as a page with a table and warnings (`html`).
     """
     form = drawing.form(request, format)
     table = open_table(library, body.table, body.bench)

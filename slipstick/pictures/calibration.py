@@ -1,7 +1,8 @@
 """The probability integral transform: where each measured time lies in its predicted distribution.
 
-If the predicted distributions are right, the probabilities are uniform between 0 and 1 (Dawid 1984; Gneiting, Balabdaoui
-and Raftery 2007). The band of their distribution function is that of Kolmogorov's statistic, at all values together.
+If the predicted distributions are right, the probabilities are uniform between 0 and 1 (Dawid 1984; Gneiting,
+Balabdaoui and Raftery 2007). The band of their distribution function is that of Kolmogorov's statistic, at all values
+together.
 """
 
 from collections.abc import Mapping
@@ -15,11 +16,11 @@ from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Each measured time is replaced by the probability that the fit predicts below it (probability integral "
-           "transform, PIT). For right predictions these are uniform. Left: their histogram; shade: where each bar lies "
-           "in 9 of 10 cases. Right: their distribution function minus that of uniform ones; shade: where the whole "
-           "curve lies in 9 of 10 cases. A hump in the middle: the predicted scatter is too wide; high ends: too "
-           "narrow; a slope: times are later or earlier than predicted. The fit was made to the same recordings, so "
-           "that a right model leaves the shade in fewer than 1 of 10 cases.")
+           "transform, PIT). For right predictions these are uniform. Left: their histogram; shade: where each bar "
+           "lies in 9 of 10 cases. Right: their distribution function minus that of uniform ones; shade: where the "
+           "whole curve lies in 9 of 10 cases. A hump in the middle: the predicted scatter is too wide; high ends: "
+           "too narrow; a slope: times are later or earlier than predicted. The fit was made to the same recordings, "
+           "so that a right model leaves the shade in fewer than 1 of 10 cases.")
 
 LEVEL = 0.9
 _BINS = 12
@@ -96,11 +97,12 @@ def _histogram(values: np.ndarray) -> Spec:
 
 def _difference(values: np.ndarray, band: float) -> Spec:
     n = len(values)
-    steps = [{"p": 0.0, "d": 0.0}]
+    steps: list[Spec] = [{"p": 0.0, "d": 0.0}]
     for place, value in enumerate(values):
         steps += [{"p": theme.rounded(value), "d": theme.rounded(share / n - value, 4)} for share in (place, place + 1)]
     steps.append({"p": 1.0, "d": 0.0})
-    y: Spec = {"field": "d", "type": "quantitative", "title": "distribution function − uniform", "axis": {"tickCount": 5}}
+    y: Spec = {"field": "d", "type": "quantitative", "title": "distribution function − uniform",
+               "axis": {"tickCount": 5}}
     x: Spec = {"field": "p", "type": "quantitative", "title": "predicted probability below the measured time",
                "scale": {"domain": [0, 1]}, "axis": {"grid": False, "tickCount": 5}}
     return {"width": _HALF, "height": _HEIGHT, "layer": [

@@ -19,8 +19,8 @@ _BINS = 24
 def draw(output: Mapping[str, Any]) -> Spec:
     """Return simulated over measured times, a histogram of the differences, and the difference of each experiment."""
     prediction, conditions = output["figure_data"]["prediction"], output["figure_data"]["conditions"]
-    rows = [_row(conditions, *values) for values in zip(*(prediction[name] for name in ("condition", "measured", "before", "mean")),
-                                            strict=True)]
+    columns = (prediction[name] for name in ("condition", "measured", "before", "mean"))
+    rows = [_row(conditions, *values) for values in zip(*columns, strict=True)]
     rms = {stage: _rms([row[f"difference {stage}"] for row in rows]) for stage in _COLOURS}
     undefined = sum(row["before"] is None or row["after"] is None for row in rows)
     before, after = (_milliseconds(rms[stage]) for stage in ("before", "after"))
@@ -35,7 +35,8 @@ def draw(output: Mapping[str, Any]) -> Spec:
 
 
 def _row(conditions: Columns, condition: int, measured: float, before: float | None, after: float | None) -> Spec:
-    row: Spec = {"experiment": condition, "conditions": described(conditions, condition), "measured": theme.rounded(measured)}
+    row: Spec = {"experiment": condition, "conditions": described(conditions, condition),
+                 "measured": theme.rounded(measured)}
     for stage, simulated in (("before", before), ("after", after)):
         row[stage] = theme.rounded(simulated)
         row[f"difference {stage}"] = theme.rounded(None if row[stage] is None else 1e3 * (measured - row[stage]), 4)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 Columns = Mapping[str, Sequence[float] | None]
-"""Columns of the conditions: `current_profile`, `motor_speed` in rad/s, `load_inertia` in kg m², `brake_torque` in N m."""
+"""Columns of conditions: `current_profile`, `motor_speed` in rad/s, `load_inertia` in kg m², `brake_torque` in N m."""
 
 
 def described(conditions: Columns, place: int) -> str:

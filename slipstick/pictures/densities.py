@@ -95,7 +95,8 @@ def _shape(index: int, prediction: Mapping[str, Any], largest: float) -> Spec:
 def _dot(index: int, prediction: Mapping[str, Any], conditions: Columns) -> Spec:
     measured, mean = prediction["measured"][index], prediction["mean"][index]
     return {"experiment": prediction["condition"][index], "y": theme.rounded(1e3 * (measured - mean), 4),
-            "conditions": described(conditions, index), "measured": theme.rounded(measured), "predicted": theme.rounded(mean),
+            "conditions": described(conditions, index),
+            "measured": theme.rounded(measured), "predicted": theme.rounded(mean),
             "where": _INSIDE if _is_inside(prediction, index) else _OUTSIDE}
 
 

@@ -40,8 +40,8 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
     return theme.picture(
         f"Experiment {condition} locks at {theme.milliseconds(measured)} on the test bench, {simulated} in the fitted "
         "model",
-        f"Conditions: {described(figure_data['conditions'], condition)}. Shaded: phases of the simulation at the fitted "
-        f"means. Dashed: shifting times.{vacuum_note(lines.values())}",
+        f"Conditions: {described(figure_data['conditions'], condition)}. Shaded: phases of the simulation at the "
+        f"fitted means. Dashed: shifting times.{vacuum_note(lines.values())}",
         panels(data["time"], {series: signals for series, signals in lines.items() if signals},
                {"measured": measured, "simulated": lock}, data["touch"], data["gear_ratio"]))
 
@@ -83,7 +83,7 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
 
 
 def vacuum_note(lines: Iterable[Signals | None]) -> str:
-    """A sentence where a pressure is below vacuum, which a gauge pressure cannot be, that is drawn there as well; else empty."""
+    """A sentence if a pressure is below vacuum, where a gauge pressure cannot be; else empty."""
     lowest = min((value for signals in lines if signals for value in signals.get("pressure", ()) if value is not None),
                  default=0.0)
     if lowest >= _VACUUM:

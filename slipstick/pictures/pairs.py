@@ -16,13 +16,13 @@ from slipstick.pictures.profiles import DEPTH
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Each panel is the plane of two unknowns. Orange: the best candidate after each generation of the search, "
-           "the larger the later; where it leaves the panel, an earlier generation is outside. Dark dot: the estimate. "
-           "Blue: the unknown on the horizontal axis is moved, and all others are optimised; grey: the same for the "
-           "vertical axis. Dots on these traces are the computed points. Traces at right angles: the recordings tell "
-           "both unknowns apart. Traces that coincide: they determine a combination of both only.")
+           "the larger the later; where it leaves the panel, an earlier generation is outside. Dark dot: the "
+           "estimate. Blue: the unknown on the horizontal axis is moved, and all others are optimised; grey: the same "
+           "for the vertical axis. Dots on these traces are the computed points. Traces at right angles: the "
+           "recordings tell both unknowns apart. Traces that coincide: they determine a combination of both only.")
 
 MOST = 5
-"""Unknowns drawn: those with the largest weights in the combination that is hardest to identify, where there are more."""
+"""Unknowns drawn; of more, those with the largest weights in the combination that is hardest to identify."""
 _SIZE = {2: 230, 3: 215, 4: 165, 5: 128}  # px of a panel, by the number of unknowns
 _MARGIN = 0.08
 _REACH = 1.5
@@ -93,7 +93,8 @@ def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence
         return {channel: theme.rounded(one.shown.factor * vector[one.place]) for channel, one in (("x", x), ("y", y))}
 
     encoding = {channel: {
-        "field": channel, "type": "quantitative", "scale": {"domain": list(one.domain), "nice": False, "zero": False},
+        "field": channel, "type": "quantitative",
+        "scale": {"domain": [theme.rounded(end) for end in one.domain], "nice": False, "zero": False},
         "title": _title(one.shown) if labelled else None,
         "axis": one.shown.axis(tickCount=3, grid=False, labels=labelled, ticks=labelled, titleFontSize=11)}
         for channel, one, labelled in (("x", x, last), ("y", y, first))}
@@ -101,7 +102,8 @@ def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence
     path = [{**row(vector), "step": step, "size": 6 + 34 * step / len(search["path"])}
             for step, vector in enumerate(search["path"], 1)]
     # A step of the search that changes nothing is drawn once.
-    moved = [path[0], *(after for before, after in pairwise(path) if (before["x"], before["y"]) != (after["x"], after["y"]))]
+    moved = [path[0], *(after for before, after in pairwise(path)
+                        if (before["x"], before["y"]) != (after["x"], after["y"]))]
     order = {"field": "order", "type": "quantitative"}
     layers: list[Spec] = [
         {"data": {"values": moved}, "mark": {"type": "line", "strokeWidth": 1, "opacity": 0.7, "clip": True},

@@ -36,7 +36,8 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
                 "below the optimum. Dots: computed points; between them the line is interpolated.")
     return theme.picture(f"The recordings limit {share} unknowns on both sides", subtitle, {
         "columns": _COLUMNS, "spacing": {"row": 26, "column": 46},
-        "concat": [_panel(interval, unknown(interval["unknown"], output["physical"]), index) for index, interval in enumerate(intervals)]})
+        "concat": [_panel(interval, unknown(interval["unknown"], output["physical"]), index)
+                   for index, interval in enumerate(intervals)]})
 
 
 def threshold(level: float) -> float:

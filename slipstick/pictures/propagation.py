@@ -8,9 +8,10 @@ from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("One row for each condition. Left: density of the shifting time, with the output noise; vertical lines: "
-           "quantiles; dot: mean; bar: one standard deviation to either side. Right: share of the variance that each input "
-           "causes alone (first-order Sobol index, solid) and together with all others (total, light), without the "
-           "output noise. Totals well above the solid bars are interactions, and then the shares do not add to one.")
+           "quantiles; dot: mean; bar: one standard deviation to either side. Right: share of the variance that each "
+           "input causes alone (first-order Sobol index, solid) and together with all others (total, light), without "
+           "the output noise. Totals well above the solid bars are interactions, and then the shares do not add to "
+           "one.")
 
 MOST = 24
 """Conditions in a picture."""
@@ -23,15 +24,16 @@ _DOMINANT = 0.5
 def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: Columns) -> Spec:
     """Return the picture of an answer to a propagation.
 
-    `answer` has the `axes` (name), and for each of its `conditions` their index, `mean` and `std` in s, `quantiles` in s
-    at the `probabilities`, and, or null, `first_order` and `total` for each axis and `density` over `density_time`.
+    `answer` has the `axes` (name), and for each of its `conditions` their index, `mean` and `std` in s, `quantiles` in
+    s at the `probabilities`, and, or null, `first_order` and `total` for each axis and `density` over `density_time`.
     `conditions` are their columns, in the order of the answer.
     """
     axes = [axis["name"] for axis in answer["axes"]]
     rows = [(place, one) for place, one in enumerate(answer["conditions"]) if one["mean"] is not None]
     omitted = len(answer["conditions"]) - len(rows)
-    views = [_row(one, probabilities, axes, f"{one['condition']}: {described(conditions, place)}", number == len(rows) - 1)
-             for number, (place, one) in enumerate(rows)]
+    titles = [f"{one['condition']}: {described(conditions, place)}" for place, one in rows]
+    views = [_row(one, probabilities, axes, title, one is rows[-1][1])
+             for (_, one), title in zip(rows, titles, strict=True)]
     levels = ", ".join(f"{100 * probability:g} %" for probability in probabilities)
     return theme.picture(
         _title([one for _, one in rows], axes),
@@ -46,12 +48,16 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str]) -> str:
         return "No condition has a distribution"
     if len(rows) == 1:
         one = rows[0]
-        return f"Condition {one['condition']} locks at {1e3 * one['mean']:.1f} ms, with a std of {1e3 * one['std']:.1f} ms"
+        mean, std = (f"{1e3 * one[name]:.1f} ms" for name in ("mean", "std"))
+        return f"Condition {one['condition']} locks at {mean}, with a std of {std}"
     stds = [1e3 * one["std"] for one in rows]
     text = f"Standard deviations of {min(stds):.1f} to {max(stds):.1f} ms in {len(rows)} conditions"
-    counts = [sum((one["first_order"] or [0.0] * len(axes))[axis] >= _DOMINANT for one in rows) for axis in range(len(axes))]
+    shares = [one["first_order"] for one in rows if one["first_order"]]
+    counts = [sum(share[axis] >= _DOMINANT for share in shares) for axis in range(len(axes))]
     best = max(range(len(axes)), key=lambda axis: counts[axis])
-    return text if not counts[best] else f"{text}; the {theme.in_words(axes[best])} causes most of it in {counts[best]}"
+    if not counts[best]:
+        return text
+    return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {counts[best]} of them"
 
 
 def _row(one: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, last: bool) -> Spec:

@@ -11,10 +11,10 @@ from slipstick.pictures import theme
 from slipstick.pictures.conditions import described
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Measured minus predicted mean shifting time, one panel for each current profile, with its motor speeds side "
-           "by side. Dots: engagements. Bars: mean of each group with its 90 % interval, from the predicted scatter. "
-           "Where the model is right, nine bars in ten contain zero. Means that follow the speed or the profile are "
-           "what the model lacks: scatter of the inputs cannot cause them.")
+CAPTION = ("Measured minus predicted mean shifting time, one panel for each current profile, with its motor speeds "
+           "side by side. Dots: engagements. Bars: mean of each group with its 90 % interval, from the predicted "
+           "scatter. Where the model is right, nine bars in ten contain zero. Means that follow the speed or the "
+           "profile are what the model lacks: scatter of the inputs cannot cause them.")
 
 _LEVEL = 0.9
 _CHANCE = 0.01
@@ -104,17 +104,17 @@ def _panel(profile: float, groups: list[_Group], conditions: Mapping[str, Any], 
              for group in groups]
     return {"width": _WIDTH, "height": _HEIGHT,
             "title": {"text": f"profile {profile:.0f}", "fontSize": 12, "fontWeight": "normal", "offset": 4},
-            "encoding": {"x": x}, "layer": [
+            "layer": [
                 {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT},
-                 "encoding": {"x": None, "y": {"datum": 0}}},
+                 "encoding": {"y": {"datum": 0}}},
                 {"data": {"values": dots}, "mark": {"type": "point", "filled": True, "size": 12, "opacity": 0.6,
                                                     "xOffset": -7},
-                 "encoding": {"y": y, "color": colour, "tooltip": [
+                 "encoding": {"x": x, "y": y, "color": colour, "tooltip": [
                      {"field": "engagement", "type": "quantitative"}, {"field": "conditions", "type": "nominal"}]}},
                 {"data": {"values": means}, "mark": {"type": "rule", "strokeWidth": 2.5, "xOffset": 6},
-                 "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}, "color": colour}},
+                 "encoding": {"x": x, "y": {**y, "field": "low"}, "y2": {"field": "high"}, "color": colour}},
                 {"data": {"values": means}, "mark": {"type": "point", "filled": True, "size": 50, "opacity": 1,
                                                      "xOffset": 6},
-                 "encoding": {"y": y, "color": colour, "tooltip": [
+                 "encoding": {"x": x, "y": y, "color": colour, "tooltip": [
                      {"field": "y", "type": "quantitative", "title": "mean [ms]"},
                      {"field": "engagements", "type": "quantitative"}]}}]}

@@ -22,7 +22,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[
     body = "\n".join(f"<tr><th>{escape(name)}</th>" + "".join(
         f"<td{css}>{escape(cell)}</td>" for cell, css in zip(cells, left[1:], strict=True)) + "</tr>"
         for name, *cells in rows)
-    return f'<div class="wide" tabindex="0"><table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+    return (f'<div class="wide" tabindex="0"><table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
+            "</div>")
 
 
 def listing(items: Iterable[tuple[str, str]]) -> str:

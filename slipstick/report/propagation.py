@@ -9,8 +9,10 @@ from slipstick.pictures.propagation import CAPTION, draw
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import document, figures
-from slipstick.report.words import number, signed
+from slipstick.report.words import listed, number, signed
 
+_NOTE = ("Std and quantiles contain the output noise. Alone, total: first-order and total Sobol index, the share of "
+         "the variance without noise that the input causes alone and with interactions.")
 _NOTABLE = 0.01
 """Probability outside the table from which on it is a warning."""
 _OUTSIDE = {"clip": "There, the value at its nearest edge is used", "nan": "There, the shifting time is missing",
@@ -25,15 +27,15 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
     probabilities = request["quantiles"]
     spec = draw(answer, probabilities, conditions)
     axes = [in_words(axis["name"]) for axis in answer["axes"]]
-    return document("propagation", answer["table"], spec["title"]["text"], _warnings(answer, request), [
+    title = f"{listed(axes)} propagated to {len(answer['conditions'])} conditions of “{answer['table']}”"
+    return document("propagation", answer["table"], f"{title[0].upper()}{title[1:]}", _warnings(answer, request), [
         paragraph(_inputs(answer, request, axes), "lead"),
         *figures({"propagation": spec}, {"propagation": CAPTION}).values(),
         section("Distributions", table(
             ("condition", "mean [ms]", "std [ms]", *(f"{100 * level:g} % [ms]" for level in probabilities),
              *(f"{axis}: {kind}" for axis in axes for kind in ("alone", "total"))),
             [_row(one, described(conditions, place), len(axes)) for place, one in enumerate(answer["conditions"])]),
-            paragraph("Std and quantiles contain the output noise. Alone, total: first-order and total Sobol index, the "
-                      "share of the variance without noise that the input causes alone and with interactions.", "note")),
+            paragraph(_NOTE, "note")),
         section("Provenance", definitions([
             ("table", f"{answer['table']}, SHA-256 {answer['table_digest']}"),
             ("expansions", f"order {answer['order']}, {answer['nodes']} model runs for each condition"),

@@ -63,8 +63,8 @@ def figures(before: SimulationFit, after: SimulationFit | None, predictions: dic
     scene = before.block.scene
     predicted = {who: Times(_row(one.time), _row(np.sqrt(one.variance[:, -1]))) for who, one in predictions.items()}
     models = {"before": before} | ({} if after is None else {"after": after})
-    return Figures(_columns(scene.recordings.conditions), _row(scene.recordings.measured_time), predicted, _engagements(models),
-                   _columns(aside))
+    return Figures(_columns(scene.recordings.conditions), _row(scene.recordings.measured_time), predicted,
+                   _engagements(models), _columns(aside))
 
 
 def _columns(conditions: Conditions) -> dict[str, list[float] | None]:

@@ -14,11 +14,11 @@ from slipstick.study.figures import Figures
 from slipstick.study.result import Candidate, StudyResult
 from slipstick.study.settings import StudySettings
 
-CAPTION = ("Top: gain of every finding in likelihood, and its lead over each rival that the recordings do not rule out, "
-           "in standard errors over engagements, with 90 % intervals. Ticks: what a finding must gain to be named, and "
-           "by how much it must lead to be told apart. These are the numbers of the evidence; the shade of a measured "
-           "law is the interval of its size. Bottom: reduced chi-square of every block with all findings. Line: 1, if "
-           "only noise is left. Dashed: from here on, at the earliest, a block counts as unexplained.")
+CAPTION = ("Top: gain of every finding in likelihood, and its lead over each rival that the recordings do not rule "
+           "out, in standard errors over engagements, with 90 % intervals. Ticks: what a finding must gain to be "
+           "named, and by how much it must lead to be told apart. These are the numbers of the evidence; the shade of "
+           "a measured law is the interval of its size. Bottom: reduced chi-square of every block with all findings. "
+           "Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as unexplained.")
 
 CERTAIN = 100.0
 """Standard errors above which no number is given: each engagement counts at most three."""
@@ -71,8 +71,8 @@ def _name(rival: Candidate) -> str:
 
 
 def _blocks(result: StudyResult, settings: StudySettings) -> Spec:
-    rows = [{"label": block.signals, "value": theme.rounded(block.chi_square),
-             "series": "not explained" if block.unexplained else "explained"} for block in result.blocks]
+    rows: list[Spec] = [{"label": block.signals, "value": theme.rounded(block.chi_square),
+                         "series": "not explained" if block.unexplained else "explained"} for block in result.blocks]
     limit = math.exp(settings.naming.errors * settings.naming.noise)
     values = [row["value"] for row in rows]
     x: Spec = {"field": "value", "type": "quantitative", "title": "reduced chi-square, logarithmic",

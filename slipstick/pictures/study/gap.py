@@ -11,11 +11,11 @@ from slipstick.study.result import Closure, Gap, StudyResult
 from slipstick.study.settings import StudySettings
 
 CAPTION = ("Top: measured minus predicted shifting time of every engagement. Each prediction comes from fits without "
-           "the engagements of that motor speed or of that current profile. Shade: two standard deviations of what noise and "
-           "scatter alone would leave. Bottom: the closed share of the gap with "
-           "90 % intervals. At 100 %, the remaining error is that of sensor noise and run-to-run scatter alone. "
-           "Quantities without a significant gap are omitted. The control is the best effect that acts on another "
-           "quantity; it shows how much an arbitrary effect would close.")
+           "the engagements of that motor speed or of that current profile. Shade: two standard deviations of what "
+           "noise and scatter alone would leave. Bottom: the closed share of the gap with 90 % intervals. At 100 %, "
+           "the remaining error is that of sensor noise and run-to-run scatter alone. Quantities without a "
+           "significant gap are omitted. The control is the best effect that acts on another quantity; it shows how "
+           "much an arbitrary effect would close.")
 
 _HEIGHT = 210
 _DEVIATIONS = 2.0  # half width of the shade

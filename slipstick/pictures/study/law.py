@@ -24,8 +24,8 @@ _MONOTONIC = 0.8  # share of the span between first and last point above which a
 _COLUMNS = 100  # characters per line
 _UP_TO = {"constant": "Known up to a constant, which parameters of the model take as well.",
           "line": "Known up to a straight line, which parameters of the model take as well.", "nothing": ""}
-_ZERO = ("It contains zero: how large the change is remains open, because parameters may take its part. That it is asked "
-         "for rests on the likelihood.")
+_ZERO = ("It contains zero: how large the change is remains open, because parameters may take its part. That it is "
+         "asked for rests on the likelihood.")
 _LINEARISED = "The interval is that of a linear model and may be several times too narrow."
 
 
@@ -36,8 +36,9 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
         return None
     if len(found) == 1:
         return theme.picture(headline(*found[0]), remarks(found[0][1], settings.level), _panel(*found[0], _HEIGHT))
-    panels = [{"title": {"text": headline(*one), "subtitle": textwrap.wrap(remarks(one[1], settings.level), _COLUMNS), "fontSize": 13,
-                         "offset": 8}, **_panel(*one, _SEVERAL)} for one in found]
+    panels = [{"title": {"text": headline(*one), "fontSize": 13, "offset": 8,
+                         "subtitle": textwrap.wrap(remarks(one[1], settings.level), _COLUMNS)},
+               **_panel(*one, _SEVERAL)} for one in found]
     return theme.picture(f"The recordings ask for {len(found)} laws", "One panel for each finding.",
                          {"spacing": 30, "vconcat": panels})
 

@@ -37,7 +37,7 @@ def shows(browser: webdriver.Chrome, requested: Callable[[], list[str]],
         path.write_text(html)
         browser.get(path.as_uri())
         drawn = WebDriverWait(browser, 20).until(
-            lambda browser: len(svgs := browser.find_elements(By.CSS_SELECTOR, ".picture svg.marks")) == pictures
+            lambda browser: len(svgs := browser.find_elements(By.CSS_SELECTOR, ".picture svg")) == pictures
             and svgs)
         for picture in drawn:
             assert picture.size["width"] <= 850
