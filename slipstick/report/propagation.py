@@ -27,7 +27,8 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
     probabilities = request["quantiles"]
     spec = draw(answer, probabilities, conditions)
     axes = [in_words(axis["name"]) for axis in answer["axes"]]
-    title = f"{listed(axes)} propagated to {len(answer['conditions'])} conditions of “{answer['table']}”"
+    n = len(answer["conditions"])
+    title = f"{listed(axes)} propagated to {n} condition{'s' * (n > 1)} of “{answer['table']}”"
     return document("propagation", answer["table"], f"{title[0].upper()}{title[1:]}", _warnings(answer, request), [
         paragraph(_inputs(answer, request, axes), "lead"),
         *figures({"propagation": spec}, {"propagation": CAPTION}).values(),

@@ -41,7 +41,8 @@ def test_every_condition_has_its_density_quantiles_and_bars() -> None:
     assert spec["title"]["text"] == ("Standard deviations of 20.0 to 20.0 ms in 2 conditions; the pressure bias causes "
                                      "most of the variance in 2 of them")
     assert [row["title"]["text"] for row in spec["vconcat"]] == [
-        "0: profile 0, motor 105 rad/s, 6 kg m², brake 20 N m", "215: profile 2, motor 199 rad/s, 14 kg m², brake 80 N m"]
+        "0: profile 0, motor 105 rad/s, 6 kg m², brake 20 N m",
+        "215: profile 2, motor 199 rad/s, 14 kg m², brake 80 N m"]
     density, bars = spec["vconcat"][0]["hconcat"]
     area, quantiles, std, _ = (layer["data"]["values"] for layer in density["layer"])
     assert area[20] == {"t": 600.0, "p": 0.02}
@@ -68,14 +69,14 @@ def test_dependent_inputs_have_no_bars_and_no_noise_no_density() -> None:
 def test_warnings_come_before_the_result(reading: Callable[[str], Any], changes: dict[str, Any], warning: str) -> None:
     parsed = reading(propagation_page(answer(condition(0), **changes), REQUEST, CONDITIONS))
     body = parsed.text[parsed.text.index("Slipstick ·"):]
-    assert body.index(warning) < body.index("Pressure bias and initial position propagated to 1 conditions of “mine”")
+    assert body.index(warning) < body.index("Pressure bias and initial position propagated to 1 condition of “mine”")
     assert parsed.count("svg") == 1
     assert parsed.count("script") == 0
     assert reading(propagation_page(answer(condition(0)), REQUEST, CONDITIONS)).count("aside") == 0
 
 
 def test_a_condition_without_an_expansion_is_counted(reading: Callable[[str], Any]) -> None:
-    lost = {name: None for name in condition(0)} | {"condition": 7, "quantiles": [None, None]}
+    lost = dict.fromkeys(condition(0)) | {"condition": 7, "quantiles": [None, None]}
     text = reading(propagation_page(answer(condition(0), lost), REQUEST, CONDITIONS)).text
     assert "1 of 2 conditions have no distribution" in text
     assert "Not drawn: 1 without an expansion" in text

@@ -29,7 +29,8 @@ def test_the_page_reports_the_results(made: Made, reading: Read) -> None:
     for text in ("Pressure bias and initial position fitted to 216 engagements of “measured”",
                  "log10 likelihood −300.00 before the fit, −269.00 after", "31.0 decades (factors of ten) more likely",
                  "up to 1.01 (open below)", "up to 1.616 bar (open below)",
-                 "0.99 to 1.01", "1.584 to 1.616 bar", "Limited above only: mean of pressure bias.", "Limited on both sides (90 %): mean of "
+                 "0.99 to 1.01", "1.584 to 1.616 bar", "Limited above only: mean of pressure bias.",
+                 "Limited on both sides (90 %): mean of "
                  "initial position, std of pressure bias, std of initial position and output std.",
                  "Identified: 1.00 × mean of pressure bias + 1.00 × mean of initial position, standard error "
                  "1\u00a0% of the range.",

@@ -81,7 +81,7 @@ def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> N
 
 def test_engagements_that_are_set_aside_are_described(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
-    aside = {**dict.fromkeys(figures.conditions, [2.0]), "motor_speed": [199.0]}
+    aside = {name: [199.0 if name == "motor_speed" else 2.0] for name in figures.conditions}
     html = page(replace(result, set_aside=[3]), replace(figures, aside=aside))
     assert "Set aside: engagement 3 (profile 2, motor 199 rad/s, 2 kg m², brake 2 N m)," in reading(html).text
 
