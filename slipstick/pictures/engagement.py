@@ -41,7 +41,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
         f"Experiment {condition} locks at {theme.milliseconds(measured)} on the test bench, {simulated} in the fitted "
         "model",
         f"Conditions: {described(figure_data['conditions'], condition)}. Shaded: phases of the simulation at the "
-        f"fitted means. Dashed: shifting times.{vacuum_note(lines.values())}",
+        "fitted means. Dashed: shifting times.",
         panels(data["time"], {series: signals for series, signals in lines.items() if signals},
                {"measured": measured, "simulated": lock}, data["touch"], data["gear_ratio"]))
 
@@ -62,10 +62,7 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
     samples = _samples(time, lines, gear_ratio, end)
     views[0]["layer"].append(_note({"name": "phases"}, "from", {"value": -7}, "phase"))
     speeds = views[[name for name, *_ in selected].index("speed")]
-    if vacuum_note(lines.values()):
-        views[[name for name, *_ in selected].index("pressure")]["layer"].append({
-            "data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.ALARM, "strokeDash": [2, 2]},
-            "encoding": {"y": {"datum": _VACUUM}}})
+    views[[name for name, *_ in selected].index("pressure")]["layer"] += _vacuum(lines.values())
     speeds["layer"] += [
         _note({"name": "locks"}, "t", {"value": speeds["height"] - 10}, "note"),
         *_shafts(list(lines), samples)]
@@ -82,14 +79,19 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
                   for series, lock in shifting_times.items()]}}
 
 
-def vacuum_note(lines: Iterable[Signals | None]) -> str:
-    """A sentence if a pressure is below vacuum, where a gauge pressure cannot be; else empty."""
-    lowest = min((value for signals in lines if signals for value in signals.get("pressure", ()) if value is not None),
+def _vacuum(lines: Iterable[Signals]) -> list[Spec]:
+    """Return a line at vacuum with a note if a pressure is below it, where no gauge pressure can be."""
+    lowest = min((value for signals in lines for value in signals.get("pressure", ()) if value is not None),
                  default=0.0)
     if lowest >= _VACUUM:
-        return ""
-    return (f" The pressure falls to {lowest:.2f} bar, below the vacuum at {_VACUUM:g} bar (gauge, dotted): the "
-            "valve of the model is linear and has no lower limit, and sensors have noise.").replace("-", "−")
+        return []
+    note = (f"lowest {lowest:.2f} bar, below vacuum (dotted): the linear valve of the model has no lower limit, and a "
+            "sensor may be off").replace("-", "−")
+    return [{"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.ALARM, "strokeDash": [2, 2]},
+             "encoding": {"y": {"datum": _VACUUM}}},
+            {"data": {"values": [{}]}, "encoding": {"x": {"value": theme.WIDTH - 4}, "y": {"datum": _VACUUM}},
+             "mark": {"type": "text", "text": note, "align": "right", "baseline": "bottom", "dy": -2, "fontSize": 10,
+                      "color": theme.ALARM}}]
 
 
 def _samples(time: Sequence[float], lines: Mapping[str, Signals], gear_ratio: float, end: float) -> list[Spec]:

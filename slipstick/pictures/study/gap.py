@@ -14,8 +14,8 @@ CAPTION = ("Top: measured minus predicted shifting time of every engagement. Eac
            "the engagements of that motor speed or of that current profile. Shade: two standard deviations of what "
            "noise and scatter alone would leave. Bottom: the closed share of the gap with 90 % intervals. At 100 %, "
            "the remaining error is that of sensor noise and run-to-run scatter alone. Quantities without a "
-           "significant gap are omitted. The control is the best effect that acts on another quantity; it shows how "
-           "much an arbitrary effect would close.")
+           "significant gap are omitted; ends below −50 % or above 150 % are drawn there. The control is the best "
+           "effect that acts on another quantity; it shows how much an arbitrary effect would close.")
 
 _HEIGHT = 210
 _DEVIATIONS = 2.0  # half width of the shade

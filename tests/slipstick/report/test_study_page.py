@@ -71,7 +71,7 @@ def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> N
     result, figures = studied("friction")
     worse = replace(result, set_aside=[3, 17], blocks=[
         replace(block, unexplained=block.name == "valve", chi_square=1.75) for block in result.blocks])
-    text = reading(page(worse, figures)).text
+    text = reading(page(worse, replace(figures, aside={}))).text  # as of an earlier version
     assert "Set aside: engagements 3 and 17, numbered from 0." in text
     assert "Unexplained: “current → pressure”. Reduced chi-square is 1.75" in text
     assert "something that no law explains" in text
@@ -89,12 +89,12 @@ def test_engagements_that_are_set_aside_are_described(studied: Studied, reading:
 def test_tables_and_pictures_of_the_gap_agree(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     assert result.gap is not None
-    time = replace(result.gap.closures["shifting_time"], closure=-0.3, lower=-0.6, upper=-0.05)
+    time = replace(result.gap.closures["shifting_time"], closure=-0.3, lower=-0.45, upper=-0.05)
     worse = replace(result, gap=replace(result.gap, closures={**result.gap.closures, "shifting_time": time}))
-    assert "−30 % (−60 to −5): the error grows" in reading(page(worse, figures)).text
+    assert "−30 % (−45 to −5): the error grows" in reading(page(worse, figures)).text
     drawn = [row for view in study_pictures(worse, figures)["gap"]["vconcat"][1:] for row in view["data"]["values"]]
     row = next(row for row in drawn if row["channel"] == "shifting time" and not row["series"].startswith("control"))
-    assert (row["lower"], row["closure"], row["upper"]) == (-60, -30, -5)
+    assert (row["lower"], row["closure"], row["upper"]) == (-45, -30, -5)
 
 
 def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> None:
