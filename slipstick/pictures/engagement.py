@@ -88,7 +88,7 @@ def _vacuum(lines: Iterable[Signals]) -> list[Spec]:
     note = (f"lowest {lowest:.2f} bar, below vacuum (dotted): the linear valve of the model has no lower limit, and a "
             "sensor may be off").replace("-", "−")
     return [{"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.ALARM, "strokeDash": [2, 2]},
-             "encoding": {"y": {"datum": _VACUUM}}},
+             "encoding": {"x": {"value": 0}, "x2": {"value": theme.WIDTH}, "y": {"datum": _VACUUM}}},
             {"data": {"values": [{}]}, "encoding": {"x": {"value": theme.WIDTH - 4}, "y": {"datum": _VACUUM}},
              "mark": {"type": "text", "text": note, "align": "right", "baseline": "bottom", "dy": -2, "fontSize": 10,
                       "color": theme.ALARM}}]

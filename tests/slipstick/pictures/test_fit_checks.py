@@ -1,14 +1,16 @@
 """What shows whether a fit is right: residuals by group, the probability integral transform, the pairs of unknowns."""
 
 import json
+import re
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from slipstick.pictures import pictures
+from slipstick.pictures import pictures, theme
 from slipstick.pictures.calibration import transformed
+from slipstick.pictures.rendering import render
 from slipstick.report.doubts import doubts
 
 Made = Callable[..., dict[str, Any]]
@@ -123,7 +125,9 @@ def test_a_pressure_below_vacuum_has_its_note(made: Made, pressure: float, noted
     spec = draw(output)["engagement"]
     lines = [layer["mark"] for layer in spec["vconcat"][1]["layer"] if layer["encoding"].get("y") == {"datum": -1.0}]
     assert [mark["type"] for mark in lines] == (["rule", "text"] if noted else [])
-    assert ("lowest −1.25 bar, below vacuum" in json.dumps(spec, ensure_ascii=False)) == noted
+    svg = render(spec, "svg").decode()
+    assert ("lowest −1.25 bar, below vacuum" in svg) == noted
+    assert bool(re.search(f'<line [^>]*x2="720"[^>]*stroke="{theme.ALARM}"', svg)) == noted
     assert "Conditions: profile 0, motor 105 rad/s" in " ".join(spec["title"]["subtitle"])
 
 
