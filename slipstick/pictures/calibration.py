@@ -44,11 +44,12 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
         {"spacing": 40, "hconcat": [_histogram(values), _difference(values, band)]})
 
 
-def distance(values: np.ndarray) -> tuple[float, float]:
-    """The largest distance of the distribution function of probabilities (n,) from uniform, and its limit."""
+def distance(values: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
+    """The largest distance of the distribution function of probabilities (n,) from uniform, and its limit at `level`.
+    """
     n = len(values)
     furthest = max(np.max(np.arange(1, n + 1) / n - values), np.max(values - np.arange(n) / n))
-    return float(furthest), float(kstwo.ppf(LEVEL, n))
+    return float(furthest), float(kstwo.ppf(level, n))
 
 
 def transformed(prediction: Mapping[str, Any]) -> np.ndarray:
