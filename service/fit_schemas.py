@@ -205,6 +205,8 @@ class Remark(BaseModel):
     unknown: str = Field(description="The unknown or quantity concerned.")
     cause: str = Field(description="The limitation.")
     remedy: str = Field(description="How to remove the limitation.")
+    at_bound: bool = Field(default=False, description="Whether the unknown is at a bound of the search, or at an edge "
+                                                      "of the table.")
 
 
 class FitSummary(BaseModel):

@@ -71,7 +71,7 @@ MAY_IMPORT = {
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.confirmation "
                        "slipstick.naming slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
-    "slipstick.pictures.study": "slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
+    "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.study",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "

@@ -80,7 +80,8 @@ def conclude(library: Library, report: Report, machines: Machines, order: Order,
     task = _open(library, machines, order)
     problem = _Progress(task, report, "conclude").problem(checkpoint["state"])
     result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
-    figures = figure_data(task.settings, problem, checkpoint["estimate"]["vector"], task.model, task.recordings)
+    figures = figure_data(task.settings, problem, checkpoint["state"], checkpoint["estimate"], task.model,
+                          task.recordings)
     physical = physical_inputs(task.model, result["axes"], result["mean"], result["std"])
     return {"result": result, "physical": [asdict(entry) for entry in physical], "figure_data": figures,
             **stage_times(checkpoint, "conclude", begin)}

@@ -6,7 +6,7 @@ from typing import Any
 import h5py
 
 from slipstick.bench import parameters
-from slipstick.bench.conditions import Conditions
+from slipstick.bench.conditions import CONDITION_UNITS, Conditions
 from slipstick.clutch.model import Model
 from slipstick.machine import Cases, Machine, Quantity
 from slipstick.storage.condition_layout import read_conditions, write_conditions
@@ -70,6 +70,17 @@ def keys(setting: Setting, with_run_order: bool) -> list[str]:
                strict=True)
     return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]} {position}"
             for profile, speed, inertia, brake, position in rows]
+
+
+def columns(setting: Setting) -> dict[str, list[float]]:
+    """The columns of the conditions for pictures, which describe them in words (slipstick/pictures/conditions.py).
+
+    Those of another machine have their units in the name, as in "voltage [V]".
+    """
+    if isinstance(setting, Cases):
+        return {f"{quantity.name} [{quantity.unit}]": column.tolist()
+                for quantity, column in zip(setting.quantities, setting.values.T, strict=True)}
+    return {name: getattr(setting, name).tolist() for name in CONDITION_UNITS}
 
 
 def described(setting: Setting, row: int) -> str:
