@@ -63,7 +63,7 @@ MAY_IMPORT = {
     "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.machine "
                            "slipstick.recordings slipstick.table slipstick.uncertainty",
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings "
-                             "slipstick.uncertainty",
+                             "slipstick.table slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
                         "slipstick.calibration.noise slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks.whitening "

@@ -30,8 +30,8 @@ def pictures(output: Mapping[str, Any]) -> dict[str, Spec]:
     `output` is the output of a fit: its `result`, `physical` (unit and nominal value of each input), and `figure_data`,
     computed by the worker for its pictures:
 
-        conditions    columns `current_profile`, `motor_speed`, `load_inertia`, `brake_torque`, one value per experiment,
-                      or those of another machine, such as `voltage [V]`
+        conditions    columns `current_profile`, `motor_speed`, `load_inertia`, `brake_torque`, or those of
+                      another machine, such as `voltage [V]`, one value per experiment
         prediction    columns of the same length: `condition` (its index); `measured`, `before`, `mean`, `std` in s;
                       lists `density_time` in s and `density` per ms. A time is null if the engagement never locks
         search        names of the `unknowns` (k), the `estimate` (k), the best candidate after each generation as

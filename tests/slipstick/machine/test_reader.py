@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from slipstick.errors import BadBench, BadRecording, SlipstickError
+from slipstick.errors import BadBench, BadRecording, SlipstickError, UnknownName
 from slipstick.machine import Machine, Measurements, open_machine
 from slipstick.machine.bridge import Bridge
 from slipstick.machine.measurements import MARK
@@ -113,3 +113,16 @@ def test_an_uploaded_recordings_file_cannot_be_read_as_measurements(tmp_path: Pa
     assert library.recordings() == []
     library.add_recordings("mine", shipped, "h5")
     assert library.recordings() == ["mine"]
+
+
+def test_a_machine_in_the_folder_of_the_tables_is_no_bench(folder: Path) -> None:
+    read(folder)
+    (folder / "wrong.toml").write_text("simulator = 1")
+    (folder / "damaged.toml").write_text("simulator = ")
+    (folder / "bench.toml").write_bytes((Path(__file__).parents[3] / "tables" / "compact.toml").read_bytes())
+    library = Library(folder)
+    assert library.benches() == ["bench", "damaged"]
+    with pytest.raises(UnknownName):
+        library.bench("motor")
+    with pytest.raises(FileExistsError):
+        library.add_bench("motor", (folder / "bench.toml").read_bytes())
