@@ -15,7 +15,7 @@ def described(conditions: Columns, place: int) -> str:
              "brake_torque": "brake {:.3g} N m"}
     words = [form.format(column[place]) for name, form in forms.items() if (column := conditions.get(name)) is not None]
     for heading, column in conditions.items():
-        if column is not None and heading not in forms:
-            name, _, unit = heading.removesuffix("]").partition(" [")
-            words.append(f"{name.replace('_', ' ')} {column[place]:.5g}{'' if unit in ('', '1') else f' {unit}'}")
+        name, bracket, unit = heading.removesuffix("]").partition(" [")
+        if bracket and column is not None:
+            words.append(f"{name.replace('_', ' ')} {column[place]:.5g}{'' if unit == '1' else f' {unit}'}")
     return ", ".join(words)

@@ -71,6 +71,7 @@ def test_nothing_in_the_data_becomes_markup(made: Made, reading: Read) -> None:
     assert hostile.text.count("<script>alert(1)</script>") > 10
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_refers_to_no_external_resource(made: Made, reading: Read) -> None:
     html = page(FIT, made())
     for _, attributes in reading(html).elements:
@@ -78,6 +79,7 @@ def test_the_page_refers_to_no_external_resource(made: Made, reading: Read) -> N
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"", html)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_zero_likelihood_is_reported(made: Made) -> None:
     output = made()
     output["result"]["before"]["log10_likelihood"] = None
@@ -111,6 +113,7 @@ def test_a_combination_has_its_interval_relative_to_the_estimate(made: Made) -> 
     assert words.combinations(output["result"])[0][1].endswith(f"{lead} up to +2.2\u00a0% (end not found below).")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_end_that_was_not_found_is_not_called_open(made: Made, reading: Read) -> None:
     output = made()
     output["result"]["intervals"][0]["unsettled"] = ["lower"]
@@ -133,6 +136,7 @@ def test_remarks_with_the_same_remedy_are_merged(made: Made) -> None:
     assert words.warnings(output["result"]) == [("a is low. b is low.", "Widen.")]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_values_at_a_bound_are_in_the_headline_and_warnings_before_it(made: Made, reading: Read) -> None:
     output = made()
     output["result"]["remarks"] = [
@@ -148,6 +152,7 @@ def test_values_at_a_bound_are_in_the_headline_and_warnings_before_it(made: Made
     assert "at its bound" not in reading(page(FIT, made())).text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_misfits_are_warnings_before_the_result(made: Made, reading: Read) -> None:
     assert reading(page(FIT, made())).count("aside") == 0
     output = made()
@@ -160,6 +165,7 @@ def test_misfits_are_warnings_before_the_result(made: Made, reading: Read) -> No
     assert "All differences are measured minus predicted" in body
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_lengths_and_currents_have_engineering_units(made: Made) -> None:
     output = made()
     output["physical"] = [{"name": "pressure_bias", "unit": "bar", "nominal": 1.6, "mean": 1.6, "std": 0.4},
@@ -213,5 +219,6 @@ def test_any_number_of_inputs_has_a_page(made: Made, reading: Read, axes: tuple[
     assert reading(page(FIT, made(axes, 20))).count("svg") == len(CAPTIONS)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_same_fit_gives_the_same_page(made: Made) -> None:
     assert page(FIT, made()) == page(FIT, json.loads(json.dumps(made())))

@@ -55,6 +55,7 @@ def test_the_page_reports_what_is_missing_and_its_evidence(studied: Studied, rea
     assert order == ["picture-law", "picture-evidence", "picture-gap", "picture-signals"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_null_answer_is_a_good_answer(studied: Studied, reading: Read) -> None:
     result, figures = studied("nothing")
     text = reading(page(result, figures)).text
@@ -67,6 +68,7 @@ def test_a_null_answer_is_a_good_answer(studied: Studied, reading: Read) -> None
     assert warnings(result) == []
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     worse = replace(result, set_aside=[3, 17], blocks=[
@@ -80,6 +82,7 @@ def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> N
     assert body.index("Unexplained:") < body.index("Missing: slip-speed-dependent friction")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_engagements_that_are_set_aside_are_described(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     aside = {name: [199.0 if name == "motor_speed" else 2.0] for name in figures.conditions}
@@ -98,6 +101,7 @@ def test_tables_and_pictures_of_the_gap_agree(studied: Studied, reading: Read) -
     assert (row["lower"], row["closure"], row["upper"]) == (-45, -30, -5)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> None:
     result, figures = studied("friction")
     confirmation = result.findings[0].confirmation
@@ -132,6 +136,7 @@ def test_a_control_that_closes_as_much_casts_doubt(studied: Studied, share: floa
     assert ("closes 60 % of the gap in the shifting time, the findings 90 %" in said(replace(result, gap=gap))) == doubt
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     rival = Candidate("pressure_dependent_friction", "friction coefficient", "pressure", 90.0, 1.25)
@@ -150,6 +155,7 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
     assert "more than 1000" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_confidence_is_a_count(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     text = reading(page(changed(result, confidence=0.9, evidence="alone, large: 41 of 45"), figures)).text
@@ -160,6 +166,7 @@ def test_confidence_is_a_count(studied: Studied, reading: Read) -> None:
     assert "0 of 0" not in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_coefficients_have_readable_units_and_no_interval_at_a_bound(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     confirmation = replace(result.findings[0].confirmation, coefficients=[
@@ -177,6 +184,7 @@ def unlisted(one: FindingResult) -> FindingResult:
                    confirmation=replace(one.confirmation, simulated="measured law", coefficients=[factor]))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_unlisted_finding_has_its_law_and_its_factor(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     result = replace(result, kind="unlisted", findings=[unlisted(result.findings[0])])
@@ -188,6 +196,7 @@ def test_an_unlisted_finding_has_its_law_and_its_factor(studied: Studied, readin
     assert "Formula:" not in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_something_without_a_law_is_not_nothing(studied: Studied, reading: Read) -> None:
     result, figures = studied("nothing")
     left = replace(result, kind="unlisted", blocks=[replace(one, unexplained=True) for one in result.blocks[:1]])
@@ -223,6 +232,7 @@ def test_nothing_in_the_data_becomes_markup(studied: Studied, reading: Read) -> 
     assert parsed.text.count("<script>alert(1)</script>") > 15
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_refers_to_no_external_resource_and_is_small(studied: Studied, reading: Read) -> None:
     html = page(*studied("friction"))
     for _, attributes in reading(html).elements:
@@ -231,6 +241,7 @@ def test_the_page_refers_to_no_external_resource_and_is_small(studied: Studied, 
     assert len(html) < 1_500_000
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_settings_are_listed_where_they_differ_from_the_default(studied: Studied, reading: Read) -> None:
     result, figures = studied("nothing")
     assert re.search(r"settings\s*default", reading(page(result, figures)).text)
@@ -240,5 +251,6 @@ def test_settings_are_listed_where_they_differ_from_the_default(studied: Studied
     assert "gains the 20 nats and 4 standard errors" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_same_study_gives_the_same_page(studied: Studied) -> None:
     assert page(*studied("friction")) == page(*studied("friction"))
