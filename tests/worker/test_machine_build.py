@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from slipstick.machine import Workers, open_machine
 from slipstick.table import Table
 from worker import building, fit_steps, machine_plan
 from worker.__main__ import main
+from worker.computing import Computer, Report
 
 DOCS = Path(__file__).parents[2] / "docs"
 TROUBLE = '''
@@ -78,6 +80,17 @@ def trouble(tmp_path: Path) -> Path:
 def build(folder: Path, *options: str) -> int:
     return main(["build", "--machine", str(folder / "machine.toml"), "--out", str(folder / "table.h5"),
                  "--threads", "1", *options])
+
+
+def require_ended(child: int) -> None:
+    """Wait until a process has ended; fail if it does not."""
+    for _ in range(100):
+        status = Path(f"/proc/{child}/stat")
+        if not status.exists() or status.read_text().split()[2] == "Z":
+            return
+        time.sleep(0.1)
+    os.kill(child, signal.SIGKILL)
+    pytest.fail("the process of the simulator is still alive")
 
 
 def test_runs_without_output_have_a_status_and_a_reason(trouble: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -200,6 +213,29 @@ def test_a_worker_runs_no_simulator_that_it_was_not_given(trouble: Path, monkeyp
         fit_steps._simulator(file.machine, {}, ["a"])
 
 
+def simulating(library: object, report: Report, folder: Path) -> None:
+    """A step that reports the output of a simulator and its processes, and then does not end."""
+    workers = Workers(open_machine(folder / "machine.toml"), 1)
+    outputs, _ = workers.simulate(("a",), np.array([[0.7]]), workers.file.cases)
+    assert isinstance(workers.executor, ProcessPoolExecutor)
+    report({"output": float(outputs[0, 0]), "pids": [*workers.executor._processes]})
+    time.sleep(60)
+
+
+def test_a_job_runs_a_simulator_which_ends_with_it(trouble: Path) -> None:
+    computer, reports = Computer(trouble, ()), []
+
+    def require_wanted() -> None:
+        if reports:
+            raise InvalidValue("The job is cancelled", "")
+
+    with pytest.raises(InvalidValue, match="cancelled"):
+        computer.run(simulating, trouble, report=reports.append, require_wanted=require_wanted)
+    computer.stop()
+    assert reports[0]["output"] == 0.7
+    require_ended(*reports[0]["pids"])
+
+
 def test_a_server_that_is_away_stops_the_build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
                                                capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("slipstick.machine.bridge._PAUSES", (0.01,))
@@ -229,10 +265,4 @@ if __name__ == "__main__":
     os.kill(child, 0)  # it is alive
     parent.kill()
     parent.wait()
-    for _ in range(100):
-        status = Path(f"/proc/{child}/stat")
-        if not status.exists() or status.read_text().split()[2] == "Z":
-            return
-        time.sleep(0.1)
-    os.kill(child, signal.SIGKILL)
-    pytest.fail("the process of the simulator is still alive")
+    require_ended(child)
