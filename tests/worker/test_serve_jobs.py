@@ -77,7 +77,7 @@ class Bench:
         answer = self.client.post(address, json=body, headers={"Idempotency-Key": name})
         assert answer.status_code == 202, answer.text
 
-    def follow(self, name: str, until: Callable[[dict[str, Any]], bool], seconds: float = 60,
+    def follow(self, name: str, until: Callable[[dict[str, Any]], bool], seconds: float = 300,
                address: str = "/v1/fits") -> dict[str, Any]:
         deadline = time.monotonic() + seconds
         while True:
