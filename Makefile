@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: help setup demo demo-stop test test-slow lint picture bench study-blind clean
+.PHONY: help setup demo demo-stop test test-slow fuzz lint picture bench study-blind clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -36,6 +36,9 @@ test: setup ## ruff, mypy and the tests (at most six minutes on two cores)
 
 test-slow: setup ## the tests that `make test` leaves out (minutes)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow --numprocesses auto --durations=10
+
+fuzz: setup ## many generated requests to every operation of the service, alone and in sequences (minutes)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow tests/service/test_schema.py
 
 lint: setup ## ruff and mypy only
 	@$(BIN)/ruff check .

@@ -7,6 +7,7 @@ Needs a finished `make demo`: the calibration in var, and the table `calibrated`
 
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.figure_data import figure_data
 from slipstick.inference import table_problem
+from slipstick.physical_values import physical_inputs
 from slipstick.pictures import Spec, engagement, pictures, theme
 from slipstick.pictures.rendering import render
 from slipstick.pictures.study import study_pictures
@@ -75,8 +77,10 @@ def profiles(recordings: Recordings, table: Table) -> Spec:
     estimate = fit.refined_estimate(settings, problem, state)
     while not fit.has_all_intervals(settings, estimate):
         estimate = fit.with_next_interval(settings, problem, estimate)
-    data = figure_data(settings, problem, estimate["vector"], table.model, recordings)
-    return pictures(fit.summary(settings, problem, state, estimate), data)["profiles"]
+    data = figure_data(settings, problem, state, estimate, table.model, recordings)
+    result = fit.summary(settings, problem, state, estimate)
+    physical = [asdict(one) for one in physical_inputs(table.model, result["axes"], result["mean"], result["std"])]
+    return pictures({"result": result, "physical": physical, "figure_data": data})["profiles"]
 
 
 if __name__ == "__main__":

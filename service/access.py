@@ -1,16 +1,19 @@
-"""Who may send requests: only under the names of this service, and not from pages of other sites in a browser."""
+"""Who may send requests: under the names of this service, not from pages of other sites, and with a token if needed."""
 
+import logging
 from urllib.parse import urlsplit
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import problem_details
+from service.tokens import READING, BadTokens, Tokens, required_role
 from slipstick.errors import SlipstickError
 
-_READING = ("GET", "HEAD", "OPTIONS")
+_LOG = logging.getLogger("uvicorn.error")
+_CHALLENGES = [(b"www-authenticate", b'Bearer realm="slipstick"'), (b"www-authenticate", b'Basic realm="slipstick"')]
 _SECURITY_HEADERS = [
-    # Pages hold their scripts, and Vega compiles expressions; no page needs anything from elsewhere.
-    (b"content-security-policy", b"default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; base-uri 'none'; "
+    # The page /docs holds a script of its own; no page needs anything from elsewhere.
+    (b"content-security-policy", b"default-src 'self' 'unsafe-inline' data: blob:; base-uri 'none'; "
                                  b"frame-ancestors 'none'"),
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"referrer-policy", b"no-referrer"),
@@ -20,14 +23,15 @@ _SECURITY_HEADERS = [
 
 
 class Access:
-    """ASGI middleware that refuses other host names and requests from other sites, and adds security headers.
+    """ASGI middleware that refuses other host names, requests from other sites, and requests without the token needed.
 
     A page of another site can let its own name resolve to this machine (DNS rebinding), but the header Host then has
-    the name of that site. `hosts` are names without ports; `*` allows all.
+    the name of that site. `hosts` are names without ports; `*` allows all. Without `tokens`, none is needed. The body
+    of a refused request is not read. Responses get security headers.
     """
 
-    def __init__(self, app: ASGIApp, hosts: frozenset[str]) -> None:
-        self.app, self.hosts = app, hosts
+    def __init__(self, app: ASGIApp, hosts: frozenset[str], tokens: Tokens | None) -> None:
+        self.app, self.hosts, self.tokens = app, hosts, tokens
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Forward the request, unless it is refused."""
@@ -40,19 +44,21 @@ class Access:
             await send(message)
 
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        error = self._refusal(scope["method"], headers)
+        error = self._foreign(scope["method"], headers) or self._unauthorized(scope, headers)
         if error is None:
             return await self.app(scope, receive, sending)
         # The body stays unread, so the connection cannot be reused.
         response = problem_details.problem_response(problem_details.problem_from(error), {"Connection": "close"})
+        if isinstance(error, problem_details.TokenRequired):
+            response.raw_headers.extend(_CHALLENGES)
         return await response(scope, receive, sending)
 
-    def _refusal(self, method: str, headers: dict[bytes, str]) -> SlipstickError | None:
+    def _foreign(self, method: str, headers: dict[bytes, str]) -> SlipstickError | None:
         host = headers.get(b"host", "")
         if "*" not in self.hosts and _name(f"//{host}") not in self.hosts:
             return problem_details.WrongHost(f"This service does not answer under the name '{host[:100]}'",
                                              "Use a name that SLIPSTICK_HOSTS lists on the server, or add this name")
-        if method in _READING:
+        if method in READING:
             return None
         origin, site = headers.get(b"origin"), headers.get(b"sec-fetch-site", "none")
         other = origin is not None and urlsplit(origin).netloc.lower() != host.lower()
@@ -60,6 +66,26 @@ class Access:
             return problem_details.CrossSite("A page of another site sent the request",
                                              "Send it from a program, or from the pages of this service")
         return None
+
+    def _unauthorized(self, scope: Scope, headers: dict[bytes, str]) -> SlipstickError | None:
+        role = required_role(scope["method"], scope["path"])
+        if self.tokens is None or role is None:
+            return None
+        try:
+            caller = self.tokens.caller(headers.get(b"authorization", ""))
+        except BadTokens as error:
+            _LOG.error("%s", error)
+            return problem_details.StoreUnavailable("The service cannot read its tokens",
+                                                    "Ask its administrator; the log of the service has the cause")
+        if caller is None:
+            given = "The token is unknown" if b"authorization" in headers else "The request has no token"
+            return problem_details.TokenRequired(given, "Send the header 'Authorization: Bearer TOKEN'; in a browser, "
+                                                        "enter the token as the password")
+        if scope.get("client"):  # so that the name is in each line of the access log of the server
+            scope["client"] = (f"{caller.name}@{scope['client'][0]}", scope["client"][1])
+        return None if caller.may(role) else problem_details.RoleRequired(
+            f"The request needs the role {role}; the token '{caller.name}' has the role {caller.role}",
+            "Ask the administrator of the service for a token with this role")
 
 
 def _name(address: str) -> str | None:

@@ -1,11 +1,10 @@
 """The FastAPI application: routers, error handlers, body limits, documentation page."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from typing import Any
 
 from fastapi import FastAPI
-from fastapi.openapi.utils import get_openapi
 
 from service import pages, problem_details
 from service.access import Access
@@ -14,6 +13,8 @@ from service.computations import Computations
 from service.failures import HeadRequests, UnexpectedErrors
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
+from service.openapi import openapi_document
+from service.retention import remove_for_ever
 from service.routes import (
     benches,
     deletion,
@@ -28,9 +29,13 @@ from service.routes import (
     studies,
     study_laws,
     study_reports,
+    table_upload,
     tables,
 )
 from service.settings import Settings
+from service.tokens import tokens_of
+from service.umbridge import routes as umbridge
+from service.umbridge.errors import BridgeErrors
 from slipstick import __version__
 from slipstick.storage.library import Library
 
@@ -54,13 +59,21 @@ millisecond. A log10 likelihood is the sum of the base-10 logarithms of these de
 The parameter `outside` defines the shifting time at points outside a table. Errors are returned as problem details with
 a `remedy` (RFC 9457).
 
+**Tokens.** If the service has a token file, requests need a token, as `Authorization: Bearer TOKEN` or as the password
+of Basic authentication. Reading needs one of the role `read`; computations, uploads and jobs need `run`; the deletion
+of tables and recordings needs `admin`. Each role includes those before it. The health check needs no token. The
+operations of UM-Bridge need none either, and answer only the machine of the service.
+
 *The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
 Friction Clutch Model*.
 """
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
-    """Build the application; `settings` are read from the environment by default."""
+    """Build the application; `settings` are read from the environment by default.
+
+    Raises `BadTokens` if the service would be open to other machines.
+    """
     configuration = settings or Settings()
 
     @asynccontextmanager
@@ -69,7 +82,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.state.fits = JobStore(client, "fit", "/v1/fits")
         app.state.studies = JobStore(client, "study", "/v1/studies")
         app.state.heartbeats = heartbeats = Heartbeats.at(configuration.jobs)
+        removal = asyncio.create_task(remove_for_ever(client, configuration))
         yield
+        removal.cancel()
         heartbeats.engine.dispose()
         client.destroy()
 
@@ -79,28 +94,20 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.computations = Computations(configuration.computations, configuration.waiting,
                                           configuration.waiting_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
-    for module in (index, benches, tables, recordings, imports, deletion, evaluate, propagate, likelihood, fits,
-                   reports, studies, study_laws, study_reports):
+    for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
+                   fits, reports, studies, study_laws, study_reports, umbridge):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
     app.add_middleware(BodyLimits, settings=configuration)
     app.add_middleware(HeadRequests)
     app.add_middleware(UnexpectedErrors)
-    app.add_middleware(Access, hosts=_host_names(configuration))
-    app.openapi = lambda: _openapi_document(app)  # type: ignore[method-assign]
+    tokens = tokens_of(configuration)
+    app.add_middleware(Access, hosts=_host_names(configuration), tokens=tokens)
+    app.add_middleware(BridgeErrors)
+    app.openapi = lambda: openapi_document(app, tokens is not None)  # type: ignore[method-assign]
     return app
 
 
 def _host_names(settings: Settings) -> frozenset[str]:
     return frozenset(name.strip().strip("[]").lower() for name in (*settings.hosts.split(","), settings.host))
-
-
-def _openapi_document(app: FastAPI) -> dict[str, Any]:
-    """The OpenAPI document, extended by the schema of problem details, which FastAPI cannot derive from the routes."""
-    if app.openapi_schema is None:
-        document = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
-        schema = problem_details.ProblemDetails.model_json_schema(ref_template="#/components/schemas/{model}")
-        document["components"]["schemas"] |= schema.pop("$defs") | {"ProblemDetails": schema}
-        app.openapi_schema = document
-    return app.openapi_schema

@@ -1,5 +1,6 @@
 """What a fit costs at most, in shifting times that a table interpolates, so that no job blocks all others for days."""
 
+from service.job_store import Queue
 from service.problem_details import TooLarge
 from slipstick.uncertainty.chaos import make_basis
 from slipstick.uncertainty.chaos.families import HERMITE
@@ -12,6 +13,7 @@ from slipstick.uncertainty.likelihood import InferenceProblem
 # 26 µs for one candidate and condition of the likelihood along lines.
 _SIMULATION = 370
 _LINES = 5000
+_SHORT = 110_000_000_000  # about ten minutes
 
 
 def fit_cost(settings: FitSettings, problem: InferenceProblem, simulate: bool) -> int:
@@ -25,6 +27,11 @@ def fit_cost(settings: FitSettings, problem: InferenceProblem, simulate: bool) -
         candidates = settings.population * settings.generations
         work = len(basis.nodes) * each + (settings.samples if settings.integration == "sampling" else _LINES)
     return candidates * work * len(problem.measured_time)
+
+
+def queue_of(cost: int) -> Queue:
+    """The queue of a fit: the long one if it could take more than about ten minutes on one core."""
+    return "short" if cost <= _SHORT else "long"
 
 
 def require_cost(cost: int, most: int) -> None:

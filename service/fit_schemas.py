@@ -87,7 +87,8 @@ class FitRequest(StrictModel):
     simulate: bool = Field(
         default=False, description="Whether to run the simulator instead of interpolating the table. The simulator "
                                    "uses the model of the table, and any of its parameters can be an input. Inputs are "
-                                   "clipped to the bounds of the bench.")
+                                   "clipped to the bounds of the bench, or to the ranges of another machine, whose "
+                                   "file the worker needs (`serve-jobs --machine`).")
     bench: BenchName = None
     parameters: list[str] | None = Field(
         default=None, min_length=1, max_length=20, examples=[["pressure_bias", "initial_position"]],
@@ -118,6 +119,10 @@ class FitProgress(BaseModel):
         description="Current stage: the search, the refinement, the intervals, or the assembly of the result.")
     generation: int = Field(description="Completed generations, or completed blocks of the classic grid.")
     generations: int = Field(description="Maximum number of generations, or number of blocks of the classic grid.")
+    done: float = Field(description="Share of the search that is done, at least: a genetic search may end earlier.")
+    seconds_left: float | None = Field(
+        description="Time that the search takes at most from here, at its pace so far, in s; null before its first "
+                    "generation and in the later stages, whose duration is not known.")
     model_runs: int = Field(description="Model evaluations in the current step (a generation, an interval, ...).")
     mean: list[float] | None = Field(description="Means of the best candidate, in multiples of nominal.")
     std: list[float] | None = Field(description="Standard deviations of the best candidate, in multiples of nominal.")
@@ -200,6 +205,8 @@ class Remark(BaseModel):
     unknown: str = Field(description="The unknown or quantity concerned.")
     cause: str = Field(description="The limitation.")
     remedy: str = Field(description="How to remove the limitation.")
+    at_bound: bool = Field(default=False, description="Whether the unknown is at a bound of the search, or at an edge "
+                                                      "of the table.")
 
 
 class FitSummary(BaseModel):

@@ -9,7 +9,7 @@ import sqlite3
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
 from sqlalchemy import Engine, event, make_url
@@ -17,7 +17,9 @@ from sqlalchemy import Engine, event, make_url
 from service.problem_details import Conflict
 from slipstick.errors import UnknownName
 
-QUEUE, PROGRESS = "jobs", "progress"
+PROGRESS = "progress"
+Queue = Literal["short", "long"]
+"""A worker runs one job of each queue at a time, so that a short job does not wait for a long one."""
 APPLICATION = "slipstick"
 
 JobInput = dict[str, Any]
@@ -49,13 +51,13 @@ class JobStore:
     workflow: str
     address: str
 
-    def submit(self, id: str, job_input: JobInput) -> WorkflowStatus:
+    def submit(self, id: str, job_input: JobInput, queue: Queue) -> WorkflowStatus:
         """Enqueue a job with the id `id`; if a job of this kind already has the id, return that job instead.
 
         Raises `Conflict` if a job of another kind has the id.
         """
         try:
-            self.client.enqueue({"workflow_name": self.workflow, "queue_name": QUEUE, "workflow_id": id,
+            self.client.enqueue({"workflow_name": self.workflow, "queue_name": queue, "workflow_id": id,
                                  "serialization_type": "portable"}, job_input)  # type: ignore[typeddict-item]
         except error.DBOSConflictingWorkflowError:
             raise Conflict(f"The Idempotency-Key '{id}' is in use for a job that is not a {self.workflow}",
@@ -80,7 +82,7 @@ class JobStore:
         return progress
 
     def cancel(self, id: str) -> None:
-        """Cancel the job unless it has ended; the worker abandons it at the end of the current step at the latest."""
+        """Cancel the job unless it has ended; the worker ends its computation within a second."""
         self.client.cancel_workflow(self.find(id).workflow_id)
 
     def delete(self, id: str) -> None:
@@ -88,10 +90,11 @@ class JobStore:
         self.client.delete_workflow(id)
 
     def ahead(self, job: WorkflowStatus) -> int | None:
-        """Return the number of jobs of all kinds queued before this one, or None if it is not queued."""
+        """Return the number of jobs before this one in its queue, or None if it is not queued."""
         if job.status != "ENQUEUED":
             return None
-        queued = self.client.list_workflows(queue_name=QUEUE, status="ENQUEUED", load_input=False, load_output=False)
+        queued = self.client.list_workflows(queue_name=job.queue_name, status="ENQUEUED", load_input=False,
+                                            load_output=False)
         ids = [entry.workflow_id for entry in queued]  # in the order of submission
         return ids.index(job.workflow_id) if job.workflow_id in ids else None
 

@@ -8,7 +8,7 @@ from dbos import WorkflowStatus
 from fastapi import Header, Path, Query
 from pydantic import BaseModel, Field
 
-from service.job_store import JobInput, JobStore
+from service.job_store import JobInput, JobStore, Queue
 from service.problem_details import Conflict
 from slipstick.storage.library import Library
 
@@ -42,8 +42,8 @@ class Job(BaseModel):
     links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
 
 
-Ahead = Annotated[int | None, Field(description="Number of jobs of all kinds that are queued before this one; null "
-                                                 "unless it is queued.")]
+Ahead = Annotated[int | None, Field(description="Number of jobs before this one in its queue, that of short or that of "
+                                                 "long jobs; null unless it is queued.")]
 
 
 def job_id_path(kind: str) -> Any:
@@ -63,9 +63,9 @@ def _example(kind: str) -> Any:
     return {f"first-{kind}": {"summary": f"The {kind} submitted by the example request", "value": f"first-{kind}"}}
 
 
-def submit(store: JobStore, key: str | None, job_input: JobInput) -> WorkflowStatus:
+def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue) -> WorkflowStatus:
     """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`."""
-    job = store.submit(key or str(uuid.uuid4()), job_input)
+    job = store.submit(key or str(uuid.uuid4()), job_input, queue)
     if input_of(job) != job_input:
         raise Conflict(f"The Idempotency-Key '{key}' is in use for a {store.workflow} with a different request or "
                        "different data", "Repeat the original request, or use a different Idempotency-Key")

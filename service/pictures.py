@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import orjson
 from fastapi import Path, Query, Request, Response
@@ -13,6 +13,7 @@ from slipstick.pictures import Spec
 from slipstick.pictures.rendering import render
 
 Format = Literal["json", "svg", "png"]
+_F = TypeVar("_F", bound=str)
 _MEDIA_TYPES: dict[Format, str] = {"json": "application/json", "svg": "image/svg+xml", "png": "image/png"}
 _ACCEPTED: dict[str, Format] = {**{media_type: format for format, media_type in _MEDIA_TYPES.items()},
                                 "image/*": "svg", "*/*": "json"}
@@ -58,18 +59,20 @@ def picture_list(specs: Mapping[str, Spec], captions: Mapping[str, str], address
         for name, spec in specs.items()])
 
 
-def picture_response(specs: Mapping[str, Spec], name: str, request: Request, format: Format | None) -> Response:
+def picture_response(specs: Mapping[str, Spec], captions: Mapping[str, str], name: str, request: Request,
+                     format: Format | None) -> Response:
     """Return the picture `name` in the given format, or in that of the Accept header; raises `UnknownName`."""
     if name not in specs:
         raise UnknownName.of("picture", name, specs)
-    format = format or _preferred_format(request.headers.get("accept", ""))
-    content = orjson.dumps(specs[name]) if format == "json" else render(specs[name], format)
+    format = format or preferred(request.headers.get("accept", ""), _ACCEPTED)
+    content = orjson.dumps(specs[name]) if format == "json" else render(specs[name], format, captions[name])
     return Response(content, media_type=_MEDIA_TYPES[format], headers={"Vary": "Accept"})
 
 
-def _preferred_format(accept: str) -> Format:
-    """The available format with the highest weight in the Accept header; JSON if the header accepts none of them."""
+def preferred(accept: str, available: Mapping[str, _F]) -> _F:
+    """The format of the media range in `available` with the highest weight in the Accept header; that of */* if none.
+    """
     media_ranges = re.findall(r"([\w*]+/[\w*+.-]+)\s*(?:;\s*q=([01](?:\.\d*)?))?", accept)
-    available = [(-float(weight or 1), _ACCEPTED[media_range]) for media_range, weight in media_ranges
-                 if media_range in _ACCEPTED]
-    return min(available, key=lambda entry: entry[0])[1] if available else "json"
+    accepted = [(-float(weight or 1), available[media_range]) for media_range, weight in media_ranges
+                if media_range in available]
+    return min(accepted, key=lambda entry: entry[0])[1] if accepted else available["*/*"]

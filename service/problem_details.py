@@ -70,6 +70,18 @@ class CrossSite(errors.SlipstickError):
     """A page of another site sent a request that changes or computes something."""
 
 
+class TokenRequired(errors.SlipstickError):
+    """The request has no token, or one that the service does not know."""
+
+
+class RoleRequired(errors.SlipstickError):
+    """The token of the request has a lower role than the request needs."""
+
+
+class NotLocal(errors.SlipstickError):
+    """The operation is available only from the machine of the service."""
+
+
 class StoreUnavailable(errors.SlipstickError):
     """The job database does not respond, or the folder of the tables does not exist."""
 
@@ -79,6 +91,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     errors.InvalidValue: 422,
     errors.BadBench: 422,
     errors.BadRecording: 422,
+    errors.RefusedTable: 422,
     errors.LimitExceeded: 413,
     errors.OutsideTable: 422,
     errors.BadTable: 500,
@@ -89,7 +102,10 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     TooLarge: 413,
     UnsupportedMedia: 415,
     Busy: 503,
+    TokenRequired: 401,
     CrossSite: 403,
+    RoleRequired: 403,
+    NotLocal: 403,
     WrongHost: 421,
     StoreUnavailable: 503,
 }
@@ -99,6 +115,7 @@ _TITLES: dict[type[errors.SlipstickError], str] = {
     errors.BadRecording: "Invalid recordings file",
     errors.OutsideTable: "Point outside the table",
     errors.BadTable: "Invalid table file",
+    errors.RefusedTable: "Invalid table file",
     MalformedBody: "Malformed request body",
     TooSlow: "Request timeout",
     TooLarge: "Request too large",
@@ -152,11 +169,14 @@ def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     An operation with a body, which states 415, can have a malformed one as well (400).
     """
     malformed = {400} if 415 in statuses else set()
-    return {status: {
-        "description": _DESCRIPTIONS[status],
-        "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetails"},
-                                 "example": _EXAMPLES[status].model_dump(exclude_defaults=True)}},
-    } for status in sorted({*statuses, *malformed, 422, 500})}
+    return {status: error_response(status) for status in sorted({*statuses, *malformed, 422, 500})}
+
+
+def error_response(status: int) -> dict[str, Any]:
+    """OpenAPI description of the responses with this status."""
+    return {"description": _DESCRIPTIONS[status],
+            "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetails"},
+                                     "example": _EXAMPLES[status].model_dump(exclude_defaults=True)}}}
 
 
 def install(app: FastAPI) -> None:
@@ -264,6 +284,8 @@ _DATABASE_ERROR = StoreUnavailable("The job database does not respond",
                                    "Try again in a moment; the log of the service has the cause")
 _DESCRIPTIONS = {
     400: "The request body is not valid JSON",
+    401: "The request has no token, or an unknown one; only if the service requires tokens",
+    403: "The token does not have the role that the operation needs, or a page of another site sent the request",
     404: "No resource of this name exists",
     408: "The request body did not arrive in time",
     409: "The request conflicts with the current state of the resource",
@@ -276,6 +298,10 @@ _DESCRIPTIONS = {
 _EXAMPLES: dict[int, ProblemDetails] = {
     problem.status: problem for problem in (
         problem_from(MalformedBody.from_parser_message("unexpected end of data")),
+        problem_from(TokenRequired("The request has no token", "Send the header 'Authorization: Bearer TOKEN'; in a "
+                                                               "browser, enter the token as the password")),
+        problem_from(RoleRequired("The request needs the role admin; the token 'alice' has the role run",
+                                  "Ask the administrator of the service for a token with this role")),
         problem_from(errors.UnknownName.of("table", "nominl", ["calibrated", "nominal"])),
         problem_from(TooSlow("The request body did not arrive within 30 s",
                              "Check the Content-Length header, or increase SLIPSTICK_BODY_SECONDS on the server")),

@@ -163,5 +163,5 @@ def open_table(library: Library, name: str, bench: str | None) -> Table:
     """Open a table; raises `InvalidValue` if a bench is given and the table is one of another bench."""
     table = library.table(name)
     if bench is not None:
-        library.bench(bench).require(table.model.physics)
+        library.bench(bench).require(table.clutch.physics)
     return table

@@ -1,6 +1,7 @@
 """Settings of the service, each read from an environment variable with the prefix `SLIPSTICK_`."""
 
 from pathlib import Path
+from typing import Literal
 
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -20,6 +21,8 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on.")
     hosts: str = Field(default="localhost,127.0.0.1,[::1]",
                        description="Host names under which the service answers, separated by commas; `*` for all.")
+    tokens: Path | Literal["off"] | None = Field(
+        default=None, description="File of the tokens; required beyond the loopback address, unless it is `off`.")
     body_bytes: int = Field(default=64 << 20, gt=0, description="Maximum size of a request body in bytes.")
     json_bytes: int = Field(default=2 << 20, gt=0, description="Maximum size of a JSON body in bytes; larger "
                                                                "arrays fit as .npy.")
@@ -36,5 +39,7 @@ class Settings(BaseSettings):
     answer_values: int = Field(default=2_000_000, gt=0, description="Maximum number of values in one response.")
     fit_values: int = Field(default=4_000_000_000_000, gt=0, description="Maximum cost of a fit in interpolations of "
                                                                          "shifting times; about 6 hours on one core.")
+    kept_days: float = Field(default=365.0, gt=0, description="Time in days for which jobs that have ended are kept.")
+    kept_jobs: int = Field(default=10_000, ge=0, description="Maximum number of ended jobs that are kept, the newest.")
     work_values: int = Field(
         default=1_000_000_000, gt=0, description="Maximum number of intermediate values computed for one request.")

@@ -62,6 +62,10 @@ class CorruptTable(BadTable):
     """The file is damaged, incomplete or inconsistent."""
 
 
+class RefusedTable(SlipstickError):
+    """An uploaded table is invalid."""
+
+
 class LimitExceeded(SlipstickError):
     """A file would exceed a limit of the folder that is to hold it."""
 

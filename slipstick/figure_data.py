@@ -7,17 +7,18 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.clutch.ensemble import signals
 from slipstick.clutch.model import Model
+from slipstick.machine import Machine, Measurements
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.table.subject import Subject, columns
 from slipstick.uncertainty import Inputs, standard_normals
-from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit import Estimate, FitSettings, SearchState
 from slipstick.uncertainty.fit.intervals import combinations
 from slipstick.uncertainty.fit.refine import local_problem
 from slipstick.uncertainty.fit.search_space import search_space
 from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns, by_expansion, lines
 from slipstick.uncertainty.likelihood.likelihood import integration_lines, times_on_lines
 
-_CONDITION = ("current_profile", "motor_speed", "load_inertia", "brake_torque")
 _SURFACE = 21  # points per axis of the likelihood surface
 _DENSITY = 41  # points of each density
 _STDS = 4.5  # half width of the time axis of a density, in stds
@@ -25,15 +26,28 @@ _SAMPLES = 512  # samples for the moments of the predicted times
 _TIME_STEP = 0.005  # s, sampling interval of the simulated engagement if the recordings have no signals
 
 
-def figure_data(settings: FitSettings, problem: InferenceProblem, optimum: list[float], model: Model,
-                recordings: Recordings) -> dict[str, Any]:
-    """The data of all figures as JSON, for the vector of unknowns `optimum` (k,) of a fit of `model`."""
+def figure_data(settings: FitSettings, problem: InferenceProblem, state: SearchState, estimate: Estimate,
+                model: Subject, recordings: Recordings | Measurements) -> dict[str, Any]:
+    """The data of all figures as JSON, for the final `state` of the search and the `estimate` of a fit of `model`.
+
+    Another machine has no engagement.
+    """
     space = search_space(settings, problem)
-    vector = np.array(optimum)
+    vector = np.array(estimate["vector"])
     candidate = space.candidate(vector)
     return {"surface": surface(settings, problem, space, vector), "prediction": prediction(problem, candidate),
-            "engagement": engagement(model, problem, candidate.inputs, recordings),
-            "conditions": {name: getattr(recordings.conditions, name).tolist() for name in _CONDITION}}
+            "search": search(space, state, estimate),
+            "engagement": None if isinstance(model, Machine) or isinstance(recordings, Measurements) else
+            engagement(model, problem, candidate.inputs, recordings),
+            "conditions": columns(recordings.conditions)}
+
+
+def search(space: Unknowns, state: SearchState, estimate: Estimate) -> dict[str, Any]:
+    """The unknowns (k,) on natural scale along the search and along each profile likelihood, its trace."""
+    k = len(space.names)
+    return {"unknowns": list(space.names), "estimate": _row(space.to_natural(np.array(estimate["vector"]))),
+            "path": [_row(space.to_natural(np.array(vector))) for vector in state["path"]],
+            "traces": [_rows(np.array(interval["unknowns"])) for interval in estimate["intervals"][:k]]}
 
 
 def surface(settings: FitSettings, problem: InferenceProblem, space: Unknowns,

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from slipstick.bench import Bench, parameters
-from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
+from slipstick.machine import Machine, Measurements
 from slipstick.recordings import Recordings
 from slipstick.table import Outside, Table
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
@@ -21,13 +21,20 @@ def table_model(table: Table, outside: Outside) -> ShiftingTimeModel:
     return lambda points, conditions: table.restricted(conditions).interpolate(points, outside)
 
 
-def table_problem(table: Table, recordings: Recordings, outside: Outside,
+Measured = Recordings | Measurements
+"""Measured outputs under conditions: shifting times of a clutch, or outputs of another machine."""
+
+
+def table_problem(table: Table, recordings: Measured, outside: Outside,
                   chosen: Sequence[str] | None = None) -> InferenceProblem:
     """The problem of the recordings with a table as the model.
 
     The uncertain inputs are the axes `chosen` (default all); the other axes are fixed at 1. Raises `InvalidValue` if
     the table does not contain a condition of the recordings, and `UnknownName` for an unknown axis.
     """
+    if isinstance(recordings, Measurements) and recordings.output != table.output:
+        raise InvalidValue(f"The measurements are of {recordings.output.name} [{recordings.output.unit}], and the "
+                           f"table is of {table.output.name} [{table.output.unit}]", "Give measurements of that output")
     table.restricted(recordings.conditions)
     axes = [axis.name for axis in table.axes]
     columns = _columns(axes, axes if chosen is None else chosen, "axis of the table")
@@ -50,6 +57,27 @@ def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str
                             recordings.measured_time, lower, upper, axes)
 
 
+def machine_problem(machine: Machine, model: ShiftingTimeModel, measured: Measured,
+                    chosen: Sequence[str]) -> InferenceProblem:
+    """The problem of measurements with the simulator of a machine, `model`, over its inputs `chosen`.
+
+    Multiples outside the range of an input are clipped. Raises `UnknownName`, and `InvalidValue` where the machine has
+    no simulator, or the measurements are of other conditions or of another output.
+    """
+    if not machine.simulator:
+        raise InvalidValue("The table was computed by another program, whose simulator is not known",
+                           "Omit `simulate`, and use the axes of the table")
+    if not isinstance(measured, Measurements) or (measured.output, measured.conditions.quantities) != (
+            machine.output, machine.columns):
+        raise InvalidValue(f"The measurements are not of the {machine.output.name} of the machine",
+                           "Give measurements uploaded for a table of this machine")
+    known = [entry.name for entry in machine.inputs]
+    inputs = [machine.inputs[column] for column in _columns(known, chosen, "input")]
+    lower, upper = np.array([[entry.lower, entry.upper] for entry in inputs]).T
+    return InferenceProblem(_Clipped(model, lower, upper), measured.conditions, measured.measured_time, lower, upper,
+                            tuple(entry.name for entry in inputs))
+
+
 @dataclass(frozen=True, eq=False)
 class _Fixed:
     """A model of the inputs `columns` of another model, whose remaining inputs are fixed at `values`."""
@@ -66,13 +94,13 @@ class _Fixed:
 
 @dataclass(frozen=True, eq=False)
 class _Clipped:
-    """The simulator with its multipliers clipped to `lower`, `upper` (d,)."""
+    """A simulator with its multipliers clipped to `lower`, `upper` (d,)."""
 
-    model: Simulator
+    model: ShiftingTimeModel
     lower: np.ndarray
     upper: np.ndarray
 
-    def __call__(self, points: np.ndarray, conditions: Conditions, /) -> np.ndarray:
+    def __call__(self, points: np.ndarray, conditions: Any, /) -> np.ndarray:
         return self.model(np.clip(points, self.lower, self.upper), conditions)
 
 

@@ -1,10 +1,9 @@
-"""Inputs in the units of the model beside their multiples."""
+"""Inputs in the units of their parameters beside their multiples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from slipstick.bench import parameters
-from slipstick.clutch.model import Model
+from slipstick.table.subject import Subject, input_of
 
 
 @dataclass(frozen=True)
@@ -18,9 +17,9 @@ class PhysicalInput:
     std: float
 
 
-def physical_inputs(model: Model, names: Sequence[str], mean: Sequence[float],
+def physical_inputs(model: Subject, names: Sequence[str], mean: Sequence[float],
                     std: Sequence[float]) -> list[PhysicalInput]:
     """The inputs `names` with `mean` and `std` in multiples of their values in the model; raises `UnknownName`."""
-    described = [(parameters.PARAMETERS[row].unit, model.parameters[row]) for row in map(parameters.index, names)]
+    described = [input_of(model, name) for name in names]
     return [PhysicalInput(name, unit, nominal, nominal * center, nominal * spread)
             for name, (unit, nominal), center, spread in zip(names, described, mean, std, strict=True)]

@@ -104,6 +104,9 @@ def made() -> Callable[..., dict[str, Any]]:
         figure_data = {
             "conditions": {name: getattr(conditions, name).tolist() for name in (
                 "current_profile", "motor_speed", "load_inertia", "brake_torque")},
+            "search": {"unknowns": unknowns, "estimate": [1.0] * len(unknowns),
+                       "path": [[start] * len(unknowns) for start in (1.3, 1.05, 1.0)],
+                       "traces": [[[point] * len(unknowns) for point, _ in curve]] * len(unknowns)},
             "surface": None if d < 2 else {"axes": list(axes[:2]), "first": grid.tolist(), "second": grid.tolist(),
                                            "log10_likelihood": (-269 - drop).tolist()},
             "prediction": {

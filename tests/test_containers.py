@@ -18,6 +18,8 @@ import jsonschema
 import pytest
 import yaml
 
+from service.tokens import new_token
+
 ROOT = Path(__file__).parents[1]
 SCHEMA = json.loads((ROOT / "tests" / "data" / "compose_spec" / "compose-spec.json").read_text())
 COMPOSE = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
@@ -62,7 +64,7 @@ class Containers:
             self.port = free.getsockname()[1]
 
     def mapped(self, text: str) -> str:
-        return text.replace("/data/", f"{self.data}/")
+        return text.replace("/data/", f"{self.data}/").replace("/run/secrets/", f"{self.app.parent}/")
 
     def arguments(self, command: list[str]) -> list[str]:
         assert command[0] == "python"
@@ -93,12 +95,15 @@ class Containers:
 @pytest.mark.slow
 def test_the_same_commands_run_a_fit_on_one_volume(tmp_path: Path) -> None:
     services, containers = COMPOSE["services"], Containers(tmp_path)
+    token, line = new_token("alice", "run")
+    assert services["service"]["secrets"] == list(COMPOSE["secrets"]) == ["tokens"]
+    (tmp_path / "tokens").write_text(line)
     health = services["service"]["healthcheck"]["test"]
     assert health[0] == "CMD"
     assert containers.run("table", services["table"]["command"], *SMALL) == 0
     assert containers.run("service", health[1:]) != 0
     with (containers.running("service") as service,
-          httpx.Client(base_url=f"http://127.0.0.1:{containers.port}", timeout=30) as client):
+          httpx.Client(base_url=f"http://127.0.0.1:{containers.port}", timeout=30, auth=("", token)) as client):
         while containers.run("service", health[1:]) != 0:
             assert service.poll() is None
         with containers.running("worker"):
@@ -110,6 +115,7 @@ def test_the_same_commands_run_a_fit_on_one_volume(tmp_path: Path) -> None:
                 time.sleep(0.1)
             result = client.get(f"{fit}/result").raise_for_status().json()
             assert len(result["result"]["mean"]) == 2
+        assert httpx.get(client.base_url.join(fit)).status_code == 401
         page = client.get("/docs").raise_for_status().text
         assert "swagger-ui-bundle.js" in page
         assert client.get("/static/swagger/swagger-ui-bundle.js").is_success

@@ -30,17 +30,20 @@ MAY_IMPORT = {
     "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",
     "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.hdf5",
     "slipstick.storage.library": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.files "
-                                 "slipstick.recordings slipstick.table",
+                                 "slipstick.machine slipstick.recordings slipstick.table",
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
                             "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.quantities slipstick.bench "
                              "slipstick.recordings slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
+    "slipstick.machine": "numpy h5py slipstick.errors slipstick.quantities slipstick.bench.document "
+                         "slipstick.storage.hdf5 slipstick.storage.sheet",
     "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
-                       "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5",
+                       "slipstick.machine slipstick.storage.condition_layout slipstick.storage.files "
+                       "slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
-    "slipstick.physical_values": "slipstick.bench slipstick.clutch.model",
+    "slipstick.physical_values": "slipstick.table",
     "slipstick.blocks": "numpy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
                              "slipstick.recordings",
@@ -57,9 +60,10 @@ MAY_IMPORT = {
     "slipstick.uncertainty.fit": "numpy scipy slipstick.errors slipstick.matrix_product slipstick.uncertainty.chaos "
                                  "slipstick.uncertainty.likelihood slipstick.uncertainty.outside "
                                  "slipstick.uncertainty.sampling",
-    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings "
-                           "slipstick.table slipstick.uncertainty",
-    "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.recordings slipstick.uncertainty",
+    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.machine "
+                           "slipstick.recordings slipstick.table slipstick.uncertainty",
+    "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings "
+                             "slipstick.table slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
                         "slipstick.calibration.noise slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks.whitening "
@@ -67,7 +71,7 @@ MAY_IMPORT = {
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.confirmation "
                        "slipstick.naming slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
-    "slipstick.pictures.study": "slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
+    "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.study",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "

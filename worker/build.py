@@ -4,7 +4,7 @@ import argparse
 import math
 import os
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +14,13 @@ from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import DEFAULT, STATUS, TIGHT
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, WrongLayout
+from slipstick.machine.simulation import OUTCOMES, start_executor
 from slipstick.recordings import open_conditions
 from slipstick.table import Axis, Table
 from worker.bench_option import add_bench_argument, open_model
 from worker.building import build
-from worker.plan import Plan
+from worker.machine_plan import MachineRuns, add_machine_argument, machine_axes, open_machine_file
+from worker.plan import GridPlan, Plan
 from worker.progress import Progress
 
 ACCURACIES = {"default": DEFAULT, "tight": TIGHT}
@@ -31,13 +33,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--axis", action="append", metavar="NAME=LOW:HIGH:COUNT",
                         help="an axis of the table: a parameter, the lowest and highest multiple of its value in the "
                              "model, and the number of equidistant grid points; repeat the option for each axis "
-                             f"(default: {' and '.join(PAPER_AXES)})")
+                             f"(default: {' and '.join(PAPER_AXES)}; with --machine all inputs)")
     add_model_arguments(parser, Path("tables/nominal.h5"))
 
 
 def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
     """Add the options that all tables share: model, conditions, output file (default `out`), threads and accuracy."""
     add_bench_argument(parser)
+    add_machine_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to simulate, as written by `calibrate --out` or `study --extended` "
                              "(default: the nominal parameters of the bench)")
@@ -46,7 +49,8 @@ def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
     parser.add_argument("--out", type=Path, default=out, metavar="FILE",
                         help="the table file to write (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N",
-                        help="number of simulation threads (default: %(default)s, one per core)")
+                        help="number of simulation threads, or of processes for a Python callable "
+                             "(default: %(default)s, one per core)")
     parser.add_argument("--accuracy", choices=ACCURACIES, default="default",
                         help="accuracy of the time integration; at nominal parameters, shifting times of `default` "
                              "differ from those of `tight` by at most 1e-4 s")
@@ -54,10 +58,7 @@ def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
 
 def read_model_arguments(arguments: argparse.Namespace) -> tuple[Model, Conditions]:
     """Return the model and the conditions; raises `InvalidValue`, also if `--out` exists and is not a table."""
-    if arguments.threads < 1:
-        raise InvalidValue(f"{arguments.threads} threads are too few", "Give --threads 1 or more")
-    if arguments.out.exists():
-        require_table(arguments.out)
+    require_output(arguments)
     bench = Bench.open(arguments.bench)
     model = open_model(bench, arguments.model)
     conditions = open_conditions(arguments.conditions, bench.profiles) if arguments.conditions else bench.conditions
@@ -67,24 +68,54 @@ def read_model_arguments(arguments: argparse.Namespace) -> tuple[Model, Conditio
     return model, conditions
 
 
+def require_output(arguments: argparse.Namespace) -> None:
+    """Raise `InvalidValue` for too few threads, or if `--out` exists and is not a table."""
+    if arguments.threads < 1:
+        raise InvalidValue(f"{arguments.threads} threads are too few", "Give --threads 1 or more")
+    if arguments.out.exists():
+        require_table(arguments.out)
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Build the table and print its size, its statuses and its digest."""
+    plan, executor, items = _machine_plan(arguments) if arguments.machine else _clutch_plan(arguments)
+    progress = Progress(int(np.prod(plan.shape)) * len(plan.conditions), items)
+    try:
+        with executor:
+            table = build(plan, arguments.out, executor, progress)
+    except KeyboardInterrupt:
+        print("\nStopped. Run the same command again to resume the build.", file=sys.stderr)
+        return 130
+    outcomes, option = STATUS, ""
+    if isinstance(plan, MachineRuns):
+        plan.tell_failures(table.status.reshape(-1, len(plan.conditions)))
+        outcomes, option = OUTCOMES, f" --machine {arguments.machine}"
+    counts = ", ".join(f"{np.count_nonzero(table.status == code):,} {name}" for code, name in outcomes.items())
+    print(f"Wrote {arguments.out}: {' x '.join(map(str, table.times.shape))} {items} ({counts}), "
+          f"digest {table.digest}\nCompare it with direct simulation: python -m worker verify {arguments.out}{option}")
+    return 0
+
+
+def _clutch_plan(arguments: argparse.Namespace) -> tuple[GridPlan, Executor, str]:
+    """The plan, what runs it, and what its items are called."""
     model, conditions = read_model_arguments(arguments)
     axes = tuple(read_axis(text, model) for text in arguments.axis or PAPER_AXES)
     require_distinct(axes)
     require_memory(axes, len(conditions))
     plan = Plan(model, conditions, axes, ACCURACIES[arguments.accuracy])
-    progress = Progress(int(np.prod(plan.shape)) * len(conditions), "engagements")
-    try:
-        with ThreadPoolExecutor(arguments.threads) as executor:
-            table = build(plan, arguments.out, executor, progress)
-    except KeyboardInterrupt:
-        print("\nStopped. Run the same command again to resume the build.", file=sys.stderr)
-        return 130
-    counts = ", ".join(f"{np.count_nonzero(table.status == code):,} {name}" for code, name in STATUS.items())
-    print(f"Wrote {arguments.out}: {' x '.join(map(str, table.times.shape))} engagements ({counts}), "
-          f"digest {table.digest}\nCompare it with direct simulation: python -m worker verify {arguments.out}")
-    return 0
+    return plan, ThreadPoolExecutor(arguments.threads), "engagements"
+
+
+def _machine_plan(arguments: argparse.Namespace) -> tuple[GridPlan, Executor, str]:
+    """As `_clutch_plan`, for another machine, whose simulator is tried first."""
+    require_output(arguments)
+    file = open_machine_file(arguments)
+    axes = machine_axes(file, arguments.axis, counted=True)
+    require_distinct(axes)
+    require_memory(axes, len(file.cases))
+    plan = MachineRuns.on_grid(file, axes)
+    plan.simulation.require_working(file.cases)
+    return plan, start_executor(file, arguments.threads), "runs"
 
 
 def require_distinct(axes: tuple[Axis, ...]) -> None:

@@ -10,30 +10,48 @@ import shutil
 import zipfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-import slipstick
-from slipstick.clutch.ensemble import shifting_times
 from slipstick.errors import InvalidValue
+from slipstick.machine.simulation import killed
 from slipstick.storage.files import move, replacing
 from slipstick.table import Grid
-from worker.plan import Plan
+from worker.plan import GridPlan, Runs
 
 Report = Callable[[int, int], None]
 """Called after every chunk with the number of finished engagements and how many of them an earlier build simulated."""
 
 
-def build(plan: Plan, out: Path, executor: Executor, report: Report) -> Grid:
+Results = tuple[Path, np.ndarray, np.ndarray]
+"""Folder of the chunks, outputs (m, n) and statuses (m, n)."""
+
+
+def build(plan: GridPlan, out: Path, executor: Executor, report: Report) -> Grid:
     """Simulate `plan` on `executor`, write the table to `out` and return it.
 
     The result depends neither on the executor nor on interruptions. Raises `InvalidValue` if another process is
     building the same table.
     """
+    with simulated(plan, out, executor, report) as (folder, times, status):
+        shape = (*plan.shape, len(plan.conditions))
+        table = Grid(plan.axes, times.reshape(shape), status.reshape(shape), plan.conditions, plan.model, plan.origin)
+        table.write(folder / out.name)
+        move(folder / out.name, out)
+    return table
+
+
+@contextmanager
+def simulated(plan: Runs, out: Path, executor: Executor, report: Report) -> Iterator[Results]:
+    """Yield the folder of chunks, and outputs and statuses (m, n) at all points; after the block, delete the folder.
+
+    Raises `InvalidValue` if another process is building the same table.
+    """
     n = len(plan.conditions)
-    times = np.empty((int(np.prod(plan.shape)), n))
+    times = np.empty((plan.chunks[-1].stop, n))
     status = np.empty(times.shape, dtype=np.uint8)
     with _locked_folder(out.with_name(f".{out.name}.{plan.digest[:16]}.parts")) as folder:
         missing = []
@@ -50,22 +68,18 @@ def build(plan: Plan, out: Path, executor: Executor, report: Report) -> Grid:
             _write_chunk(_chunk_path(folder, chunk), times[chunk], status[chunk])
             done += times[chunk].size
             report(done, resumed)
-        table = Grid(plan.axes, times.reshape(*plan.shape, n), status.reshape(*plan.shape, n), plan.conditions,
-                     plan.model, f"slipstick {slipstick.__version__}, longest steps {plan.accuracy.fine:g} s near "
-                     f"contact and {plan.accuracy.coarse:g} s elsewhere, twice that while the pressure is smooth")
-        table.write(folder / out.name)
-        move(folder / out.name, out)
+        yield folder, times, status
         shutil.rmtree(folder)
-    return table
 
 
-def _simulate(plan: Plan, chunks: list[slice], executor: Executor) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    names = [axis.name for axis in plan.axes]
-    futures = {executor.submit(shifting_times, plan.model, plan.conditions, names, plan.points(chunk), plan.accuracy,
-                               1): chunk for chunk in chunks}
+def _simulate(plan: Runs, chunks: list[slice], executor: Executor) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    simulate = plan.simulate
+    futures = {executor.submit(simulate, plan.points(chunk)): chunk for chunk in chunks}
     try:
         for future in as_completed(list(futures)):
             yield futures.pop(future), *future.result()
+    except BrokenProcessPool as error:
+        raise killed() from error
     finally:
         for future in futures:
             future.cancel()

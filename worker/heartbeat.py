@@ -11,7 +11,7 @@ from dbos import DBOS
 from sqlalchemy import Engine, create_engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
-from worker.jobs import QUEUE
+from worker.jobs import QUEUES
 
 _SECONDS = 1.0
 _DEAD_SECONDS = 5.0
@@ -39,10 +39,13 @@ def beat(engine: Engine, name: str) -> list[str]:
         connection.execute(text(_BEAT), {"name": name, "seen": now})
         names = connection.execute(text("SELECT name FROM slipstick_workers WHERE seen < :before"),
                                    dead).scalars().all()
-    ids = [job.workflow_id for job in DBOS.list_workflows(executor_id=list(names), status="PENDING", load_input=False,
-                                                          load_output=False)] if names else []
+    left = DBOS.list_workflows(executor_id=list(names), status="PENDING", load_input=False,
+                               load_output=False) if names else []
+    for queue in QUEUES:
+        if waiting := [job.workflow_id for job in left if (job.queue_name or QUEUES[0]) == queue]:
+            DBOS.resume_workflows(waiting, queue_name=queue)
+    ids = [job.workflow_id for job in left]
     if ids:
-        DBOS.resume_workflows(ids, queue_name=QUEUE)
         print(f"Took over {', '.join(ids)} from {', '.join(names)}", flush=True)
     with engine.begin() as connection:  # last: a worker killed before this line leaves the jobs to the next one
         for one in names:

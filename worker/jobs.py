@@ -1,35 +1,40 @@
-"""What all durable jobs share: the queue, the order, the checkpoint and the progress report.
+"""What all durable jobs share: the queues, and steps that end when the job is cancelled.
 
 A job is a DBOS workflow: killed at any moment, it resumes after its last completed step, whose output is stored as
 JSON. The interrupted step is computed again from the same state, and gives the same result.
 """
 
+from collections.abc import Callable
 from typing import Any
 
-from dbos import DBOS
+from dbos import DBOS, error
 
-from slipstick.errors import WrongDigest
+from worker.computing import Computer
 
-QUEUE = "jobs"
-"""Name of the only queue. Jobs of all kinds run one at a time, so that the processor time of a step is its own."""
+QUEUES = ("short", "long")
+"""Names of the queues: a worker runs one job of each at a time, so that a short job does not wait for a long one."""
 _PROGRESS = "progress"
 
-Order = dict[str, Any]
-"""The input of a job, as the service submits it (service/job_store.py)."""
-Checkpoint = dict[str, Any]
-"""The output of a step: a state, and the time spent so far in each stage (worker/clocks.py)."""
+Computers = dict[str, Computer]
+"""The process for the steps of each queue."""
 
 
-def report(progress: dict[str, Any]) -> None:
-    """Publish the progress of the running job. If the job has been cancelled, DBOS raises here and the step ends."""
-    DBOS.set_event(_PROGRESS, progress)
+def compute(computers: Computers, step: Callable[..., dict[str, Any]], *arguments: Any) -> dict[str, Any]:
+    """Compute a step of the running job in the process of its queue; ends at once if the job is cancelled."""
+    id = DBOS.workflow_id
+    assert id is not None
+    queue = DBOS.list_workflows(workflow_ids=[id], load_input=False, load_output=False)[0].queue_name
 
+    def require_wanted() -> None:
+        found = DBOS.list_workflows(workflow_ids=[id], load_input=False, load_output=False)
+        if not found or found[0].status == "CANCELLED":
+            raise error.DBOSWorkflowCancelledError(f"The job {id} is cancelled")
 
-def require_same(order: Order, kind: str, digest: str, job: str) -> None:
-    """Raise `WrongDigest` if a file of the job has changed since the submission.
+    def report(progress: dict[str, Any]) -> None:
+        require_wanted()
+        DBOS.set_event(_PROGRESS, progress)
 
-    `kind` is table, recordings, bench (its physics), or sensing (sensors and priors of the bench).
-    """
-    if digest != order[f"{kind}_digest"]:
-        changed = "sensors or priors of the bench" if kind == "sensing" else f"{kind} '{order[kind]}'"
-        raise WrongDigest(f"The {changed} changed after the {job} was submitted", f"Submit the {job} again")
+    # A job without queue is one that this worker resumes at its start.
+    computer = computers[queue or QUEUES[0]]
+    result: dict[str, Any] = computer.run(step, *arguments, report=report, require_wanted=require_wanted)
+    return result

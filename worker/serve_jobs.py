@@ -1,4 +1,4 @@
-"""`serve-jobs`: wait for the fits and studies submitted to the service, and run them one at a time."""
+"""`serve-jobs`: run the fits and studies submitted to the service, one short and one long job at a time."""
 
 import argparse
 import fcntl
@@ -10,17 +10,19 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 from dbos import DBOS, error
 from sqlalchemy import Engine, event, make_url
 
 from slipstick.errors import InvalidValue
-from slipstick.storage.library import Library
+from slipstick.machine import open_machine
 from worker import fit_job, heartbeat, jobs, study_job
+from worker.computing import Computer
 
 _APPLICATION = "slipstick"
-_VERSION = "jobs-3"
+_VERSION = "jobs-4"
 """Version of the workflow steps, not of the program: a worker resumes only jobs with the same version of the steps."""
 
 
@@ -32,6 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", default=os.environ.get("SLIPSTICK_JOBS", "sqlite:///var/jobs.sqlite"), metavar="URL",
                         help="URL of the job database, the same as for the service "
                              "(default: %(default)s; environment variable SLIPSTICK_JOBS)")
+    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE.toml",
+                        help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
     parser.add_argument("--name", default="worker-1",
                         help="name of this worker; each worker needs its own. Jobs that a stopped worker left "
                              "unfinished are taken over by another, or resumed under the same name (default: "
@@ -40,18 +44,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run jobs until SIGTERM or SIGINT; raises `InvalidValue` if a worker of the same name is running."""
+    files = [open_machine(path) for path in arguments.machine]
+    machines = {file.machine.digest: file for file in files}
     stops = {signal.SIGTERM, signal.SIGINT}
+    resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.
     signal.pthread_sigmask(signal.SIG_BLOCK, stops)
     with _locked_name(arguments.jobs, arguments.name):
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": arguments.name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
-        library = Library(arguments.tables)
-        fit_job.register(library)
-        study_job.register(library)
+        modules = "worker.fit_steps", "worker.study_steps"
+        computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
+        fit_job.register(computers, machines)
+        study_job.register(computers)
         DBOS.launch()
-        DBOS.register_queue(jobs.QUEUE, worker_concurrency=1, polling_interval_sec=0.2)
+        for queue in jobs.QUEUES:
+            DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)
         heartbeat.start(arguments.jobs, arguments.name)
         print(f"Worker {arguments.name} is waiting for fits and studies in {arguments.jobs}", flush=True)
         signal.sigwait(stops)

@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Collection, Iterable, Sequence
 
+from slipstick.report.shell import SIGN
 from slipstick.report.study import content, parts
 from slipstick.report.study.simulation import lead
 from slipstick.report.study.warnings import warnings
@@ -14,10 +15,11 @@ _WIDTH = 110
 
 
 def study_text(result: StudyResult, figures: Figures, settings: StudySettings) -> str:
-    """The answer, warnings, what it means, the findings with their evidence, the blocks, the gap and limitations."""
+    """Warnings, the answer, what it means, the findings with their evidence, the blocks, the gap and limitations."""
     sections = [*content.evidence(result, settings, ()), *content.background(result, figures)]
-    texts = [_paragraph(f"{result.sentence}."), _section(parts.Section("Warnings", [parts.Items(warnings(result))])),
-             _paragraph(lead(result, settings)), *map(_section, sections)]
+    texts = [_section(parts.Section("Warnings", [parts.Items(warnings(result, figures.aside))])),
+             _paragraph(f"{result.sentence}."), _paragraph(SIGN), _paragraph(lead(result, settings)),
+             *map(_section, sections)]
     return "\n\n".join(text for text in texts if text)
 
 

@@ -1,13 +1,16 @@
 """`verify`: check the integrity of a table, describe it, and compare it with direct simulation."""
 
 import argparse
+import os
 from pathlib import Path
 
 import numpy as np
 
-from slipstick.bench import Bench
+from slipstick.bench import Bench, Conditions
 from slipstick.clutch.ensemble import STATUS, TIGHT, Simulator
 from slipstick.errors import InvalidValue
+from slipstick.machine import Machine, Workers, open_machine
+from slipstick.machine.simulation import OUTCOMES
 from slipstick.recordings import Recordings
 from slipstick.table import Grid, Surrogate, Table
 from slipstick.uncertainty import Inputs, log10_mean_density, mass_outside, standard_normals
@@ -25,6 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="the table file")
     parser.add_argument("--bench", type=Path, metavar="FILE.toml",
                         help="the bench of the table; a table of another bench is refused (default: not checked)")
+    parser.add_argument("--machine", type=Path, metavar="FILE.toml",
+                        help="the file of another machine from which the table was built, to simulate it")
     parser.add_argument("--points", type=int, default=2000, metavar="N",
                         help="number of random points between the edges of the table (default: %(default)s); "
                              "0 only checks the file")
@@ -38,9 +43,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Check the table, print its description and its errors; raises `BadTable`."""
     table = Table.open(arguments.file)
     if arguments.bench:
-        Bench.open(arguments.bench).require(table.model.physics)
+        Bench.open(arguments.bench).require(table.clutch.physics)
     print(describe(table))
-    if arguments.points > 0:
+    if isinstance(table.model, Machine):
+        if arguments.points > 0:
+            print(machine_error(table, table.model, arguments.machine, arguments.points, arguments.seed))
+    elif arguments.points > 0:
         print(interpolation_error(table, arguments.points, arguments.seed))
         if arguments.recordings != SHIPPED or SHIPPED.exists():
             print(likelihood_error(table, Recordings.open(arguments.recordings)))
@@ -53,20 +61,51 @@ def describe(table: Table) -> str:
     kind: str = table.kind
     if isinstance(table, Grid):
         shape = " x ".join(str(len(axis.values)) for axis in table.axes)
-        counts = (f"{np.count_nonzero(table.status == code):,} {name}" for code, name in STATUS.items())
-        kind += f" of {shape} points; engagements: {', '.join(counts)}"
+        what, outcomes = ("runs", OUTCOMES) if isinstance(table.model, Machine) else ("engagements", STATUS)
+        counts = (f"{np.count_nonzero(table.status == code):,} {name}" for code, name in outcomes.items())
+        kind += f" of {shape} points; {what}: {', '.join(counts)}"
     if isinstance(table, Surrogate):
         kind += f" {describe_error(table)}"
-    effects = ", ".join(table.model.effects) or "none"
-    laws = "".join(f"\nmeasured law: {law.quantity} over {law.depends_on}" for law in table.model.laws)
     return "\n".join([*lines, f"conditions: {len(table.conditions)}, digest {table.conditions.digest}",
-                      f"model: digest {table.model.digest}, effects: {effects}{laws}", f"origin: {table.origin}",
+                      f"model: digest {table.model.digest}, {_model(table)}", f"origin: {table.origin}",
                       f"kind: {kind}", f"content: digest {table.digest}"])
+
+
+def _model(table: Table) -> str:
+    if isinstance(table.model, Machine):
+        return f"{table.output.name} in {table.output.unit} of: {table.model.title}"
+    effects = ", ".join(table.model.effects) or "none"
+    return f"effects: {effects}" + "".join(f"\nmeasured law: {law.quantity} over {law.depends_on}"
+                                           for law in table.model.laws)
+
+
+def machine_error(table: Table, machine: Machine, path: Path | None, count: int, seed: int) -> str:
+    """As `interpolation_error`, for another machine, whose simulator is that of the file at `path`."""
+    if not machine.simulator:
+        return "error: not computed; another program computed the table, so there is no simulation to compare with"
+    if path is None:
+        return "error: not computed; give --machine FILE.toml to simulate the machine"
+    file = open_machine(path)
+    if file.machine.digest != machine.digest:
+        raise InvalidValue(f"'{path.name}' describes another machine or simulator than the table",
+                           "Give the file from which the table was built, or build the table again")
+    points = np.random.default_rng(seed).uniform(table.lower, table.upper, (count, len(table.axes)))
+    workers = Workers(file, os.cpu_count() or 1)
+    with workers.executor:
+        direct, _ = workers.simulate(tuple(axis.name for axis in table.axes), points, file.cases)
+    difference = table.interpolate(points, "error") - direct
+    defined = difference[np.isfinite(difference)]
+    if not len(defined):
+        return f"error: undefined, no run at {count} points has an output both in the table and in direct simulation"
+    return (f"error: {np.sqrt(np.mean(defined**2)):.4g} {table.output.unit} RMS, {np.abs(defined).max():.4g} "
+            f"{table.output.unit} maximum against direct simulation, over {len(defined):,} runs at {count:,} random "
+            f"points (seed {seed}); {difference.size - len(defined):,} runs have no output in one of them or both")
 
 
 def interpolation_error(table: Table, count: int, seed: int) -> str:
     """The error against the tight simulation at `count` random points between the edges of the table."""
     points = np.random.default_rng(seed).uniform(table.lower, table.upper, (count, len(table.axes)))
+    assert isinstance(table.conditions, Conditions)  # as the table is one of a clutch
     difference = (table.interpolate(points, "error") - _direct(table)(points, table.conditions)) * 1e3
     defined = difference[np.isfinite(difference)]
     if not len(defined):
@@ -95,4 +134,4 @@ def likelihood_error(table: Table, recordings: Recordings) -> str:
 
 
 def _direct(table: Table) -> Simulator:
-    return Simulator(table.model, tuple(axis.name for axis in table.axes), TIGHT)
+    return Simulator(table.clutch, tuple(axis.name for axis in table.axes), TIGHT)

@@ -1,16 +1,17 @@
 """Fits: submission, status, results and cancellation; the worker runs them."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
+import numpy as np
 import orjson
 from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Request, Response
 
 from service.bodies import JsonRoute
 from service.computations import computes
-from service.fit_cost import fit_cost, require_cost
+from service.fit_cost import fit_cost, queue_of, require_cost
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
-from service.job_store import JobInput, JobStore
+from service.job_store import JobInput, JobStore, Queue
 from service.jobs import (
     Limit,
     Offset,
@@ -27,7 +28,8 @@ from service.jobs import (
 from service.problem_details import error_responses
 from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
-from slipstick.inference import simulated_problem, table_problem
+from slipstick.inference import machine_problem, simulated_problem, table_problem
+from slipstick.machine import Machine
 from slipstick.storage.library import Library
 from slipstick.uncertainty.fit import initial_state
 from slipstick.uncertainty.fit.search_space import search_space
@@ -58,7 +60,7 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
     genetic algorithm (by default) maximises the likelihood over the mean and standard deviation of each input and the
     output noise; its best candidate is then refined on the exact likelihood.
     """
-    fit = submit(store, key, _job_input(library, body, settings.fit_values))
+    fit = submit(store, key, *_job(library, body, settings.fit_values))
     response.headers["Location"] = f"{store.address}/{fit.workflow_id}"
     return _with_progress(store, fit)
 
@@ -88,7 +90,7 @@ def fit_result(id: FitId, store: FitStore) -> FitResult:
 
 @router.post("/{id}/cancel", summary="Cancel a fit", responses=error_responses(404, 503))
 def cancel_fit(id: FitId, store: FitStore) -> FitWithProgress:
-    """Cancel a queued or running fit. A fit that has ended is unchanged. The worker stops within seconds."""
+    """Cancel a queued or running fit. A fit that has ended is unchanged. The worker stops within a second."""
     store.cancel(id)
     return _with_progress(store, store.find(id))
 
@@ -99,16 +101,21 @@ def delete_fit(id: FitId, store: FitStore) -> None:
     delete(store, id)
 
 
-def _job_input(library: Library, body: FitRequest, most_values: int) -> JobInput:
-    """Return the input of the worker, after checks that reject a fit that would fail later."""
-    table, recordings = library.table(body.table), library.recording(body.recordings)
+def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput, Queue]:
+    """Return the input of the worker and the queue, after checks that reject a fit that would fail later."""
+    table, recordings = library.table(body.table), library.measured(body.recordings)
     parameters = body.parameters or [axis.name for axis in table.axes]
     bench = None
-    if body.simulate or body.bench:
-        bench = body.bench or library.bench_of_model(table.model.physics)
-        library.bench(bench).require(table.model.physics)
-    problem = (simulated_problem(table.model, recordings, parameters, library.bench(bench)) if body.simulate and bench
-               else table_problem(table, recordings, body.outside, parameters))
+    if body.bench or (body.simulate and not isinstance(table.model, Machine)):
+        bench = body.bench or library.bench_of_model(table.clutch.physics)
+        library.bench(bench).require(table.clutch.physics)
+    if not body.simulate:
+        problem = table_problem(table, recordings, body.outside, parameters)
+    elif isinstance(table.model, Machine):
+        problem = machine_problem(table.model, _only_in_workers, recordings, parameters)
+    else:
+        assert bench is not None
+        problem = simulated_problem(table.model, library.recording(body.recordings), parameters, library.bench(bench))
     if body.simulate and body.outside != "clip":
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
     settings = body.settings.checked()
@@ -117,12 +124,18 @@ def _job_input(library: Library, body: FitRequest, most_values: int) -> JobInput
     if len(recordings) < len(unknowns):
         raise InvalidValue(f"{len(recordings)} engagements cannot determine {len(unknowns)} unknowns: "
                            f"{', '.join(unknowns)}", "Use recordings with more engagements, or fit fewer inputs")
-    require_cost(fit_cost(settings, problem, body.simulate), most_values)
+    cost = fit_cost(settings, problem, body.simulate)
+    require_cost(cost, most_values)
     job_input: JobInput = orjson.loads(orjson.dumps({
         "table": body.table, "table_digest": table.digest, "simulate": body.simulate, "parameters": parameters,
         "recordings": body.recordings, "recordings_digest": recordings.digest,
         "outside": body.outside, "settings": settings.to_dict(), **bench_input(library, bench)}))
-    return job_input
+    return job_input, queue_of(cost)
+
+
+def _only_in_workers(points: np.ndarray, conditions: Any, /) -> np.ndarray:
+    """The simulator of another machine: the service never runs what a file names."""
+    raise NotImplementedError
 
 
 def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:

@@ -50,7 +50,8 @@ def index(settings: SettingsDependency) -> Index:
         about="The nominal parameters of the clutch are plausible values for a heavy-vehicle test bench; the paper "
               "does not publish its parameters. " + SIMULATED,
         limits={name: value for name, value in settings if name != "port" and isinstance(value, int | float)},
-        links={**{name: f"/v1/{name}" for name in names}, "documentation": "/docs", "openapi": "/openapi.json"})
+        links={**{name: f"/v1/{name}" for name in names}, "umbridge": "/umbridge/Info", "documentation": "/docs",
+               "openapi": "/openapi.json"})
 
 
 @router.get("/health", summary="Check the health of the service", responses=error_responses(503))

@@ -139,7 +139,7 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     simulated time whose standard deviation is the output noise. The inputs of different runs are independent, so the
     log10 densities of the conditions are summed.
     """
-    table, recordings = open_table(library, body.table, body.bench), library.recording(body.recordings)
+    table, recordings = open_table(library, body.table, body.bench), library.measured(body.recordings)
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))
@@ -171,12 +171,21 @@ def _log10_densities(body: LikelihoodRequest, problem: InferenceProblem,
     return by_sampling(problem, candidates, body.expansion.checked(0), normals), no_errors
 
 
+def integration_points(table: Table, lines: int = ACROSS) -> int:
+    """Order of magnitude of the number of points at which a table is integrated for one likelihood."""
+    if table.knots is not None and len(table.axes) <= KNOTTED:
+        return _GRID_POINTS
+    return _line_points(lines)
+
+
+def _line_points(lines: int) -> int:
+    return lines * _POINTS_PER_LINE * math.ceil(math.sqrt(lines / ACROSS))
+
+
 def _require_work(body: LikelihoodRequest, settings: Settings, table: Table, conditions: int) -> None:
     """Raise `TooLarge` for a computation that would take minutes."""
     lines = MOST_LINES if body.method == "auto" else body.lines
-    points = lines * _POINTS_PER_LINE * math.ceil(math.sqrt(lines / ACROSS))
-    if body.method in ("auto", "exact") and table.knots is not None and len(table.axes) <= KNOTTED:
-        points = _GRID_POINTS
+    points = integration_points(table, lines) if body.method in ("auto", "exact") else _line_points(lines)
     if body.method == "sampling":
         points = body.samples
     if body.method in ("expansion", "sampling"):

@@ -3,9 +3,10 @@
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, Body, Response
+from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field
 
+from service import propagation_drawing as drawing
 from service.bodies import JsonRoute
 from service.computations import ClientDependency, computes
 from service.problem_details import error_responses
@@ -156,18 +157,25 @@ _NO_EXPANSION = "The model has no shifting time at one or more nodes of the expa
 
 
 @router.post("", summary="Propagate uncertain inputs", response_model=PropagateResponse,
-             responses=error_responses(404, 408, 413, 415, 503))
+             responses=error_responses(404, 408, 413, 415, 503) | {200: {"content": drawing.CONTENT}})
 @computes
 def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
-              settings: SettingsDependency, client: ClientDependency) -> Response:
+              settings: SettingsDependency, client: ClientDependency, request: Request,
+              format: drawing.FormatQuery = None) -> Response:
     """Compute the distribution of each shifting time by polynomial chaos expansion (section III.A of the paper).
 
     Mean, standard deviation and Sobol indices follow from the coefficients of the expansion; quantiles and densities
     follow from samples of it. To keep the response small, select conditions and omit densities and coefficients.
+
+    With `format` or the Accept header the same request is drawn: densities, quantiles and Sobol indices of each
+    condition as a picture (`svg`, `png`), or as a page with a table and warnings (`html`).
     """
+    form = drawing.form(request, format)
     table = open_table(library, body.table, body.bench)
     inputs = body.inputs.inputs(table)
     selected, conditions = select_conditions(table, body.conditions)
+    if form != "json":
+        body = drawing.drawable(body, len(conditions))
     adapted = _expand(body, inputs, client.watched(table_model(selected, body.outside)), selected, settings)
     expansion = adapted.expansion
     basis = expansion.basis
@@ -177,7 +185,7 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     client.require()
     output = Output(expansion, body.output_std, body.samples, body.seed)
     normals = standard_normals(inputs.dimension, body.samples, body.seed)
-    return json_response({
+    answer = json_response({
         "table": body.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
         "outside": body.outside,
         "mass_outside": mass_outside(inputs, table.lower, table.upper, normals),
@@ -185,7 +193,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
         "germs": [germ.name for germ in basis.germs],
         "degrees": basis.degrees.tolist() if body.coefficients else None,
         "conditions": _distributions(body, output, inputs.independent, conditions),
-    })
+    }, {"Vary": "Accept"})
+    return answer if form == "json" else drawing.drawn(answer, body.model_dump(), selected.conditions, form)
 
 
 def _expand(body: PropagateRequest, inputs: Inputs, model: ShiftingTimeModel, table: Table,

@@ -8,9 +8,17 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
 from service.problem_details import Conflict, error_responses
-from service.routes.tables import Condition, CurrentProfile, list_conditions, list_profiles
+from service.routes.tables import (
+    Conditions,
+    ConditionUnits,
+    CurrentProfile,
+    condition_units,
+    list_conditions,
+    list_profiles,
+)
 from service.schemas import SIMULATED, Digest, LibraryDependency
-from slipstick.errors import SlipstickError
+from slipstick.errors import InvalidValue, SlipstickError
+from slipstick.machine import Measurements
 from slipstick.recordings import Form, Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.library import Library
@@ -62,12 +70,15 @@ class RecordingsDescription(BaseModel):
     digest: Digest
     conditions_digest: str = Field(description="SHA-256 digest of the conditions.")
     description: str = Field(description=f"Description stored in the file. {SIMULATED}")
-    measured_time: list[float] = Field(description="Measured shifting time of each engagement in s.")
+    output: str = Field(description="What was measured: `shifting_time`, or the output of another machine.")
+    unit: str = Field(description="Unit of the output: s for shifting times.")
+    measured_time: list[float] = Field(description="Measured output of each engagement, in `unit`.")
     run_order: list[int] | None = Field(description="Position of each engagement in the order of the runs, from 0; "
                                                     "null if the order is unknown.")
     signals: SignalsDescription | None = Field(description="The recorded signals; null if only shifting times were "
                                                            "recorded.")
-    conditions: list[Condition] = Field(description="The condition of each engagement.")
+    conditions: Conditions = Field(description="The condition of each engagement.")
+    condition_units: ConditionUnits
     current_profiles: list[CurrentProfile] = Field(description="The current profiles of the conditions.")
 
 
@@ -83,6 +94,11 @@ RecordingsBench = Annotated[str | None, Query(
     openapi_examples={"heavy": {"summary": "The shipped bench of the recordings `measured`", "value": "heavy"}})]
 
 
+MachineTable = Annotated[str | None, Query(
+    description="Name of a table of another machine, of which a CSV file holds measurements: a column for each column "
+                "of the conditions and one for the output, with units. Instead of `bench`.")]
+
+
 async def _upload_body(request: Request) -> tuple[Form, bytes]:
     return _FORMS[require_media_type(request, *_FORMS)], await request.body()
 
@@ -96,62 +112,78 @@ def list_recordings(library: LibraryDependency) -> RecordingsList:
 @router.get("/{name}", summary="Describe recordings", responses=error_responses(404))
 def describe_recordings(name: RecordingsNamePath, library: LibraryDependency) -> RecordingsDescription:
     """Return the measured shifting times, the conditions, and a description of the recorded signals."""
-    return describe(name, library.recording(name))
+    return describe(name, library.measured(name))
 
 
 @router.post("", summary="Upload recordings", status_code=201, openapi_extra=_UPLOAD_BODY,
-             responses=error_responses(408, 409, 413, 415, 503) | {200: {
+             responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name",
                  "model": RecordingsDescription}})
 @computes
 def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, bytes], Depends(_upload_body)],
                       library: LibraryDependency, response: Response,
-                      bench: RecordingsBench = None) -> RecordingsDescription:
+                      bench: RecordingsBench = None, table: MachineTable = None) -> RecordingsDescription:
     """Check a recordings file and store it.
 
     The request body is the file itself. A CSV file (Content-Type text/csv) has one row per engagement, with its
     condition and its shifting time, and numbers the current profiles of a `bench`; send it with `curl --data-binary
     @bench.csv --header 'Content-Type: text/csv'`. It is stored as HDF5. An
-    HDF5 file (Content-Type application/x-hdf5) can contain signals as well. An existing file is never replaced: the
+    HDF5 file (Content-Type application/x-hdf5) can contain signals as well. With `table` instead of `bench`, the CSV
+    holds measurements of the machine of that table. An existing file is never replaced: the
     upload of different content under an existing name is rejected with 409.
     """
     form, content = upload
-    return store(library, response, name, content, form, bench)
+    return store(library, response, name, content, form, bench, table)
 
 
 def store(library: Library, response: Response, name: str, content: bytes, form: Form,
-          bench: str | None = None) -> RecordingsDescription:
+          bench: str | None = None, table: str | None = None) -> RecordingsDescription:
     """Store recordings and set the Location of the response; its status is 200 if the same ones have this name already.
 
     Raises `Conflict` if other ones have it.
     """
+    if table is not None and (form != "csv" or bench is not None):
+        raise InvalidValue("Measurements of another machine are a CSV file without a bench",
+                           "Send text/csv with either `bench` or `table`")
+    stored: Recordings | Measurements
     try:
-        stored = library.add_recordings(name, content, form, bench)
+        stored = (library.add_recordings(name, content, form, bench) if table is None else
+                  library.add_measurements(name, content, table))
     except FileExistsError:
-        if name not in library.recordings() or \
-                library.recording(name).digest != library.read_recordings(content, form, bench).digest:
+        same = (library.read_recordings(content, form, bench) if table is None else
+                library.read_measurements(content, table))
+        if name not in library.recordings() or library.measured(name).digest != same.digest:
             raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
-        stored, response.status_code = library.recording(name), 200
+        stored, response.status_code = library.measured(name), 200
     response.headers["Location"] = f"/v1/recordings/{name}"
     return describe(name, stored)
 
 
-def describe(name: str, recordings: Recordings) -> RecordingsDescription:
+def describe(name: str, recordings: Recordings | Measurements) -> RecordingsDescription:
     """The recordings `name` as the service describes them."""
+    if isinstance(recordings, Measurements):
+        return RecordingsDescription(
+            name=name, digest=recordings.digest, conditions_digest=recordings.conditions.digest,
+            description=recordings.description, output=recordings.output.name, unit=recordings.output.unit,
+            measured_time=recordings.measured_time.tolist(), run_order=None, signals=None,
+            conditions=list_conditions(recordings.conditions), current_profiles=[],
+            condition_units=condition_units(recordings.conditions))
     signals = recordings.signals
     return RecordingsDescription(
         name=name, digest=recordings.digest, conditions_digest=recordings.conditions.digest,
-        description=recordings.description, measured_time=recordings.measured_time.tolist(),
+        description=recordings.description, output="shifting_time", unit="s",
+        measured_time=recordings.measured_time.tolist(),
         run_order=None if recordings.run_order is None else recordings.run_order.tolist(),
         signals=None if signals is None else SignalsDescription(
             units=SIGNAL_UNITS, samples=len(signals.time), start=signals.time[0], end=signals.time[-1]),
-        conditions=list_conditions(recordings.conditions), current_profiles=list_profiles(recordings.conditions))
+        conditions=list_conditions(recordings.conditions), current_profiles=list_profiles(recordings.conditions),
+        condition_units=condition_units(recordings.conditions))
 
 
 def _entry(library: Library, name: str) -> RecordingsEntry:
     href = f"/v1/recordings/{name}"
     try:
-        recordings = library.recording(name)
+        recordings = library.measured(name)
     except SlipstickError as error:
         return RecordingsEntry(name=name, engagements=None, digest=None, description="", problem=str(error), href=href)
     return RecordingsEntry(name=name, engagements=len(recordings), digest=recordings.digest,

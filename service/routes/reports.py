@@ -68,12 +68,11 @@ def fit_pictures(id: FitId, store: FitStore) -> PictureList:
 def fit_picture(id: FitId, name: PictureName, store: FitStore, request: Request,
                 format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
-    return picture_response(_specs(store, id), name, request, format)
+    return picture_response(_specs(store, id), CAPTIONS, name, request, format)
 
 
 def _specs(store: JobStore, id: str) -> dict[str, Spec]:
-    output = output_of(finished_job(store, id))
-    return pictures(output["result"], output["figure_data"])
+    return pictures(output_of(finished_job(store, id)))
 
 
 def _comparable_output(fit: WorkflowStatus, other: WorkflowStatus) -> dict[str, Any]:

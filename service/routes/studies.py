@@ -57,7 +57,7 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     of the simulation of the whole test bench without and with them. Recordings need signals and 24 or more engagements;
     others are rejected with 422.
     """
-    study = submit(store, key, _job_input(library, body))
+    study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
     return _with_progress(store, study)
 
@@ -101,7 +101,7 @@ def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before
 
 @router.post("/{id}/cancel", summary="Cancel a study", responses=error_responses(404, 503))
 def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
-    """Cancel a queued or running study. A study that has ended is unchanged. The worker first completes its step."""
+    """Cancel a queued or running study. A study that has ended is unchanged. The worker stops within a second."""
     store.cancel(id)
     return _with_progress(store, store.find(id))
 

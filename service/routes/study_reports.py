@@ -8,7 +8,7 @@ from fastapi.responses import HTMLResponse
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.job_store import JobStore
-from service.jobs import finished_job, output_of
+from service.jobs import finished_job, input_of, output_of
 from service.pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
@@ -25,6 +25,7 @@ from slipstick.pictures import Spec
 from slipstick.pictures.study import CAPTIONS
 from slipstick.pictures.study import study_pictures as picture_specs
 from slipstick.report.study.page import study_page
+from slipstick.study import StudySettings
 from slipstick.study.record import figures_from_dict, result_from_dict
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
@@ -64,9 +65,10 @@ def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits) -> PictureLi
 def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: StudyFits, request: Request,
                   format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
-    return picture_response(_specs(store, id, fits), name, request, format)
+    return picture_response(_specs(store, id, fits), CAPTIONS, name, request, format)
 
 
 def _specs(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:
-    output = output_of(finished_job(store, id))
-    return picture_specs(result_from_dict(output["result"]), figures_from_dict(output["figure_data"]), fits)
+    study = finished_job(store, id)
+    output, settings = output_of(study), StudySettings.from_dict(input_of(study)["settings"])
+    return picture_specs(result_from_dict(output["result"]), figures_from_dict(output["figure_data"]), fits, settings)

@@ -9,10 +9,12 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute
 from service.problem_details import error_responses
 from service.schemas import Digest, LibraryDependency
-from slipstick.bench.conditions import Conditions
+from slipstick.bench.conditions import CONDITION_UNITS
 from slipstick.errors import SlipstickError
+from slipstick.machine import Cases
 from slipstick.storage.library import Library
 from slipstick.table import Grid, HeldOut, Surrogate
+from slipstick.table.subject import Setting
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
 
@@ -87,6 +89,17 @@ class Condition(BaseModel):
     brake_torque: float = Field(description="Brake torque on the load in N m.")
 
 
+class MachineCondition(BaseModel):
+    """A condition of another machine."""
+
+    number: int = Field(description="Index of the condition in the table or the measurements, from 0.")
+    values: dict[str, float] = Field(description="Value of each column, in the units of `condition_units`.")
+
+
+Conditions = list[Condition | MachineCondition]
+ConditionUnits = Annotated[dict[str, str], Field(description="Unit of each column of the conditions.")]
+
+
 class CurrentProfile(BaseModel):
     """Valve current as a piecewise linear function of time."""
 
@@ -97,9 +110,10 @@ class CurrentProfile(BaseModel):
 class StatusCounts(BaseModel):
     """Number of simulated engagements by outcome."""
 
-    locked: int = Field(description="Engagements that lock and so have a shifting time.")
-    never_locked: int = Field(description="Engagements that do not lock before the end of the current profile.")
-    failed: int = Field(description="Engagements whose simulation diverged.")
+    locked: int = Field(description="Engagements that lock and so have a shifting time; runs with an output.")
+    never_locked: int = Field(description="Engagements that do not lock before the end of the current profile; runs "
+                                          "without an output.")
+    failed: int = Field(description="Engagements whose simulation diverged; runs that failed or took too long.")
 
 
 class TableDescription(BaseModel):
@@ -112,13 +126,16 @@ class TableDescription(BaseModel):
     conditions_digest: str = Field(description="SHA-256 digest of the conditions.")
     origin: str = Field(description="How the table was computed.")
     axes: list[AxisDescription] = Field(description="The axes; all operations expect inputs in this order.")
-    unit: str = Field(default="s", description="Unit of the shifting times.")
+    output: str = Field(description="What the table contains: `shifting_time`, or the output of another machine.")
+    unit: str = Field(description="Unit of the output: s for shifting times. Where responses speak of a shifting time "
+                                  "in s and of densities per ms, read this output in this unit and a thousandth of it.")
     statuses: StatusCounts | None = Field(description="Outcomes of the simulated engagements of a grid; null for a "
                                                       "surrogate, for which all engagements lock.")
     training: Training | None = Field(description="Training and error of a surrogate; null for a grid.")
     model: dict[str, Any] = Field(description="The simulated model: parameters, units, effects, physics of the bench, "
                                               "and measured laws if it has any.")
-    conditions: list[Condition] = Field(description="The conditions, in order.")
+    conditions: Conditions = Field(description="The conditions, in order.")
+    condition_units: ConditionUnits
     current_profiles: list[CurrentProfile] = Field(description="The current profiles of the conditions.")
 
 
@@ -138,23 +155,37 @@ def describe_table(name: TableNamePath, library: LibraryDependency) -> TableDesc
     table = library.table(name)
     return TableDescription(
         name=name, kind=table.kind, digest=table.digest, model_digest=table.model.digest,
-        conditions_digest=table.conditions.digest, origin=table.origin, model=table.model.spec(), unit="s",
+        conditions_digest=table.conditions.digest, origin=table.origin,
+        model=table.model.spec(), output=table.output.name, unit=table.output.unit,
         axes=[AxisDescription(name=axis.name, unit=axis.unit, nominal=axis.nominal, values=axis.values.tolist())
               for axis in table.axes],
         statuses=_statuses(table) if isinstance(table, Grid) else None,
         training=_training(table) if isinstance(table, Surrogate) else None,
-        conditions=list_conditions(table.conditions), current_profiles=list_profiles(table.conditions))
+        conditions=list_conditions(table.conditions), current_profiles=list_profiles(table.conditions),
+        condition_units=condition_units(table.conditions))
 
 
-def list_conditions(conditions: Conditions) -> list[Condition]:
+def list_conditions(conditions: Setting) -> list[Condition | MachineCondition]:
     """Return the conditions as response models."""
+    if isinstance(conditions, Cases):
+        quantities = [quantity.name for quantity in conditions.quantities]
+        return [MachineCondition(number=number, values=dict(zip(quantities, row, strict=True)))
+                for number, row in enumerate(conditions.values.tolist())]
     names = ("current_profile", "motor_speed", "load_inertia", "brake_torque")
     rows = zip(*(getattr(conditions, name).tolist() for name in names), strict=True)
     return [Condition(number=number, **dict(zip(names, row, strict=True))) for number, row in enumerate(rows)]
 
 
-def list_profiles(conditions: Conditions) -> list[CurrentProfile]:
-    """Return the current profiles as response models."""
+def condition_units(conditions: Setting) -> dict[str, str]:
+    """Unit of each column of the conditions."""
+    return {quantity.name: quantity.unit for quantity in conditions.quantities} if isinstance(conditions, Cases) \
+        else dict(CONDITION_UNITS)
+
+
+def list_profiles(conditions: Setting) -> list[CurrentProfile]:
+    """Return the current profiles as response models; another machine has none."""
+    if isinstance(conditions, Cases):
+        return []
     return [CurrentProfile(time=time.tolist(), current=current.tolist())
             for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
 

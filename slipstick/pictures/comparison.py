@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipstick.pictures import theme
+from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Shifting times of all experiments. Before: the nominal model. After: the mean of the fitted model. The "
@@ -15,11 +16,11 @@ _HALF = (theme.WIDTH - 112) // 2
 _BINS = 24
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
+def draw(output: Mapping[str, Any]) -> Spec:
     """Return simulated over measured times, a histogram of the differences, and the difference of each experiment."""
-    prediction = figure_data["prediction"]
-    rows = [_row(*values) for values in zip(*(prediction[name] for name in ("condition", "measured", "before", "mean")),
-                                            strict=True)]
+    prediction, conditions = output["figure_data"]["prediction"], output["figure_data"]["conditions"]
+    columns = (prediction[name] for name in ("condition", "measured", "before", "mean"))
+    rows = [_row(conditions, *values) for values in zip(*columns, strict=True)]
     rms = {stage: _rms([row[f"difference {stage}"] for row in rows]) for stage in _COLOURS}
     undefined = sum(row["before"] is None or row["after"] is None for row in rows)
     before, after = (_milliseconds(rms[stage]) for stage in ("before", "after"))
@@ -28,13 +29,14 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
         f"The root-mean-square difference is {before} before and {after} after the fit"
     return theme.picture(
         title, f"{len(rows)} experiments. Positive differences: the test bench locks later than the model."
-        + (f" Not drawn: {undefined} without a simulated shifting time." if undefined else ""),
+        + (f" Not drawn: {undefined} without a predicted shifting time." if undefined else ""),
         {"spacing": 22, "datasets": {"experiments": rows}, "vconcat": [
             {"spacing": 60, "hconcat": [_scatter(rows), _histogram(rows)]}, _by_experiment()]})
 
 
-def _row(condition: int, measured: float, before: float | None, after: float | None) -> Spec:
-    row: Spec = {"experiment": condition, "measured": theme.rounded(measured)}
+def _row(conditions: Columns, condition: int, measured: float, before: float | None, after: float | None) -> Spec:
+    row: Spec = {"experiment": condition, "conditions": described(conditions, condition),
+                 "measured": theme.rounded(measured)}
     for stage, simulated in (("before", before), ("after", after)):
         row[stage] = theme.rounded(simulated)
         row[f"difference {stage}"] = theme.rounded(None if row[stage] is None else 1e3 * (measured - row[stage]), 4)
@@ -55,8 +57,10 @@ def _points(x: Spec, y: str, title: str) -> list[Spec]:
              "encoding": {"x": x, "y": {"field": y.format(stage), "type": "quantitative", "title": title,
                                         "scale": {"zero": False}},
                           "color": {**theme.series_colour(_COLOURS), "datum": stage},
-                          "tooltip": [{"field": name, "type": "quantitative"} for name in
-                                      ("experiment", "measured", stage, f"difference {stage}")]}} for stage in _COLOURS]
+                          "tooltip": [{"field": "conditions", "type": "nominal"},
+                                      *({"field": name, "type": "quantitative"} for name in
+                                        ("experiment", "measured", stage, f"difference {stage}"))]}}
+            for stage in _COLOURS]
 
 
 def _scatter(rows: list[Spec]) -> Spec:
@@ -66,7 +70,7 @@ def _scatter(rows: list[Spec]) -> Spec:
     line = {"data": {"values": ends}, "mark": {"type": "line", "color": theme.FAINT, "strokeWidth": 1},
             "encoding": {"x": axis, "y": axis}}
     x = {"field": "measured", "type": "quantitative", "title": "measured shifting time [s]", "scale": {"zero": False}}
-    return {"width": _HALF, "height": 260, "layer": [line, *_points(x, "{}", "simulated shifting time [s]")]}
+    return {"width": _HALF, "height": 260, "layer": [line, *_points(x, "{}", "predicted shifting time [s]")]}
 
 
 def _histogram(rows: list[Spec]) -> Spec:
@@ -84,7 +88,7 @@ def _histogram(rows: list[Spec]) -> Spec:
                  for index, count in enumerate(counts) if count]
     return {"width": _HALF, "height": 260, "data": {"values": bars},
             "mark": {"type": "rect", "opacity": 0.6},
-            "encoding": {"x": {"field": "from", "type": "quantitative", "title": "measured − simulated [ms]",
+            "encoding": {"x": {"field": "from", "type": "quantitative", "title": "measured − predicted [ms]",
                                "axis": {"grid": False}},
                          "x2": {"field": "to"}, "y": {"field": "count", "type": "quantitative", "title": "experiments"},
                          "y2": {"datum": 0}, "color": {**theme.series_colour(_COLOURS), "field": "series"}}}
@@ -95,4 +99,4 @@ def _by_experiment() -> Spec:
          "scale": {"nice": False, "padding": 8}}
     zero = {"mark": {"type": "rule", "color": theme.FAINT}, "data": {"values": [{}]}, "encoding": {"y": {"datum": 0}}}
     return {"width": theme.WIDTH, "height": 200,
-            "layer": [zero, *_points(x, "difference {}", "measured − simulated [ms]")]}
+            "layer": [zero, *_points(x, "difference {}", "measured − predicted [ms]")]}

@@ -17,8 +17,9 @@ _LAST_DECADES = 4.0  # shown in the right panel
 _HEIGHT = 230
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
+def draw(output: Mapping[str, Any]) -> Spec | None:
     """Return the search and an enlargement of its last decades; None if a log-likelihood is undefined."""
+    result = output["result"]
     searched, final = result["searched"]["log10_likelihood"], result["log10_likelihood"]
     history = [(index, value) for index, value in enumerate(result["history"], 1) if value is not None]
     if searched is None or final is None or not history:

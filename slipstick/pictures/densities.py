@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any
 
-import numpy as np
-from scipy.interpolate import PchipInterpolator
-
 from slipstick.pictures import theme
+from slipstick.pictures.calibration import probability_below
+from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Each shape is the density of the shifting time of one experiment, predicted with the fitted inputs and "
@@ -23,17 +22,18 @@ _ORDER = "experiments, ordered by motor speed, load inertia and brake torque"
 _INSIDE, _OUTSIDE = "inside the central 90 % interval", "outside"
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
+def draw(output: Mapping[str, Any]) -> Spec | None:
     """Return rows of shapes, one per experiment, grouped by current profile; None without predictions."""
-    prediction, conditions = figure_data["prediction"], figure_data["conditions"]
+    prediction, conditions = output["figure_data"]["prediction"], output["figure_data"]["conditions"]
     locking = [index for index, mean in enumerate(prediction["mean"]) if theme.rounded(mean) is not None]
     if not locking:
         return None
     largest = max(value for index in locking for value in prediction["density"][index])
     shapes = {index: _shape(index, prediction, largest) for index in locking}
-    dots = {index: _dot(index, prediction) for index in locking}
+    dots = {index: _dot(index, prediction, conditions) for index in locking}
+    speeds = conditions.get("motor_speed")  # None for another machine
     panels = [_panel(title, [shapes[index] for index in row], [dots[index] for index in row],
-                     [conditions["motor_speed"][index] for index in row])
+                     None if speeds is None else [speeds[index] for index in row])
               for title, row in _rows(locking, conditions)]
     for panel in panels[:-1]:
         panel["layer"][-1]["encoding"]["x"]["title"] = None
@@ -49,6 +49,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
 
 def _rows(experiments: Sequence[int], conditions: Mapping[str, Any]) -> list[tuple[str, list[int]]]:
     """Return the rows of the picture: title and experiments, one or more rows per current profile."""
+    if "current_profile" not in conditions:  # of another machine
+        return [("", list(experiments[first:first + _ROW])) for first in range(0, len(experiments), _ROW)]
     profile, *rest = (conditions[name] for name in ("current_profile", "motor_speed", "load_inertia", "brake_torque"))
     ordered = sorted(experiments, key=lambda index: (profile[index], *(column[index] for column in rest)))
     groups = [(number, list(group)) for number, group in groupby(ordered, key=lambda index: profile[index])]
@@ -56,8 +58,8 @@ def _rows(experiments: Sequence[int], conditions: Mapping[str, Any]) -> list[tup
             for number, group in groups for first in range(0, len(group), _ROW)]
 
 
-def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float]) -> Spec:
-    y: Spec = {"field": "y", "type": "quantitative", "title": "time − mean [ms]", "axis": {"tickCount": 4}}
+def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float] | None) -> Spec:
+    y: Spec = {"field": "y", "type": "quantitative", "title": "measured − predicted [ms]", "axis": {"tickCount": 4}}
     x: Spec = {"type": "quantitative", "scale": {"domain": [-0.7, max(len(dots), 12) - 0.3], "nice": False},
                "axis": {"labels": False, "ticks": False, "grid": False, "domain": False}}
     where: Spec = {"field": "where", "type": "nominal"}
@@ -74,15 +76,15 @@ def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequ
                       "detail": {"field": "experiment"}}},
         {"data": {"values": [{}]}, "mark": {"type": "text", "align": "left", "text": title, "color": theme.MEASURED,
                                             "fontSize": 12}, "encoding": {"x": {"value": 0}, "y": {"value": -7}}},
-        *_speeds(speed),
+        *(_speeds(speed) if speed else ()),
         {"data": {"values": [{**dot, "x": x} for x, dot in enumerate(dots)]},
          "mark": {"type": "point", "filled": True, "size": 26, "opacity": 1},
          "encoding": {
-             "x": {"field": "x", "type": "quantitative", "title": _ORDER}, "y": y,
+             "x": {"field": "x", "type": "quantitative", "title": _ORDER if speed else "conditions"}, "y": y,
              "color": {**theme.series_colour({_INSIDE: theme.INK, _OUTSIDE: theme.ALARM}), **where},
              "shape": {**where, "scale": {"domain": [_INSIDE, _OUTSIDE], "range": ["circle", "diamond"]}},
-             "tooltip": [{"field": name, "type": "quantitative"}
-                         for name in ("experiment", "measured", "predicted")]}}]}
+             "tooltip": [{"field": "conditions", "type": "nominal"}, *(
+                 {"field": name, "type": "quantitative"} for name in ("experiment", "measured", "predicted"))]}}]}
 
 
 def _shape(index: int, prediction: Mapping[str, Any], largest: float) -> Spec:
@@ -93,9 +95,10 @@ def _shape(index: int, prediction: Mapping[str, Any], largest: float) -> Spec:
             "half": [half for _, half in outline]}
 
 
-def _dot(index: int, prediction: Mapping[str, Any]) -> Spec:
+def _dot(index: int, prediction: Mapping[str, Any], conditions: Columns) -> Spec:
     measured, mean = prediction["measured"][index], prediction["mean"][index]
     return {"experiment": prediction["condition"][index], "y": theme.rounded(1e3 * (measured - mean), 4),
+            "conditions": described(conditions, index),
             "measured": theme.rounded(measured), "predicted": theme.rounded(mean),
             "where": _INSIDE if _is_inside(prediction, index) else _OUTSIDE}
 
@@ -105,15 +108,11 @@ def _speeds(speed: Sequence[float]) -> list[Spec]:
     changes = [x for x, (before, after) in enumerate(pairwise(speed)) if before != after]
     marks = [{"x": x + 0.5, "speed": f"{speed[x]:.0f} rad/s"} for x in [*changes, len(speed) - 1]]
     encoding: Spec = {"x": {"field": "x", "type": "quantitative"}}
-    return [{"data": {"values": marks[:-1]}, "mark": {"type": "rule", "color": "#c3cad0"}, "encoding": encoding},
+    return [{"data": {"values": marks[:-1]}, "mark": {"type": "rule", "color": theme.EDGE}, "encoding": encoding},
             {"data": {"values": marks}, "mark": {"type": "text", "align": "right", "dx": -4, "color": theme.FAINT},
              "encoding": {**encoding, "y": {"value": -7}, "text": {"field": "speed"}}}]
 
 
 def _is_inside(prediction: Mapping[str, Any], index: int) -> bool:
     """Return whether the measured time lies between the 5 % and 95 % quantiles of its density."""
-    time = np.array(prediction["density_time"][index])
-    with np.errstate(over="ignore"):  # PCHIP divides by slopes that nearly vanish; its derivative there is correctly 0
-        integral = PchipInterpolator(time, prediction["density"][index]).antiderivative()
-    probability = integral(np.clip(prediction["measured"][index], time[0], time[-1])) / integral(time[-1])
-    return bool((1 - _CENTRAL) / 2 <= probability <= (1 + _CENTRAL) / 2)
+    return (1 - _CENTRAL) / 2 <= probability_below(prediction, index) <= (1 + _CENTRAL) / 2

@@ -1,10 +1,11 @@
 """One engagement with its phases fill, slip and stick, and its shifting time (Fig. 4 of the paper)."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from slipstick.pictures import theme
+from slipstick.pictures.conditions import described
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("One engagement. Fill: oil fills the chamber until the plates touch. Slip: the plates slip while the "
@@ -18,6 +19,7 @@ _PANELS = (("current", "current [A]", 45), ("pressure", "oil pressure [bar]", 85
 _SPEEDS = {"input_speed": ("input ÷ gear ratio", "left"), "output_speed": ("output", "right")}
 """Speed signal -> label and its alignment. Each label extends to the side on which its curve descends."""
 _SAMPLES = 300  # drawn per curve at most
+_VACUUM = -1.0  # bar, gauge
 _AFTER_LOCK = 0.35  # s drawn after lock-up
 _TIME: Spec = {"field": "t", "type": "quantitative"}
 
@@ -25,8 +27,9 @@ Signals = Mapping[str, Sequence[float | None]]
 """Signal name -> samples."""
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
+def draw(output: Mapping[str, Any]) -> Spec | None:
     """Return the engagement in the figure data, measured (if signals exist) and simulated at the fitted means."""
+    figure_data = output["figure_data"]
     data, prediction = figure_data["engagement"], figure_data["prediction"]
     if data is None:
         return None
@@ -37,7 +40,8 @@ def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | No
     return theme.picture(
         f"Experiment {condition} locks at {theme.milliseconds(measured)} on the test bench, {simulated} in the fitted "
         "model",
-        "Shaded: phases of the simulation at the fitted means. Dashed: shifting times.",
+        f"Conditions: {described(figure_data['conditions'], condition)}. Shaded: phases of the simulation at the "
+        "fitted means. Dashed: shifting times.",
         panels(data["time"], {series: signals for series, signals in lines.items() if signals},
                {"measured": measured, "simulated": lock}, data["touch"], data["gear_ratio"]))
 
@@ -58,6 +62,7 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
     samples = _samples(time, lines, gear_ratio, end)
     views[0]["layer"].append(_note({"name": "phases"}, "from", {"value": -7}, "phase"))
     speeds = views[[name for name, *_ in selected].index("speed")]
+    views[[name for name, *_ in selected].index("pressure")]["layer"] += _vacuum(lines.values())
     speeds["layer"] += [
         _note({"name": "locks"}, "t", {"value": speeds["height"] - 10}, "note"),
         *_shafts(list(lines), samples)]
@@ -72,6 +77,21 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
         "locks": [{"series": series, "t": theme.rounded(lock),
                    "note": "shifting time" if lock == max(shifting_times.values()) else ""}
                   for series, lock in shifting_times.items()]}}
+
+
+def _vacuum(lines: Iterable[Signals]) -> list[Spec]:
+    """Return a line at vacuum with a note if a pressure is below it, where no gauge pressure can be."""
+    lowest = min((value for signals in lines for value in signals.get("pressure", ()) if value is not None),
+                 default=0.0)
+    if lowest >= _VACUUM:
+        return []
+    note = (f"lowest {lowest:.2f} bar, below vacuum (dotted): the linear valve of the model has no lower limit, and a "
+            "sensor may be off").replace("-", "−")
+    return [{"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.ALARM, "strokeDash": [2, 2]},
+             "encoding": {"x": {"value": 0}, "x2": {"value": theme.WIDTH}, "y": {"datum": _VACUUM}}},
+            {"data": {"values": [{}]}, "encoding": {"x": {"value": theme.WIDTH - 4}, "y": {"datum": _VACUUM}},
+             "mark": {"type": "text", "text": note, "align": "right", "baseline": "bottom", "dy": -2, "fontSize": 10,
+                      "color": theme.ALARM}}]
 
 
 def _samples(time: Sequence[float], lines: Mapping[str, Signals], gear_ratio: float, end: float) -> list[Spec]:

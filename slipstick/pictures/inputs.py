@@ -1,6 +1,6 @@
 """The fitted distribution of two inputs, and the likelihood as a function of their means (Fig. 6 of the paper)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from slipstick.pictures import theme
+from slipstick.pictures.multiples import unknown
 from slipstick.pictures.theme import Spec
 from slipstick.uncertainty import Inputs
 
@@ -35,16 +36,19 @@ _STEPS = 120  # per curve
 _MARGIN = 0.03  # as a share of the axis
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec:
+def draw(output: Mapping[str, Any]) -> Spec:
     """Return the plane of the inputs of the surface or, without one, of the first two; for one input, its density."""
-    axes, surface = list(result["axes"]), figure_data["surface"]
+    result, surface, physical = output["result"], output["figure_data"]["surface"], output["physical"]
+    axes = list(result["axes"])
     pair = [axes.index(name) for name in (surface["axes"] if surface else axes[:2])]
     if len(pair) < 2:
-        return _density(result, pair[0])
+        return _density(result, pair[0], physical)
     names = [theme.in_words(axes[index]) for index in pair]
-    encoding: Spec = {channel: {"field": channel, "type": "quantitative", "title": f"{name} [multiple of nominal]",
-                                "scale": {"nice": False, "zero": False}, "axis": {"tickCount": 6, "grid": False}}
-                      for channel, name in zip("xy", names, strict=True)}
+    encoding: Spec = {
+        channel: {"field": channel, "type": "quantitative", "title": f"{name} [multiple of nominal]",
+                  "scale": {"nice": False, "zero": False},
+                  "axis": unknown(f"mean of {axes[index]}", physical).axis(tickCount=6, grid=False)}
+        for channel, name, index in zip("xy", names, pair, strict=True)}
     title, subtitle, layers = f"The fitted {names[0]} and {names[1]}", _SUBTITLE, curves(result, pair)
     if surface is not None:
         x, y, drops = interpolated_drops(surface)
@@ -156,16 +160,20 @@ def _inputs(result: Mapping[str, Any], columns: list[int]) -> Inputs:
                   support=None if support is None else np.array(support)[columns])
 
 
-def _density(result: Mapping[str, Any], column: int) -> Spec:
+def _density(result: Mapping[str, Any], column: int, physical: Sequence[Mapping[str, Any]]) -> Spec:
     """Return the density of one input, with its nominal value marked."""
     normals, name = np.linspace(-3.5, 3.5, 201)[:, None], theme.in_words(result["axes"][column])
     values = _inputs(result, [column]).points(normals)[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         density = np.exp(-normals[:, 0] ** 2 / 2) / np.sqrt(2 * np.pi) / np.gradient(values, normals[:, 0])
     rows = [{"x": float(x), "density": theme.rounded(y)} for x, y in zip(values, density, strict=True)]
-    x = {"field": "x", "type": "quantitative", "title": f"{name} [multiple of nominal]", "scale": {"zero": False}}
+    shown = unknown(f"mean of {result['axes'][column]}", physical)
+    x = {"field": "x", "type": "quantitative", "title": f"{name} [multiple of nominal]", "scale": {"zero": False},
+         "axis": shown.axis(tickCount=8)}
+    mean, std = (shown.text(result[kind][column]) for kind in ("mean", "std"))
     return theme.picture(
-        f"Fitted {name}: mean {result['mean'][column]:.3g}, std {result['std'][column]:.3g} (multiples of nominal)",
+        f"Fitted {name}: mean {result['mean'][column]:.3g}, std {result['std'][column]:.3g} (multiples of nominal); "
+        f"{mean} and {std}",
         "Density of the fitted input. Dashed: nominal value.",
         {"width": theme.WIDTH, "height": 240, "layer": [
             {"data": {"values": rows}, "mark": {"type": "area", "color": theme.AFTER, "opacity": 0.25, "line": {

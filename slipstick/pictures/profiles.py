@@ -8,6 +8,7 @@ from typing import Any
 from scipy.stats import chi2
 
 from slipstick.pictures import theme
+from slipstick.pictures.multiples import Unknown, unknown
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Each curve is the profile likelihood of one unknown: at each of its values, all other unknowns are "
@@ -17,24 +18,26 @@ CAPTION = ("Each curve is the profile likelihood of one unknown: at each of its 
 
 _COLUMNS = 3
 _WIDTH, _HEIGHT = 204, 130
-_DEPTH = 1.25  # decades shown below the optimum
+DEPTH = 1.25
+"""Decades shown below the optimum."""
 _MARGIN = 0.03  # as a share of the panel width
 _CHARACTERS = 36  # per line of an axis title, to fit the panel width
 
 
-def draw(result: Mapping[str, Any], figure_data: Mapping[str, Any]) -> Spec | None:
+def draw(output: Mapping[str, Any]) -> Spec | None:
     """Return one panel per unknown; None if no profile was computed."""
-    intervals = [interval for interval in result["intervals"] if interval["curve"]]
+    intervals = [interval for interval in output["result"]["intervals"] if interval["curve"]]
     if not intervals:
         return None
     closed = sum(None not in (interval["lower"], interval["upper"]) for interval in intervals)
     level = intervals[0]["level"]
     share = f"all {closed}" if closed == len(intervals) else f"{closed} of {len(intervals)}"
     subtitle = (f"Shaded: {100 * level:.0f} % intervals. Dashed: their threshold, {threshold(level):.2f} decades "
-                "below the optimum.")
+                "below the optimum. Dots: computed points; between them the line is interpolated.")
     return theme.picture(f"The recordings limit {share} unknowns on both sides", subtitle, {
         "columns": _COLUMNS, "spacing": {"row": 26, "column": 46},
-        "concat": [_panel(interval, index) for index, interval in enumerate(intervals)]})
+        "concat": [_panel(interval, unknown(interval["unknown"], output["physical"]), index)
+                   for index, interval in enumerate(intervals)]})
 
 
 def threshold(level: float) -> float:
@@ -42,8 +45,8 @@ def threshold(level: float) -> float:
     return float(chi2.ppf(level, 1) / 2 / math.log(10))
 
 
-def _panel(interval: Mapping[str, Any], index: int) -> Spec:
-    unit, scale = _unit(interval["unknown"])
+def _panel(interval: Mapping[str, Any], shown: Unknown, index: int) -> Spec:
+    scale = shown.factor
     title = textwrap.wrap(theme.in_words(interval["unknown"]), _CHARACTERS)
     curve = [(scale * value, drop) for value, drop in interval["curve"]]
     rows = [{"value": theme.rounded(value), "height": theme.rounded(None if drop is None else -drop)}
@@ -51,10 +54,10 @@ def _panel(interval: Mapping[str, Any], index: int) -> Spec:
     ends = [None if interval[side] is None else theme.rounded(scale * interval[side]) for side in ("lower", "upper")]
     domain = _domain(curve)
     band = {side: edge if end is None else end for side, end, edge in zip(("low", "high"), ends, domain, strict=True)}
-    x = {"field": "value", "type": "quantitative", "title": [*title, f"[{unit}]"] if unit else title,
+    x = {"field": "value", "type": "quantitative", "title": [*title, f"[{shown.unit}]"] if shown.unit else title,
          "scale": {"domain": domain, "nice": False},
-         "axis": {"tickCount": 4, "grid": False, "titleFontSize": 11, "format": ".3~r"}}
-    y = {"field": "height", "type": "quantitative", "scale": {"domain": [-_DEPTH, 0.1], "nice": False},
+         "axis": shown.axis(tickCount=3, grid=False, titleFontSize=11)}
+    y = {"field": "height", "type": "quantitative", "scale": {"domain": [-DEPTH, 0.1], "nice": False},
          "title": "decades from optimum" if index % _COLUMNS == 0 else None, "axis": {"tickCount": 4}}
     return {"width": _WIDTH, "height": _HEIGHT, "layer": [
         {"data": {"values": [band]}, "mark": {"type": "rect", "color": theme.PHASES["slip"]},
@@ -63,32 +66,27 @@ def _panel(interval: Mapping[str, Any], index: int) -> Spec:
          "mark": {"type": "rule", "color": theme.AFTER, "strokeWidth": 0.8}, "encoding": {"x": x}},
         {"data": {"values": [{}]}, "mark": {"type": "rule", "strokeDash": [4, 3], "color": theme.FAINT},
          "encoding": {"y": {"datum": -threshold(interval["level"])}}},
-        {"data": {"values": rows}, "mark": {"type": "line", "color": theme.AFTER, "strokeWidth": 1.8, "clip": True,
-                                            "interpolate": "monotone", "point": {"color": theme.AFTER, "size": 18}},
+        {"data": {"values": rows}, "mark": {"type": "line", "color": theme.AFTER, "strokeWidth": 1, "clip": True,
+                                            "interpolate": "monotone"},
          "encoding": {"x": x, "y": y}},
+        {"data": {"values": rows}, "mark": {"type": "point", "filled": True, "color": theme.AFTER, "size": 32,
+                                            "opacity": 1, "clip": True}, "encoding": {"x": x, "y": y}},
         {"data": {"values": [{"value": theme.rounded(scale * interval["estimate"]), "height": 0}]},
          "mark": {"type": "point", "filled": True, "size": 55, "color": theme.INK, "opacity": 1},
          "encoding": {"x": x, "y": y}},
         *(_missing_end(side, side in interval["unsettled"]) for side in ("lower", "upper") if interval[side] is None)]}
 
 
-def _unit(unknown: str) -> tuple[str, float]:
-    """Return the displayed unit of an unknown (may be empty), and the factor from its value to that unit."""
-    if unknown.startswith("output"):
-        return "ms", 1e3
-    return ("" if unknown.startswith(("correlation", "partial correlation")) else "multiple of nominal"), 1.0
-
-
 def _domain(curve: Sequence[tuple[float, float | None]]) -> list[float | None]:
-    """Return the range of values in which the drop is at most `_DEPTH`, extrapolated as a parabola, with a margin."""
+    """Return the range of values in which the drop is at most `DEPTH`, extrapolated as a parabola, with a margin."""
     drops = [math.inf if drop is None else drop for _, drop in curve]
-    inside = [index for index, drop in enumerate(drops) if drop <= _DEPTH]
+    inside = [index for index, drop in enumerate(drops) if drop <= DEPTH]
     ends = []
     for last, step in ((inside[0], -1), (inside[-1], 1)):
         beyond, value = last + step, curve[last][0]
         if 0 <= beyond < len(curve) and math.isfinite(drops[beyond]):
             low, high = (math.sqrt(max(drops[index], 0.0)) for index in (last, beyond))
-            value += (curve[beyond][0] - value) * (math.sqrt(_DEPTH) - low) / (high - low)
+            value += (curve[beyond][0] - value) * (math.sqrt(DEPTH) - low) / (high - low)
         ends.append(value)
     margin = _MARGIN * (ends[1] - ends[0])
     return [theme.rounded(ends[0] - margin), theme.rounded(ends[1] + margin)]

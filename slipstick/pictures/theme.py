@@ -18,11 +18,22 @@ PHASES = {"fill": "#f6f0e4", "slip": "#dfe9f4", "stick": "#f0f2f4"}
 SHADES = ("#0b3c78", "#2463a6", "#5a8fc4", "#92b8dc", "#c3d8ec", "#e3edf6", "#f5f8fb")
 """Colours of likelihood bands, from the best to the worst."""
 
+AXIS, EDGE = "#98a2ab", "#c3cad0"
+"""Colours of axes, and of lines between groups."""
+DARK = {
+    "white": "#14191e", INK: "#eef2f5", FAINT: "#9aa7b2", GRID: "#2b343c", MEASURED: "#c6d0d8", BEFORE: "#f0a060",
+    AFTER: "#6fb0f0", ALARM: "#f07ab0", AXIS: "#6b7883", EDGE: "#3d4852", "#f6f0e4": "#2b2820", "#dfe9f4": "#1d2c3d",
+    "#f0f2f4": "#20272d",
+    # From the best to the worst as in the light: the best stands out from the background.
+    "#0b3c78": "#d6e8fb", "#2463a6": "#a5cbf2", "#5a8fc4": "#72a6da", "#92b8dc": "#477eb5", "#c3d8ec": "#2c5a8a",
+    "#e3edf6": "#1f3f61", "#f5f8fb": "#182938"}
+"""Colour on white -> colour on a dark background."""
+
 _COLUMNS = 112  # characters per line of a subtitle, to fit the width of a picture
 _CONFIG: Spec = {
     "font": "Helvetica, Arial, sans-serif",
     "view": {"stroke": None},
-    "axis": {"domainColor": "#98a2ab", "tickColor": "#98a2ab", "tickSize": 4, "gridColor": GRID, "labelColor": MEASURED,
+    "axis": {"domainColor": AXIS, "tickColor": AXIS, "tickSize": 4, "gridColor": GRID, "labelColor": MEASURED,
              "titleColor": MEASURED, "titleFontWeight": "normal", "titleFontSize": 12, "titlePadding": 8,
              "labelFontSize": 11, "labelPadding": 4, "labelFlush": False},
     "title": {"anchor": "start", "frame": "group", "color": INK, "fontSize": 15, "fontWeight": 600, "offset": 16,

@@ -3,6 +3,8 @@
 _SCALES = {"m": (("m", 1.0), ("mm", 1e3)), "m/s": (("m/s", 1.0), ("mm/s", 1e3)), "s": (("s", 1.0), ("ms", 1e3)),
            "A": (("A", 1.0), ("mA", 1e3)), "bar": (("bar", 1.0), ("mbar", 1e3)), "rad": (("rad", 1.0), ("mrad", 1e3)),
            "rad/(N m)": (("rad/(N m)", 1.0), ("mrad/(N m)", 1e3)),
+           "m/bar": (("m/bar", 1.0), ("mm/bar", 1e3)), "m/(s bar)": (("m/(s bar)", 1.0), ("mm/(s bar)", 1e3)),
+           "N m/Pa": (("N m/bar", 1e5),),
            "Pa": (("MPa", 1e-6), ("kPa", 1e-3), ("Pa", 1.0))}
 """Unit -> units in which it may be shown with the factor from it to them, from large to small."""
 _LEAST = 0.1

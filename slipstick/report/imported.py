@@ -17,23 +17,21 @@ _ROWS = ("engagement", "profile", "motor speed [rad/s]", "load inertia [kg m²]"
 
 def imported_page(name: str, found: Imported, bench: Bench, comparison: Comparison | None) -> str:
     """The HTML page of an import called `name`; without a `comparison` of one engagement it has no pictures."""
-    specs = _pictures(found, comparison)
     n, aside = len(found.labels), len(found.set_aside)
     title = f"{n} engagements imported{f', {aside} set aside' if aside else ''}"
-    return document("import", name, title, [
+    return document("import", name, title, [("Check:", doubt) for doubt in found.doubts], [
         paragraph(summary(found), "lead"),
-        section("What looks wrong", listing(("Check:", doubt) for doubt in found.doubts)),
         section("Channels", table(_CHANNELS, [
             (one.name, one.channel, one.stated or "not stated", one.unit, f"{one.sign:+g}", f"{1e3 * one.step:.4g}",
              f"{one.lowest:.4g}", f"{one.highest:.4g}") for one in found.channels], words=(1, 2, 3))),
         section("Set aside", listing((f"{one.label}:", one.reason) for one in found.set_aside)),
         section("What stays open", *(paragraph(text) for text in found.open_questions)),
         section("Found out or assumed", *(paragraph(text) for text in found.remarks)),
-        figures(specs, CAPTIONS),
+        section("Pictures", *figures(_pictures(found, comparison), CAPTIONS).values()),
         section("Engagements", table(_ROWS, list(_rows(found)))),
         section("Provenance", definitions([
             ("bench", f"{bench.name}, SHA-256 {bench.digest}"), ("recordings", f"SHA-256 {found.recordings.digest}"),
-            ("description", found.recordings.description), ("version", f"Slipstick {__version__}")]))], specs)
+            ("description", found.recordings.description), ("version", f"Slipstick {__version__}")]))])
 
 
 def summary(found: Imported) -> str:

@@ -1,9 +1,7 @@
 """HTML elements of the reports. All text is escaped."""
 
-import json
 from collections.abc import Collection, Iterable, Sequence
 from html import escape
-from typing import Any
 
 
 def paragraph(text: str, css_class: str = "") -> str:
@@ -24,7 +22,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[
     body = "\n".join(f"<tr><th>{escape(name)}</th>" + "".join(
         f"<td{css}>{escape(cell)}</td>" for cell, css in zip(cells, left[1:], strict=True)) + "</tr>"
         for name, *cells in rows)
-    return f'<div class="wide"><table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+    return (f'<div class="wide" tabindex="0"><table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
+            "</div>")
 
 
 def listing(items: Iterable[tuple[str, str]]) -> str:
@@ -37,9 +36,3 @@ def definitions(items: Iterable[tuple[str, str]]) -> str:
     """Return a definition list of (name, value) items."""
     lines = "\n".join(f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in items)
     return f"<dl>\n{lines}\n</dl>"
-
-
-def json_element(element_id: str, value: Any) -> str:
-    """Return a script element that holds `value` as JSON, in which no text can close the element."""
-    text = json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
-    return f'<script type="application/json" id="{escape(element_id)}">{text}</script>'

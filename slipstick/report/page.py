@@ -5,8 +5,9 @@ from typing import Any
 
 from slipstick.pictures import CAPTIONS, pictures
 from slipstick.report import costs, words
+from slipstick.report.doubts import doubts
 from slipstick.report.markup import listing, paragraph, section, table
-from slipstick.report.shell import document, figures, provenance
+from slipstick.report.shell import SIGN, document, figures, provenance
 
 _COMBINATIONS = ("In a combination, each unknown is measured as a share of its search range. At most three unknowns "
                  "are listed, and only those whose weight exceeds a fifth of the largest. Intervals come from the "
@@ -34,18 +35,16 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
     for Table II, and `description` describes the recordings.
     """
     result = output["result"]
-    specs = pictures(result, output["figure_data"])
     title = words.headline(result, len(result["log10_likelihood_per_condition"]), fit["recordings"])
-    return document("fit", fit["id"], title, [
-        paragraph(words.improvement(result), "lead"),
+    return document("fit", fit["id"], title, [*words.warnings(result), *doubts(output["figure_data"])], [
+        paragraph(words.improvement(result), "lead"), paragraph(SIGN, "note"),
         section("Fitted values", _numbers(output), listing(words.identified(result))),
         section("Combinations of unknowns", listing(words.combinations(result)), paragraph(_COMBINATIONS, "note")),
-        section("Remarks", listing(words.remarks(result))),
-        figures(specs, CAPTIONS),
+        section("Pictures", *figures(pictures(output), CAPTIONS).values()),
         section("Comparison with Table II of the paper", table(costs.HEAD, costs.rows(output, other_method)),
                 *(paragraph(note, "note") for note in costs.notes(output, other_method))),
         _provenance(fit, output, description),
-        section("Limitations", listing(_LIMITATIONS))], specs)
+        section("Limitations", listing(_LIMITATIONS))])
 
 
 def _numbers(output: Mapping[str, Any]) -> str:
@@ -53,8 +52,9 @@ def _numbers(output: Mapping[str, Any]) -> str:
     result = output["result"]
     rows = list(words.numbers(result, output["physical"]))
     if not result["intervals"]:
-        return table(head, [row[:-1] for row in rows])
-    return table((*head, f"{100 * result['intervals'][0]['level']:.0f} % interval"), rows) + paragraph(
+        return table(head, [row[:-2] for row in rows])
+    level = f"{100 * result['intervals'][0]['level']:.0f} % interval"
+    return table((*head, level, f"{level} in its unit"), rows) + paragraph(
         "Open: within the bounds of the search, the recordings do not limit the unknown on that side. Not found: the "
         "computation stopped before it reached the end of the interval.", "note")
 
@@ -65,7 +65,8 @@ def _provenance(fit: Mapping[str, Any], output: Mapping[str, Any], description: 
         model, bounds = f"simulator with the parameters of the table {table_name}", "parameter bounds"
     else:
         model, bounds = f"table {table_name}; policy outside the table: {fit['outside']}", "table"
+    outside = output["result"]["mass_outside"]
     return provenance(fit, output, [
         ("model", model), ("recordings", f"{fit['recordings']}, SHA-256 {fit['recordings_digest']}"),
         ("description of the recordings", description),
-        (f"probability outside the {bounds}", f"{100 * output['result']['mass_outside']:.3g} %")])
+        (f"probability outside the {bounds}", "below 0.01 %" if outside < 1e-4 else f"{100 * outside:.3g} %")])

@@ -1,4 +1,4 @@
-"""The HTML document shared by all reports: self-contained, its pictures drawn in the browser without a network."""
+"""The HTML document shared by all reports: self-contained, without scripts, with its pictures as SVG."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -8,38 +8,42 @@ from pathlib import Path
 from typing import Any
 
 from slipstick import __version__
+from slipstick.pictures.accessible import dark_style
+from slipstick.pictures.rendering import inline
 from slipstick.pictures.theme import Spec
 from slipstick.report import words
-from slipstick.report.markup import definitions, json_element, paragraph, section
+from slipstick.report.markup import definitions, listing, paragraph, section
 
-_FOLDER = Path(__file__).parent
-_LIBRARIES = ("vega", "vega-lite", "vega-embed")
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
-"""Content security policy: the page loads nothing, even if a name in the data contains markup."""
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'"
+"""Content security policy: the page loads and runs nothing, even if a name in the data contains markup."""
+SIGN = "All differences are measured minus predicted: positive where the test bench locks later, or reads more."
 
 
-def document(kind: str, name: str, title: str, body: Iterable[str], specs: Mapping[str, Spec]) -> str:
-    """Return the HTML document of a fit or study (`kind`) called `name`, with the `specs` of its pictures."""
+def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str]], body: Iterable[str]) -> str:
+    """Return the HTML document of a fit or study (`kind`) called `name`; its `warnings` come before anything else."""
+    warned = listing(warnings)
     return "\n".join([
         "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{_file('style.css')}</style>", "</head>",
-        "<body>", "<main>", paragraph(f"Slipstick · {kind} {name}", "over"), f"<h1>{escape(title)}</h1>", *body,
-        "</main>", json_element("pictures", specs),
-        *(f"<script>{_file(f'vega/{library}.min.js')}</script>" for library in _LIBRARIES),
-        f"<script>{_file('draw.js')}</script>", f"<!--\n{_licences()}\n-->", "</body>", "</html>", ""])
+        '<meta name="color-scheme" content="light dark">',
+        f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{_style()}</style>", "</head>",
+        "<body>", "<main>", paragraph(f"Slipstick · {kind} {name}", "over"),
+        *([f'<aside class="warnings" aria-label="Warnings">\n{warned}\n</aside>'] if warned else []),
+        f"<h1>{escape(title)}</h1>", *body, "</main>", "</body>", "</html>", ""])
 
 
-def figures(names: Iterable[str], captions: Mapping[str, str]) -> str:
-    """Return the section of the named pictures."""
-    return section("Pictures", *(figure(name, captions[name]) for name in names))
+def figures(specs: Mapping[str, Spec], captions: Mapping[str, str]) -> dict[str, str]:
+    """Return name -> figure element of each picture.
 
-
-def figure(name: str, caption: str) -> str:
-    """Return a figure with its caption; the script of the page draws the picture into it."""
-    return (f'<figure>\n<div class="picture" id="picture-{escape(name)}"></div>\n'
-            f"<figcaption>{escape(caption)}</figcaption>\n</figure>")
+    Its title is a heading, which wraps on a narrow screen; the picture itself scrolls there instead of shrinking.
+    """
+    drawn = inline(specs, captions)
+    return {name: "\n".join([
+        f'<figure id="picture-{escape(name)}">', f"<h3>{escape(spec['title']['text'])}</h3>",
+        paragraph(" ".join(spec["title"]["subtitle"]), "note"),
+        f'<div class="picture" tabindex="0">{drawn[name]}</div>',
+        f"<figcaption>{escape(captions[name])}</figcaption>", "</figure>"]) for name, spec in specs.items()}
 
 
 def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Iterable[tuple[str, str | None]]) -> str:
@@ -55,12 +59,6 @@ def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Itera
 
 
 @cache
-def _file(name: str) -> str:
-    return (_FOLDER / name).read_text()
-
-
-@cache
-def _licences() -> str:
-    """Return the licences of the embedded scripts, which must accompany every copy of them."""
-    files = [_FOLDER / "vega" / "NOTICE", *sorted((_FOLDER / "vega").glob("*.LICENSE"))]
-    return "\n\n".join(f"{file.name}\n\n{file.read_text()}" for file in files)
+def _style() -> str:
+    style = Path(__file__).with_name("style.css").read_text()
+    return f"{style}@media screen and (prefers-color-scheme: dark) {{\n{dark_style()}\n}}\n"

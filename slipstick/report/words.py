@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import combinations as pairs
 from typing import Any
 
+from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 
 Result = Mapping[str, Any]
@@ -14,9 +15,11 @@ _SIDES = ("lower", "upper")
 
 
 def headline(result: Result, conditions: int, recordings: str) -> str:
-    """Return the title of the report: the inputs and the recordings they were fitted to."""
+    """Return the title of the report: the inputs, the recordings they were fitted to, and what is at a bound."""
     inputs = listed([in_words(axis) for axis in result["axes"]])
-    return f"{inputs[0].upper()}{inputs[1:]} fitted to {conditions} engagements of “{recordings}”"
+    title = f"{inputs[0].upper()}{inputs[1:]} fitted to {conditions} engagements of “{recordings}”"
+    bound = [in_words(remark["unknown"]) for remark in result["remarks"] if remark.get("at_bound")]
+    return f"{title}, with {listed(bound)} at {'its bound' if len(bound) == 1 else 'their bounds'}" if bound else title
 
 
 def improvement(result: Result) -> str:
@@ -47,11 +50,11 @@ def identified(result: Result) -> list[tuple[str, str]]:
     return [*items, ("End of the interval not found:", listed(unsettled) + ".")] if unsettled else items
 
 
-def remarks(result: Result) -> list[tuple[str, str]]:
+def warnings(result: Result) -> list[tuple[str, str]]:
     """Return (causes, remedy) of the remarks. Remarks with the same remedy are merged."""
     causes: dict[str, list[str]] = {}
     for remark in result["remarks"]:
-        causes.setdefault(remark["remedy"], []).append(f"{remark['cause']}.")
+        causes.setdefault(remark["remedy"], []).append(f"{in_words(remark['cause'])}.")
     return [(" ".join(sentences), f"{remedy}.") for remedy, sentences in causes.items()]
 
 
@@ -62,26 +65,26 @@ def combinations(result: Result) -> list[tuple[str, str]]:
             for combination in result["combinations"]]
 
 
-def numbers(result: Result, physical: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, str, str, str]]:
-    """Yield rows of unknown, value before the fit, fitted value, that value in its unit, and interval.
+def numbers(result: Result, physical: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, str, str, str, str]]:
+    """Yield rows of unknown, value before the fit, fitted value, that value in its unit, and the interval in both.
 
-    `physical` has unit, mean and std of each input.
+    `physical` has unit, nominal value, mean and std of each input.
     """
     intervals, before = {interval["unknown"]: interval for interval in result["intervals"]}, result["before"]
     for kind in ("mean", "std"):
         for index, (axis, family) in enumerate(zip(result["axes"], result["families"], strict=True)):
             yield (f"{kind} of {in_words(axis)}" + (f" ({family})" if kind == "mean" else ""),
                    number(before[kind][index]), number(result[kind][index]),
-                   quantity(physical[index][kind], physical[index]["unit"]),
-                   _interval(intervals.get(f"{kind} of {axis}")))
+                   *_physical(physical[index], kind, intervals.get(f"{kind} of {axis}")))
+    noise = intervals.get("output std")
     yield ("output std [ms]", number(before["output_std"], 1e3), number(result["output_std"], 1e3),
-           quantity(1e3 * result["output_std"], "ms"), _interval(intervals.get("output std"), 1e3))
+           units.with_unit(number(result["output_std"], 1e3), "ms"), _interval(noise, 1e3), _interval(noise, 1e3, "ms"))
     for first, second in pairs(range(len(result["axes"])), 2) if result["correlation"] else ():
         name = f"correlation of {result['axes'][first]} and {result['axes'][second]}"
-        yield in_words(name), "0", number(result["correlation"][first][second]), "", _interval(intervals.get(name))
+        yield in_words(name), "0", number(result["correlation"][first][second]), "", _interval(intervals.get(name)), ""
     for name, interval in intervals.items():
         if name.startswith("partial"):
-            yield in_words(name), "0", number(interval["estimate"]), "", _interval(interval)
+            yield in_words(name), "0", number(interval["estimate"]), "", _interval(interval), ""
 
 
 def listed(names: list[str]) -> str:
@@ -104,11 +107,6 @@ def signed(value: float, digits: int = 2) -> str:
 def number(value: float | None, scale: float = 1.0) -> str:
     """Return `scale * value` to four significant digits; empty for None."""
     return "" if value is None else f"{scale * value:.4g}".replace("-", "−")
-
-
-def quantity(value: float, unit: str) -> str:
-    """Return a value to four significant digits with its unit."""
-    return number(value) if unit == "1" else f"{number(value)} {unit}"
 
 
 def _open_sides(interval: Mapping[str, Any]) -> set[str]:
@@ -140,11 +138,21 @@ def _weighted_sum(weights: Mapping[str, float]) -> str:
     return text.removeprefix("+ ") + (" …" if len(kept) > _TERMS else "")
 
 
-def _interval(interval: Mapping[str, Any] | None, scale: float = 1.0) -> str:
+def _interval(interval: Mapping[str, Any] | None, scale: float = 1.0, unit: str = "") -> str:
     if interval is None:
         return ""
     low, high = (number(interval[side], scale) for side in _SIDES)
+    if low and high:
+        return units.with_unit(f"{low} to {high}", unit)
+    low, high = (end and units.with_unit(end, unit) for end in (low, high))
     return _ends(low, high, interval["unsettled"])
+
+
+def _physical(entry: Mapping[str, Any], kind: str, interval: Mapping[str, Any] | None) -> tuple[str, str, str]:
+    """Return a mean or std in its unit, its interval in multiples, and that interval in its unit."""
+    unit, factor = units.scale(entry["unit"], entry[kind])
+    return (units.with_unit(number(factor * entry[kind]), unit), _interval(interval),
+            _interval(interval, factor * entry["nominal"], unit))
 
 
 def _ends(low: str, high: str, unsettled: Collection[str]) -> str:

@@ -56,7 +56,9 @@ class Source:
         stored = attributes.get_id(name)
         self._require_text(stored.dtype, stored.shape, f"the attribute '{name}' of '{path or '/'}'")
         value = attributes[name]
-        return value.decode() if isinstance(value, bytes) else str(value)
+        decoded = value.decode() if isinstance(value, bytes) else str(value)
+        decoded.encode()  # h5py turns bytes that are no UTF-8 into lone surrogates, which no response can hold
+        return decoded
 
     def number(self, path: str, name: str) -> float:
         """Return the number in the attribute `name` of the object at `path`."""

@@ -1,5 +1,6 @@
 """The folder of benches, tables and recordings, in which a file is identified by its name without the extension."""
 
+import io
 import os
 import re
 import secrets
@@ -23,9 +24,12 @@ from slipstick.errors import (
     SlipstickError,
     UnknownName,
 )
+from slipstick.machine import Machine, Measurements, is_machine_file
+from slipstick.machine.measurements import MARK
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.table import Table
+from slipstick.table.upload import verified
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _OTHER_LINES = 1000
@@ -47,7 +51,7 @@ class Library:
 
     def benches(self) -> list[str]:
         """Names of the bench files, sorted."""
-        return sorted(path.stem for path in self._files(".toml"))
+        return sorted(path.stem for path in self._files(".toml") if not _describes_machine(path))
 
     def bench(self, name: str) -> Bench:
         """Open and check the bench `name`; raises `UnknownName` and `BadBench`."""
@@ -86,7 +90,15 @@ class Library:
             return _open_table(version)
 
     def recording(self, name: str) -> Recordings:
-        """Open and check the recordings `name`; raises `UnknownName` and what `Recordings.open` raises."""
+        """Open and check the recordings `name` of a clutch; raises `UnknownName` and what `Recordings.open` raises."""
+        found = self.measured(name)
+        if isinstance(found, Measurements):
+            raise InvalidValue(f"'{name}' holds measurements of another machine ({found.output.name})",
+                               "Give recordings of a clutch")
+        return found
+
+    def measured(self, name: str) -> Recordings | Measurements:
+        """As `recording`, or the measurements `name` of another machine; raises the same errors."""
         if name not in (known := self.recordings()):
             raise UnknownName.of("recordings file", name, known)
         with _readable(self.folder / f"{name}.h5", BadRecording) as version:
@@ -102,6 +114,22 @@ class Library:
         self._store(name, content, "toml")
         return bench
 
+    def add_table(self, name: str, content: bytes) -> bool:
+        """Verify the bytes of a table in a limited child process and store them atomically as `name`.
+
+        Returns whether the table is new: False if the same one has this name already. Raises `RefusedTable`,
+        `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if another file has it.
+        """
+        _require_name(name)
+        digest, written = verified(content)
+        try:
+            self._store(name, written, "h5")
+        except FileExistsError:
+            if name not in self.tables() or self.table(name).digest != digest:
+                raise
+            return False
+        return True
+
     def add_recordings(self, name: str, content: bytes, form: Form, bench: str | None = None) -> Recordings:
         """Check the bytes of a recordings file and store them atomically as `name`, a CSV as HDF5.
 
@@ -116,8 +144,33 @@ class Library:
                                     _FEWER_ENGAGEMENTS)
         checked = self.read_recordings(content, form, bench)
         self._require_engagements(len(checked))
+        marks = _marks(io.BytesIO(content)) if form == "h5" else set()
+        if "layout" in marks:
+            raise BadRecording("The file has an attribute 'layout', which marks a table",
+                               "Upload it to /v1/tables, or remove this attribute")
+        if MARK in marks:  # they are checked in another way, and must not be read as measurements
+            raise BadRecording(f"The file has an attribute '{MARK}', which marks measurements of another machine",
+                               "Remove this attribute, or upload the measurements as CSV")
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
         return checked
+
+    def add_measurements(self, name: str, content: bytes, table: str) -> Measurements:
+        """Check the bytes of a CSV of measurements of the machine of a `table`, and store them atomically as `name`.
+
+        Raises what `add_recordings` raises, and `InvalidValue` if the table is one of a clutch.
+        """
+        _require_name(name)
+        checked = self.read_measurements(content, table)
+        self._require_engagements(len(checked))
+        self._store(name, checked.to_bytes(), "h5")
+        return checked
+
+    def read_measurements(self, content: bytes, table: str) -> Measurements:
+        """Check the bytes of a CSV of measurements; raises `BadRecording`, `UnknownName`, `InvalidValue`."""
+        machine = self.table(table).model
+        if not isinstance(machine, Machine):
+            raise InvalidValue(f"The table '{table}' is one of a clutch", "Name the bench of the recordings instead")
+        return Measurements.read_csv(content, machine)
 
     def read_recordings(self, content: bytes, form: Form, bench: str | None = None) -> Recordings:
         """Check the bytes of a recordings file; raises `BadRecording`, `UnknownName`."""
@@ -160,8 +213,6 @@ class Library:
         try:
             with replacing(staged) as temporary:
                 temporary.write_bytes(content)
-            if form == "h5" and _is_table(_version(staged)):
-                raise BadRecording("The file has an attribute 'layout', which marks a table", "Remove this attribute")
             # A hard link, unlike a rename, cannot replace a file that another upload has created in the meantime.
             os.link(staged, self.folder / f"{name}.{form}")
         finally:
@@ -212,13 +263,36 @@ def _holds_table(path: Path) -> bool:
         return True
 
 
+def _describes_machine(path: Path) -> bool:
+    """Whether the file describes another machine, which only the worker reads."""
+    with suppress(OSError):
+        return path.is_file() and _is_machine(_version(path))
+    return False
+
+
+@lru_cache(maxsize=1024)
+def _is_machine(version: _Version) -> bool:
+    return is_machine_file(version[0])
+
+
 @lru_cache(maxsize=1024)
 def _is_table(version: _Version) -> bool:
     try:
-        with h5py.File(version[0], "r") as file:
-            return "layout" in file.attrs  # recordings do not have it
+        return "layout" in _marks(version[0])
     except OSError:
         return True  # unreadable: opening it as a table reports the error of the HDF5 library
+
+
+def _holds_measurements(version: _Version) -> bool:
+    with suppress(OSError):
+        return MARK in _marks(version[0])
+    return False
+
+
+def _marks(file: Path | io.BytesIO) -> set[str]:
+    """The attributes of a file by which it is no recordings of a clutch."""
+    with h5py.File(file, "r") as opened:
+        return {name for name in ("layout", MARK) if name in opened.attrs}
 
 
 @lru_cache(maxsize=16)
@@ -227,8 +301,8 @@ def _open_table(version: _Version) -> Table:
 
 
 @lru_cache(maxsize=16)
-def _open_recordings(version: _Version) -> Recordings:
-    return Recordings.open(version[0])
+def _open_recordings(version: _Version) -> Recordings | Measurements:
+    return Measurements.read(version[0]) if _holds_measurements(version) else Recordings.open(version[0])
 
 
 @lru_cache(maxsize=16)

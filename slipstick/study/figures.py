@@ -1,9 +1,10 @@
 """What the pictures of a study show beyond its result, as typed values."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from slipstick.bench import Conditions
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.gap import Prediction
 from slipstick.recordings.processing import block_means
@@ -45,23 +46,29 @@ class Figures:
 
     `conditions` has the columns of the conditions of the engagements that count (run order may be None), `measured`
     their shifting times in s, `predicted` those of each model on held-out conditions, and `engagements` those that the
-    model before describes worst, simulated with the parameters that each fit estimates for that engagement.
+    model before describes worst, simulated with the parameters that each fit estimates for that engagement. `aside` has
+    the conditions of the engagements that were set aside.
     """
 
     conditions: dict[str, list[float] | None]
     measured: list[float]
     predicted: dict[str, Times]
     engagements: list[Engagement]
+    aside: dict[str, list[float] | None] = field(default_factory=dict)
 
 
-def figures(before: SimulationFit, after: SimulationFit | None, predictions: dict[str, Prediction]) -> Figures:
-    """All of it, from the fits and their held-out predictions."""
+def figures(before: SimulationFit, after: SimulationFit | None, predictions: dict[str, Prediction],
+            aside: Conditions) -> Figures:
+    """All of it, from the fits and their held-out predictions, and the conditions of what was set `aside`."""
     scene = before.block.scene
-    conditions = {name: None if (column := getattr(scene.recordings.conditions, name)) is None else _row(column)
-                  for name in _CONDITIONS}
     predicted = {who: Times(_row(one.time), _row(np.sqrt(one.variance[:, -1]))) for who, one in predictions.items()}
     models = {"before": before} | ({} if after is None else {"after": after})
-    return Figures(conditions, _row(scene.recordings.measured_time), predicted, _engagements(models))
+    return Figures(_columns(scene.recordings.conditions), _row(scene.recordings.measured_time), predicted,
+                   _engagements(models), _columns(aside))
+
+
+def _columns(conditions: Conditions) -> dict[str, list[float] | None]:
+    return {name: None if (column := getattr(conditions, name)) is None else _row(column) for name in _CONDITIONS}
 
 
 def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:

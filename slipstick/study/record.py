@@ -1,7 +1,7 @@
 """Stored results as typed values again: the inverse of `dataclasses.asdict`."""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -39,8 +39,8 @@ def _typed(kind: Any, value: Any) -> Any:
 
 def _record(kind: Any, values: Mapping[str, Any]) -> Any:
     hints = get_type_hints(kind)
-    missing = [one.name for one in fields(kind) if one.name not in values]
+    missing = [one.name for one in fields(kind) if one.name not in values and one.default_factory is MISSING]
     if missing:
         raise InvalidValue(f"The stored {kind.__name__} has no '{missing[0]}'",
                            "Repeat the study: the result is that of another version")
-    return kind(**{one.name: _typed(hints[one.name], values[one.name]) for one in fields(kind)})
+    return kind(**{one.name: _typed(hints[one.name], values[one.name]) for one in fields(kind) if one.name in values})

@@ -83,7 +83,8 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest)
-    return result, figures(before, after if is_extended else None, predictions)
+    return result, figures(before, after if is_extended else None, predictions,
+                           recordings.conditions.take(list(found.set_aside)))
 
 
 def _distinct(settings: StudySettings, found: Naming) -> Iterator[Finding]:

@@ -6,13 +6,13 @@ from typing import ClassVar, Literal, Self
 import h5py
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, WrongLayout
 from slipstick.storage.hdf5 import Source
 from slipstick.table import interpolation, store
 from slipstick.table.axis import Axis
+from slipstick.table.derivatives import Derivatives
 from slipstick.table.points import Outside
+from slipstick.table.subject import Setting, Subject, output_of
 from slipstick.table.table import Table
 
 STATUS_MEANINGS = "locked never_locked failed"
@@ -33,8 +33,8 @@ class Grid(Table):
     axes: tuple[Axis, ...]
     times: np.ndarray
     status: np.ndarray
-    conditions: Conditions
-    model: Model
+    conditions: Setting
+    model: Subject
     origin: str = ""
 
     def __post_init__(self) -> None:
@@ -58,6 +58,9 @@ class Grid(Table):
         """As `Table.interpolate`; NaN if an engagement did not lock at a corner of nonzero weight."""
         return interpolation.interpolate(self.axes, self.times, points, outside)
 
+    def _derivatives(self, point: np.ndarray) -> Derivatives:
+        return interpolation.derivatives(self.axes, self.times, point)
+
     @property
     def _arrays(self) -> tuple[np.ndarray, ...]:
         return self.times, self.status
@@ -69,7 +72,7 @@ class Grid(Table):
     def _write(self, file: h5py.File) -> None:
         chunk = (1,) * (len(self.axes) - 1) + self.times.shape[-2:]
         times = file.create_dataset("times", data=self.times, dtype="<f8", chunks=chunk, fletcher32=True)
-        store.describe(times, units="s", long_name="shifting time")
+        store.describe(times, units=self.output.unit, long_name=self.output.name.replace("_", " "))
         status = file.create_dataset("status", data=self.status, dtype="u1", chunks=chunk, fletcher32=True)
         store.describe(status, units="1", long_name="how the engagement ended", flag_meanings=STATUS_MEANINGS)
         status.attrs["flag_values"] = np.arange(3, dtype="u1")
@@ -80,9 +83,9 @@ class Grid(Table):
             dataset.dims[len(self.axes)].label = "condition"
 
     @classmethod
-    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Setting, model: Subject, origin: str) -> Self:
         shape = (*(len(axis.values) for axis in axes), len(conditions))
-        times = source.array("times", "f", shape, "s")
+        times = source.array("times", "f", shape, output_of(model).unit)
         status = source.array("status", "u", shape, "1")
         if source.attribute("status", "flag_meanings") != STATUS_MEANINGS:
             raise WrongLayout(f"The attribute 'flag_meanings' of 'status' is not '{STATUS_MEANINGS}'", store.REBUILD)

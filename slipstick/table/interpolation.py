@@ -7,11 +7,13 @@ at which its weight is not zero.
 """
 
 from collections.abc import Sequence
+from itertools import combinations, product
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from slipstick.table.axis import Axis
+from slipstick.table.derivatives import Derivatives
 from slipstick.table.points import Outside, clip_points
 
 
@@ -26,6 +28,39 @@ def interpolate(axes: Sequence[Axis], values: np.ndarray, points: np.ndarray, ou
     if outside == "nan":
         result[~inside] = np.nan
     return result
+
+
+def derivatives(axes: Sequence[Axis], values: np.ndarray, point: np.ndarray) -> Derivatives:
+    """Derivatives at a `point` (d,) inside the grid; NaN where a corner whose weight is not constantly 0 is NaN.
+
+    The interpolation is linear in each axis, so that the second derivative with respect to one axis is 0.
+    """
+    d, n = len(axes), values.shape[-1]
+    cells, weights, slopes = [], [], []
+    for axis, x in zip(axes, point, strict=True):
+        grid = axis.values
+        cell = int(np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2))
+        width = grid[cell + 1] - grid[cell]
+        fraction = (x - grid[cell]) / width
+        cells.append(slice(cell, cell + 2))
+        weights.append(np.array([1 - fraction, fraction]))
+        slopes.append(np.array([-1.0, 1.0]) / width)
+    corners = values[tuple(cells)]
+
+    def contracted(*differentiated: int) -> np.ndarray:
+        total = np.zeros(n)
+        for corner in product((0, 1), repeat=d):
+            weight = np.prod([(slopes if axis in differentiated else weights)[axis][side]
+                              for axis, side in enumerate(corner)])
+            if weight != 0:
+                total += weight * corners[corner]
+        return total
+
+    hessian = np.zeros((n, d, d))
+    for first, second in combinations(range(d), 2):
+        hessian[:, first, second] = hessian[:, second, first] = contracted(first, second)
+    jacobian = np.column_stack([contracted(axis) for axis in range(d)])
+    return Derivatives(contracted(), jacobian, hessian)
 
 
 def _weights(axes: Sequence[Axis], points: np.ndarray) -> csr_array:

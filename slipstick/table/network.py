@@ -14,6 +14,7 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 from slipstick.matrix_product import matrix_product
+from slipstick.table.derivatives import Derivatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,20 @@ class Network:
         """Outputs at `inputs` (m, d): shape (m, n), bit-identical on any number of threads."""
         outputs: np.ndarray = matrix_product(self.hidden(inputs), self.weights[-1]) + self.biases[-1]
         return outputs
+
+    def derivatives(self, inputs: np.ndarray) -> Derivatives:
+        """Outputs (n,) at `inputs` (d,), and their derivatives, carried forward through the layers."""
+        values, first = inputs, np.eye(len(inputs))  # the derivatives with respect to the inputs are rows
+        second = np.zeros((len(inputs), len(inputs), len(inputs)))
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            values, first, second = values @ weight + bias, first @ weight, second @ weight
+            gate = sigmoid(values)
+            slope = gate * (1 + values * (1 - gate))
+            curvature = gate * (1 - gate) * (2 + values * (1 - 2 * gate))
+            second = second * slope + curvature * first[:, None] * first
+            values, first = values * gate, first * slope
+        weight = self.weights[-1]
+        return Derivatives(values @ weight + self.biases[-1], (first @ weight).T, np.moveaxis(second @ weight, -1, 0))
 
     def take(self, outputs: np.ndarray) -> "Network":
         """The network with only the outputs at these indices."""

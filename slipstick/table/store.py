@@ -4,19 +4,16 @@ import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
 
 import h5py
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, SlipstickError, UnknownName, WrongDigest, WrongLayout
-from slipstick.storage.condition_layout import read_conditions, write_conditions
 from slipstick.storage.hdf5 import SIGNATURE, Source, reading, text
 from slipstick.table.axis import Axis
+from slipstick.table.subject import Setting, Subject, read_setting, subject_of, write_setting
 
 LAYOUT_VERSION = 1
 REBUILD = "Build the table again"
@@ -27,13 +24,13 @@ class Header(TypedDict):
     """The fields that every table has besides its arrays."""
 
     axes: tuple[Axis, ...]
-    conditions: Conditions
-    model: Model
+    conditions: Setting
+    model: Subject
     origin: str
 
 
-def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarray], conditions: Conditions,
-                   model: Model) -> str:
+def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarray], conditions: Setting,
+                   model: Subject) -> str:
     """SHA-256 of the content of a table, independent of the bytes, name and origin of its file.
 
     The run order is included if an effect of the model depends on it.
@@ -49,13 +46,13 @@ def content_digest(layout: str, axes: Sequence[Axis], arrays: Sequence[np.ndarra
 
 
 def write_header(file: h5py.File, layout: str, digest: str, origin: str, axes: Sequence[Axis],
-                 conditions: Conditions, model: Model) -> None:
+                 conditions: Setting, model: Subject) -> None:
     """Write layout, digest and origin as attributes of the file, and the model, conditions and axes."""
     file.attrs["layout_version"] = LAYOUT_VERSION
     describe(file, layout=layout, content_digest=digest, origin=origin)
     spec = json.dumps(model.spec(), sort_keys=True)
     describe(file.create_dataset("model", data=text(spec)), digest=model.digest)
-    write_conditions(file, conditions if model.uses_run_order else replace(conditions, run_order=None))
+    write_setting(file, conditions, model)
     describe(file["conditions"], digest=conditions.digest)
     describe(file.create_group("axes"), order=json.dumps([axis.name for axis in axes]))
     for axis in axes:
@@ -87,7 +84,7 @@ def read_header(source: Source) -> Header:
     if version != LAYOUT_VERSION:
         raise WrongLayout(f"The table has layout version {version:g}, not {LAYOUT_VERSION}", REBUILD)
     model = _model(source)
-    conditions = read_conditions(source)
+    conditions = read_setting(source, model)
     if conditions.digest != source.attribute("conditions", "digest"):
         raise WrongDigest("The conditions of the table do not match their digest", REBUILD)
     axes = tuple(_axis(source, name) for name in json.loads(source.attribute("axes", "order")))
@@ -100,12 +97,12 @@ def describe(item: h5py.Group | h5py.Dataset, **attributes: str) -> None:
         item.attrs[name] = text(value)
 
 
-def _model(source: Source) -> Model:
+def _model(source: Source) -> Subject:
     spec, stored_digest = source.text("model"), source.attribute("model", "digest")
     if hashlib.sha256(spec.encode()).hexdigest() != stored_digest:
         raise WrongDigest("The model of the table does not match its digest", REBUILD)
     try:
-        model = Model.from_spec(json.loads(spec))
+        model = subject_of(json.loads(spec))
     except SlipstickError as error:
         raise WrongLayout(f"This version of Slipstick cannot read the model of the table: {error.cause}",
                           REBUILD) from error

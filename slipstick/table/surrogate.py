@@ -6,14 +6,14 @@ from typing import ClassVar, Literal, Self
 import h5py
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
-from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
+from slipstick.table.derivatives import Derivatives
 from slipstick.table.network import Network
 from slipstick.table.points import Outside, clip_points
+from slipstick.table.subject import Setting, Subject, output_of
 from slipstick.table.table import Table
 
 _LARGEST_COUNT = 1 << 53  # up to which a float64 represents every integer
@@ -68,8 +68,8 @@ class Surrogate(Table):
     runs: int
     steps: int
     seed: int
-    conditions: Conditions
-    model: Model
+    conditions: Setting
+    model: Subject
     origin: str = ""
 
     def __post_init__(self) -> None:
@@ -99,6 +99,10 @@ class Surrogate(Table):
             times[~inside] = np.nan
         return times
 
+    def _derivatives(self, point: np.ndarray) -> Derivatives:
+        scale = np.sqrt(12) / (self.upper - self.lower)
+        return self.network.derivatives(germs(self.axes, point[None])[0]).along(scale)
+
     @property
     def _arrays(self) -> tuple[np.ndarray, ...]:
         counts = np.array([self.runs, self.steps, self.seed, self.error.points], dtype=np.int64)
@@ -116,23 +120,24 @@ class Surrogate(Table):
 
         last = len(self.network.weights) - 1
         for number, (weight, bias) in enumerate(zip(self.network.weights, self.network.biases, strict=True)):
-            write(f"network/{number}/weight", weight, "s" if number == last else "1")
-            write(f"network/{number}/bias", bias, "s" if number == last else "1")
-        write("error/rms", self.error.rms, "s")
-        write("error/worst", self.error.worst, "s")
+            write(f"network/{number}/weight", weight, self.output.unit if number == last else "1")
+            write(f"network/{number}/bias", bias, self.output.unit if number == last else "1")
+        write("error/rms", self.error.rms, self.output.unit)
+        write("error/worst", self.error.worst, self.output.unit)
         file["error"].attrs["points"] = self.error.points
         file["network"].attrs.update(layers=last + 1, runs=self.runs, steps=self.steps, seed=self.seed)
 
     @classmethod
-    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Setting, model: Subject, origin: str) -> Self:
+        unit_of_output = output_of(model).unit
         layers, runs, steps, seed = (_count(source, "network", name) for name in ("layers", "runs", "steps", "seed"))
         weights, biases = [], []
         for number in range(layers):
-            unit = "s" if number == layers - 1 else "1"
+            unit = unit_of_output if number == layers - 1 else "1"
             weights.append(source.array(f"network/{number}/weight", "f", (None, None), unit))
             biases.append(source.array(f"network/{number}/bias", "f", (None,), unit))
-        error = HeldOut(_count(source, "error", "points"), source.array("error/rms", "f", (None,), "s"),
-                        source.array("error/worst", "f", (None,), "s"))
+        error = HeldOut(_count(source, "error", "points"), source.array("error/rms", "f", (None,), unit_of_output),
+                        source.array("error/worst", "f", (None,), unit_of_output))
         return cls(axes, Network(tuple(weights), tuple(biases)), error, runs, steps, seed, conditions, model, origin)
 
 

@@ -7,20 +7,22 @@ There are two kinds. `Grid` (grid.py) stores the times at the points of a grid, 
 from abc import ABC, abstractmethod
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, BinaryIO, ClassVar, Literal, Self
 from weakref import WeakKeyDictionary
 
 import h5py
 import numpy as np
 
-from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout
+from slipstick.machine import Machine, Quantity
 from slipstick.storage.files import replacing
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
 from slipstick.table.axis import Axis, box
-from slipstick.table.points import Outside
+from slipstick.table.derivatives import Derivatives
+from slipstick.table.points import Outside, clip_points
+from slipstick.table.subject import Setting, Subject, described, keys, output_of
 
 
 class Table(ABC):
@@ -31,8 +33,8 @@ class Table(ABC):
     """Value of the attribute `layout` of the file; the version of the layout is `store.LAYOUT_VERSION`."""
 
     axes: tuple[Axis, ...]
-    conditions: Conditions
-    model: Model
+    conditions: Setting
+    model: Subject
     origin: str
 
     @classmethod
@@ -41,17 +43,22 @@ class Table(ABC):
 
         Raises `UnknownName` if the file does not exist, `WrongLayout`, `CorruptTable` or `WrongDigest`.
         """
-        kinds = {kind.layout: kind for kind in (cls, *cls.__subclasses__()) if hasattr(kind, "layout")}
         with store.opened(Path(path)) as source:
-            layout = source.attribute("", "layout") if "layout" in source.file.attrs else "none"
-            if layout not in kinds:
-                raise WrongLayout(f"The file is not a table of the kind {' or '.join(k.kind for k in kinds.values())}",
-                                  "Give a table written by `worker build` or `worker surrogate`")
-            try:
-                table = kinds[layout]._read(source, **store.read_header(source))
-            except InvalidValue as error:
-                raise CorruptTable(error.cause, store.REBUILD) from error
-            stored_digest = source.attribute("", "content_digest")
+            return cls.of(source)
+
+    @classmethod
+    def of(cls, source: Source) -> Self:
+        """Read and verify the table in an open file; raises as `open`."""
+        kinds = {kind.layout: kind for kind in (cls, *cls.__subclasses__()) if hasattr(kind, "layout")}
+        layout = source.attribute("", "layout") if "layout" in source.file.attrs else "none"
+        if layout not in kinds:
+            raise WrongLayout(f"The file is not a table of the kind {' or '.join(k.kind for k in kinds.values())}",
+                              "Give a table written by `worker build` or `worker surrogate`")
+        try:
+            table = kinds[layout]._read(source, **store.read_header(source))
+        except InvalidValue as error:
+            raise CorruptTable(error.cause, store.REBUILD) from error
+        stored_digest = source.attribute("", "content_digest")
         if table.digest != stored_digest:
             raise WrongDigest("The content of the table does not match the digest stored in the file",
                               "Restore the file from a backup or build the table again")
@@ -60,12 +67,16 @@ class Table(ABC):
     def write(self, path: Path | str) -> None:
         """Write the table to `path`: it is written under a temporary name, verified, synced and renamed."""
         with replacing(Path(path)) as temporary:
-            # HDF5 has checksums of its metadata since version 1.10.
-            with h5py.File(temporary, "w", libver=("v110", "v110")) as file:
-                store.write_header(file, self.layout, self.digest, self.origin, self.axes, self.conditions, self.model)
-                self._write(file)
+            self.write_to(temporary)
             if type(self).open(temporary).digest != self.digest:
                 raise CorruptTable(f"'{path}' was not read back as it was written", "Check the disk")
+
+    def write_to(self, target: Path | BinaryIO) -> None:
+        """Write the table to a file that does not exist, or to an open empty one."""
+        # HDF5 has checksums of its metadata since version 1.10.
+        with h5py.File(target, "w", libver=("v110", "v110")) as file:
+            store.write_header(file, self.layout, self.digest, self.origin, self.axes, self.conditions, self.model)
+            self._write(file)
 
     def __getstate__(self) -> dict[str, Any]:
         """Omit cached values when the table is pickled for another process."""
@@ -75,6 +86,19 @@ class Table(ABC):
     def digest(self) -> str:
         """SHA-256 of the content: the same digest means the same numbers, model and conditions."""
         return store.content_digest(self.layout, self.axes, self._arrays, self.conditions, self.model)
+
+    @property
+    def output(self) -> Quantity:
+        """Name and unit of the values: the shifting time in s, or the output of another machine."""
+        return output_of(self.model)
+
+    @property
+    def clutch(self) -> Model:
+        """The model of a clutch; raises `InvalidValue` for a table of another machine."""
+        if isinstance(self.model, Machine):
+            raise InvalidValue(f"The table is one of another machine: {self.model.title}",
+                               "Give a table of a clutch, built with `worker build --bench`, or omit `bench`")
+        return self.model
 
     @property
     def lower(self) -> np.ndarray:
@@ -98,14 +122,25 @@ class Table(ABC):
         A time is NaN where it is undefined. Raises `InvalidValue` and `OutsideTable`.
         """
 
-    def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
+    def derivatives(self, point: np.ndarray, outside: Outside = "clip") -> Derivatives:
+        """Values and exact derivatives at `point` (d,), in multipliers; raises `InvalidValue` and `OutsideTable`.
+
+        Beyond an edge, a clipped value does not change with the multiplier of that axis.
+        """
+        clipped, inside = clip_points(self.axes, point[None], outside)
+        found = self._derivatives(clipped[0]).along((clipped[0] == point).astype(float))
+        if outside == "nan" and not inside[0]:
+            return Derivatives(*(np.full(array.shape, np.nan) for array in vars(found).values()))
+        return found
+
+    def __call__(self, points: np.ndarray, conditions: Setting) -> np.ndarray:
         """Shifting times in s of n `conditions` at `points` (m, d), which are clipped to the table: (m, n).
 
         The conditions may be any of those of the table, in any order; raises `InvalidValue` for others.
         """
         return self.restricted(conditions).interpolate(points)
 
-    def restricted(self, conditions: Conditions) -> Self:
+    def restricted(self, conditions: Setting) -> Self:
         """Return the table of only `conditions`, matched by value; raises `InvalidValue` for others."""
         if conditions is self.conditions:
             return self
@@ -116,8 +151,12 @@ class Table(ABC):
         return self._restricted[conditions]
 
     @cached_property
-    def _restricted(self) -> WeakKeyDictionary[Conditions, Self]:
+    def _restricted(self) -> WeakKeyDictionary[Setting, Self]:
         return WeakKeyDictionary()
+
+    @abstractmethod
+    def _derivatives(self, point: np.ndarray) -> Derivatives:
+        """As `derivatives`, at a point inside the table."""
 
     @property
     @abstractmethod
@@ -134,7 +173,7 @@ class Table(ABC):
 
     @classmethod
     @abstractmethod
-    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Conditions, model: Model, origin: str) -> Self:
+    def _read(cls, source: Source, axes: tuple[Axis, ...], conditions: Setting, model: Subject, origin: str) -> Self:
         """Read what `_write` wrote; raises the errors of `source`, and `InvalidValue` for inconsistent fields."""
 
     def _check(self) -> None:
@@ -143,28 +182,13 @@ class Table(ABC):
             raise InvalidValue(f"A table of {len(self.conditions)} conditions has the axes {names}",
                                "Give at least one condition and one axis, and each parameter once")
 
-    def _rows(self, conditions: Conditions) -> np.ndarray:
-        known = {key: row for row, key in enumerate(_keys(self.conditions, self.model.uses_run_order))}
-        rows = [known.get(key, -1) for key in _keys(conditions, self.model.uses_run_order)]
+    def _rows(self, conditions: Setting) -> np.ndarray:
+        known = {key: row for row, key in enumerate(keys(self.conditions, self.model.uses_run_order))}
+        rows = [known.get(key, -1) for key in keys(conditions, self.model.uses_run_order)]
         if -1 in rows:
             row = rows.index(-1)
-            raise InvalidValue(f"Condition {row} (counted from 0: {conditions.motor_speed[row]:g} rad/s, "
-                               f"{conditions.load_inertia[row]:g} kg m^2, {conditions.brake_torque[row]:g} N m) "
+            raise InvalidValue(f"Condition {row} (counted from 0: {described(conditions, row)}) "
                                "is not in the table" + " at its position in the run order" * self.model.uses_run_order,
                                "Build a table for your conditions with `--conditions FILE`, or leave out this one")
         return np.array(rows, dtype=np.int64)
 
-
-def _keys(conditions: Conditions, with_run_order: bool) -> list[str]:
-    """Keys that identify conditions by their values to five digits, the precision of a file written by hand.
-
-    If `with_run_order`, the position in the run order is part of the key.
-    """
-    profiles = [" ".join(f"{value:.5g}" for value in (*time, *current))
-                for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
-    order = conditions.run_order if with_run_order else None
-    positions = [""] * len(conditions) if order is None else [f"{position:.0f}" for position in order]
-    rows = zip(conditions.current_profile, conditions.motor_speed, conditions.load_inertia,
-               conditions.brake_torque, positions, strict=True)
-    return [f"{speed:.5g} {inertia:.5g} {brake:.5g} {profiles[profile]} {position}"
-            for profile, speed, inertia, brake, position in rows]

@@ -82,6 +82,7 @@ def test_the_schemas_cover_all_fields_of_a_fit(shelf: Path) -> None:
     settings = fit.FitSettings(population=4, generations=1, refine=False, intervals=False)
     state = fit.next_state(settings, problem, fit.initial_state(settings, problem))
     assert set(FitSettingsBody.model_fields) == {field.name for field in fields(fit.FitSettings)}
-    assert set(FitProgress.model_fields) == {*fit.progress(settings, problem, state), "stage", "model_runs"}
+    assert set(FitProgress.model_fields) == {*fit.progress(settings, problem, state), "stage", "model_runs", "done",
+                                             "seconds_left"}
     result = fit.summary(settings, problem, state, fit.refined_estimate(settings, problem, state))
     assert json.loads(FitSummary.model_validate(result).model_dump_json()) == json.loads(json.dumps(result))

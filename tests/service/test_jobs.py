@@ -11,6 +11,8 @@ from dbos import DBOSClient
 from test_problems import problem
 
 from service.fit_cost import fit_cost
+from service.job_store import connect
+from service.retention import remove_old
 from service.settings import Settings
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
@@ -52,12 +54,15 @@ def test_the_cost_grows_with_candidates_runs_and_conditions(shelf: Path) -> None
 
 
 def test_the_place_in_the_queue_is_known(client: httpx.Client, tmp_path: Path) -> None:
-    for count, (address, body) in enumerate([("/v1/fits", {}), ("/v1/studies", {}), ("/v1/fits", {})]):
+    long = {"settings": {"population": 1000, "generations": 1000}}
+    jobs = [("/v1/fits", {}, 0), ("/v1/studies", {}, 0), ("/v1/fits", {}, 1), ("/v1/fits", long, 1)]
+    for count, (address, body, ahead) in enumerate(jobs):  # short and long jobs have a queue each
         job = client.post(address, json=body, headers={"Idempotency-Key": f"job-{count}"}).json()
-        assert (job["ahead"], job["started"]) == (count, None)
+        assert (job["ahead"], job["started"]) == (ahead, None)
     client.post("/v1/fits/job-0/cancel")
     assert client.get("/v1/fits/job-0").json()["ahead"] is None
-    assert client.get("/v1/fits/job-2").json()["ahead"] == 1
+    assert client.get("/v1/fits/job-2").json()["ahead"] == 0
+    assert client.get("/v1/fits/job-3").json()["ahead"] == 1
 
 
 def test_only_ended_jobs_are_deleted(client: httpx.Client) -> None:
@@ -70,6 +75,20 @@ def test_only_ended_jobs_are_deleted(client: httpx.Client) -> None:
         problem(client.delete(job), 404)
         problem(client.get(job), 404)
     assert client.get("/v1/fits").json()["fits"] == []
+
+
+def test_old_jobs_are_removed_but_not_those_that_wait(client: httpx.Client, tmp_path: Path) -> None:
+    ids = [client.post("/v1/fits", json={}).json()["id"] for _ in range(5)]
+    for id in ids[:4]:
+        client.post(f"/v1/fits/{id}/cancel")
+    database = connect(f"sqlite:///{tmp_path}/jobs.sqlite")
+    now = time.time()
+    assert remove_old(database, 1, 10, now) == []
+    assert remove_old(database, 1, 3, now) == [ids[0]]
+    problem(client.get(f"/v1/fits/{ids[0]}"), 404)
+    assert sorted(remove_old(database, 1, 10, now + 86_500)) == sorted(ids[1:4])
+    assert [fit["id"] for fit in client.get("/v1/fits").json()["fits"]] == [ids[4]]
+    database.destroy()
 
 
 def test_a_job_states_when_it_was_started(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,10 +52,12 @@ def test_every_operation_is_described(operations: list[tuple[str, str, dict[str,
         assert len(operation["description"]) > 40, address
         for parameter in operation.get("parameters", ()):
             assert parameter.get("description"), f"{address}: {parameter['name']}"
+        # Clients of UM-Bridge expect errors of another form, all of one status.
+        invalid, media_type = ("400", "application/json") if path.startswith("/umbridge") else ("422", MEDIA_TYPE)
         errors = {status: response for status, response in operation["responses"].items() if status >= "400"}
-        assert {"422", "500"} <= set(errors), address
+        assert {invalid, "500"} <= set(errors), address
         for response in errors.values():
-            assert list(response["content"]) == [MEDIA_TYPE], address
+            assert list(response["content"]) == [media_type], address
         assert operation["responses"].keys() & {"200", "201", "202", "204"}, address
 
 
@@ -84,6 +86,8 @@ def test_every_example_works_and_its_response_matches_its_schema(
         options: dict[str, Any] = {}
         if body:
             media_type, content = next(iter(body["content"].items()))
+            if media_type == "application/x-hdf5":
+                continue  # an HDF5 file is no readable example; test_table_upload.py uploads those of the documentation
             example = content.get("example") or _resolve(document, content["schema"])["examples"][0]
             if content["schema"].get("contentEncoding") == "base64":
                 example = base64.b64decode(example)

@@ -20,6 +20,9 @@ from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, exact
 from tests.benches import HEAVY, NOMINAL
 
 SETTINGS = FitSettings(std_bounds=((0.002, 0.08),))
+STATE = {"path": [[1.0, 1.0, *np.log([0.01, 0.02, 0.03])], [1.1, 0.9, *np.log([0.02, 0.02, 0.02])]]}
+INTERVALS = [{"unknowns": [[1.0 + 0.1 * row, 1.0, 0.02, 0.02, 0.03] for row in range(3)]} for _ in range(6)]
+"""Of five unknowns and a combination."""
 
 
 @pytest.fixture(scope="module")
@@ -41,12 +44,21 @@ def candidate(problem: InferenceProblem, optimum: list[float]) -> Candidate:
 
 @pytest.fixture(scope="module")
 def data(problem: InferenceProblem, optimum: list[float], small_recordings: Recordings) -> dict[str, Any]:
-    return figure_data(SETTINGS, problem, optimum, NOMINAL, small_recordings)
+    return figure_data(SETTINGS, problem, STATE, {"vector": optimum, "intervals": INTERVALS}, NOMINAL, small_recordings)
 
 
 def test_figure_data_are_json(data: dict[str, Any], small_recordings: Recordings) -> None:
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert data["conditions"]["motor_speed"] == small_recordings.conditions.motor_speed.tolist()
+
+
+def test_the_search_is_on_natural_scale_and_has_a_trace_for_each_unknown(data: dict[str, Any]) -> None:
+    search = data["search"]
+    assert search["unknowns"] == ["mean of pressure_bias", "mean of initial_position", "std of pressure_bias",
+                                  "std of initial_position", "output std"]
+    np.testing.assert_allclose(search["path"], [[1.0, 1.0, 0.01, 0.02, 0.03], [1.1, 0.9, 0.02, 0.02, 0.02]])
+    assert len(search["traces"]) == len(search["unknowns"])  # none for the combination
+    assert search["traces"][0][2][0] == 1.2
 
 
 def test_the_surface_has_its_maximum_near_the_optimum(data: dict[str, Any], candidate: Candidate,
@@ -121,7 +133,8 @@ def test_recordings_without_signals_and_one_input(small_recordings: Recordings) 
     """The figure data then contain neither measured signals nor a surface."""
     without_signals = Recordings(small_recordings.conditions, small_recordings.measured_time)
     problem = simulated_problem(NOMINAL, without_signals, ["initial_position"], HEAVY)
-    data = figure_data(SETTINGS, problem, [0.95, np.log(0.03), np.log(0.02)], NOMINAL, without_signals)
+    estimate = {"vector": [0.95, np.log(0.03), np.log(0.02)], "intervals": []}
+    data = figure_data(SETTINGS, problem, {"path": []}, estimate, NOMINAL, without_signals)
     assert data["surface"] is None
     assert data["engagement"]["measured"] is None
     assert data["engagement"]["lock"] is not None
@@ -133,7 +146,8 @@ def test_times_are_null_for_a_condition_that_never_locks(problem: InferenceProbl
                                                          small_recordings: Recordings) -> None:
     partial = replace(problem, model=lambda points, conditions: np.where(
         np.arange(8) == 2, np.nan, problem.model(points, conditions)))
-    data = figure_data(SETTINGS, partial, optimum, NOMINAL, small_recordings)
+    estimate = {"vector": optimum, "intervals": []}
+    data = figure_data(SETTINGS, partial, STATE, estimate, NOMINAL, small_recordings)
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert data["prediction"]["mean"][2] is None
     assert data["prediction"]["before"][2] is None

@@ -38,7 +38,7 @@ def test_a_folder_becomes_recordings_and_a_page(folder: Path, capsys: pytest.Cap
     page = (folder / "out" / "mine.html").read_text()
     for said in ("3 engagements imported", "run1.csv", "M_out", "picture-engagement", "picture-all", "decimal commas"):
         assert said in page
-    assert "What looks wrong" not in page
+    assert 'class="warnings"' not in page
 
 
 def test_what_is_set_aside_and_looks_wrong_is_on_the_page(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,26 +3,28 @@
 from collections.abc import Mapping
 from typing import Any
 
-from slipstick.pictures.study import gap, law, signals, surfaces
+from slipstick.pictures.study import evidence, gap, law, signals, surfaces
 from slipstick.pictures.theme import Spec
 from slipstick.study.figures import Figures
 from slipstick.study.result import StudyResult
+from slipstick.study.settings import StudySettings
 
 __all__ = ["CAPTIONS", "Spec", "study_pictures"]
 
-_PICTURES = {"law": law, "gap": gap, "signals": signals}
+_PICTURES = {"law": law, "evidence": evidence, "gap": gap, "signals": signals}
 CAPTIONS = {**{name: picture.CAPTION for name, picture in _PICTURES.items()}, "surfaces": surfaces.CAPTION}
 """Name of each picture, in the order of the report -> caption."""
 
 
 def study_pictures(result: StudyResult, figures: Figures,
-                   fits: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Spec]:
+                   fits: Mapping[str, Mapping[str, Any]] | None = None,
+                   settings: StudySettings | None = None) -> dict[str, Spec]:
     """Return name -> specification of each picture for which there are data. The same input gives the same pictures.
 
     `fits` are the outputs of the fits on the tables of the models `before` and `after`; without them `surfaces` is
-    omitted.
+    omitted. `settings` are those of the study, by default the default ones: what it asked for is drawn.
     """
-    specs = {name: picture.draw(result, figures) for name, picture in _PICTURES.items()}
+    specs = {name: picture.draw(result, figures, settings or StudySettings()) for name, picture in _PICTURES.items()}
     if fits is not None:
         specs["surfaces"] = surfaces.draw(result, fits)
     return {name: spec for name, spec in specs.items() if spec is not None}

@@ -3,18 +3,22 @@
 from collections.abc import Mapping
 
 from slipstick.pictures import theme, units
+from slipstick.pictures.conditions import described
 from slipstick.pictures.study.words import effect_title, model_series, numbers, within
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.study.figures import Figures
 from slipstick.study.result import Closure, Gap, StudyResult
+from slipstick.study.settings import StudySettings
 
 CAPTION = ("Top: measured minus predicted shifting time of every engagement. Each prediction comes from fits without "
-           "the engagements of that motor speed or of that current profile. Bottom: the closed share of the gap with "
-           "90 % intervals. At 100 %, the remaining error is that of sensor noise and run-to-run scatter alone. "
-           "Quantities without a significant gap are omitted. The control is the best effect that acts on another "
-           "quantity; it shows how much an arbitrary effect would close.")
+           "the engagements of that motor speed or of that current profile. Shade: two standard deviations of what "
+           "noise and scatter alone would leave. Bottom: the closed share of the gap with 90 % intervals. At 100 %, "
+           "the remaining error is that of sensor noise and run-to-run scatter alone. Quantities without a "
+           "significant gap are omitted; ends below −50 % or above 150 % are drawn there. The control is the best "
+           "effect that acts on another quantity; it shows how much an arbitrary effect would close.")
 
 _HEIGHT = 210
+_DEVIATIONS = 2.0  # half width of the shade
 _LOWEST, _HIGHEST = -50.0, 150.0  # percent: values beyond are drawn at these values
 _ROW = 30  # px
 _MOST = 10  # motor speeds that can be labelled without overlap
@@ -22,7 +26,7 @@ _ORDER = "engagements, ordered by motor speed, current profile, load inertia and
 _COLUMNS = ("motor_speed", "current_profile", "load_inertia", "brake_torque")
 
 
-def draw(result: StudyResult, figures: Figures) -> Spec | None:
+def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None:
     """Return errors by engagement and closed shares by signal; None if nothing was added to the simulation."""
     gap = result.gap
     if gap is None:
@@ -34,15 +38,17 @@ def draw(result: StudyResult, figures: Figures) -> Spec | None:
         f"On held-out conditions, the shifting-time error {verb} from {units.fixed(before)} to {units.fixed(after)} ms",
         f"Root-mean-square error. Noise and scatter alone would cause {units.fixed(1e3 * time.rms_expected)} ms.",
         {"spacing": 26, "resolve": {"scale": {"color": "independent"}},
-         "vconcat": [_differences(result, figures), *_closures(result, gap)]})
+         "vconcat": [_differences(result, gap, figures), *_closures(result, gap)]})
 
 
-def _differences(result: StudyResult, figures: Figures) -> Spec:
+def _differences(result: StudyResult, gap: Gap, figures: Figures) -> Spec:
+    expected = _DEVIATIONS * 1e3 * gap.closures["shifting_time"].rms_expected
     models, number = model_series(result), numbers(result)
     columns = [figures.conditions[name] or [0.0] * len(figures.measured) for name in _COLUMNS]
     order = sorted(range(len(figures.measured)), key=lambda index: [column[index] for column in columns])
     speeds = [columns[0][index] for index in order]
-    rows = [{"position": position, "engagement": number[index], "series": label, "difference": theme.rounded(
+    rows = [{"position": position, "engagement": number[index], "series": label,
+             "conditions": described(figures.conditions, index), "difference": theme.rounded(
                 1e3 * (figures.measured[index] - figures.predicted[key].mean[index]), 4)}
             for key, (label, _) in models.items() for position, index in enumerate(order)]
     starts = [position for position, speed in enumerate(speeds) if position == 0 or speed != speeds[position - 1]]
@@ -51,9 +57,12 @@ def _differences(result: StudyResult, figures: Figures) -> Spec:
                "scale": {"nice": False, "padding": 8}, "axis": {"labels": False, "ticks": False, "grid": False}}
     y: Spec = {"field": "difference", "type": "quantitative", "title": "measured − predicted [ms]"}
     return {"width": theme.WIDTH, "height": _HEIGHT, "layer": [
+        {"data": {"values": [{"low": -expected, "high": expected}]},
+         "mark": {"type": "rect", "color": theme.MEASURED, "opacity": 0.13},
+         "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}},
         {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"y": {"datum": 0}}},
         {"data": {"values": [{"position": start - 0.5} for start in starts[1:]]}, "encoding": {"x": x},
-         "mark": {"type": "rule", "color": "#c3cad0"}},
+         "mark": {"type": "rule", "color": theme.EDGE}},
         {"data": {"values": [{"position": start, "label": f"{speeds[start]:.0f} rad/s"} for start in starts]},
          "mark": {"type": "text", "align": "left", "color": theme.FAINT, "dx": 2},
          "encoding": {"x": x, "y": {"value": -8}, "text": {"field": "label"}}},
@@ -61,6 +70,7 @@ def _differences(result: StudyResult, figures: Figures) -> Spec:
          "encoding": {"x": x, "y": y, "color": {**theme.series_colour(dict(models.values())), "field": "series",
                                                      "legend": {"offset": 24}},
                       "tooltip": [{"field": "engagement", "type": "quantitative"},
+                                  {"field": "conditions", "type": "nominal"},
                                   {"field": "difference", "type": "quantitative"}]}}]}
 
 

@@ -7,6 +7,7 @@ from slipstick.pictures.study.words import argument, changed, subject
 from slipstick.pictures.theme import Spec
 from slipstick.study.figures import Figures
 from slipstick.study.result import FindingResult, Law, StudyResult
+from slipstick.study.settings import StudySettings
 
 CAPTION = ("Dots: the change as the blocks of the model measure it in all engagements at once, without a formula. "
            "Shade: its interval at each point. Blue: the same change by the formula of the catalogue, with the "
@@ -23,18 +24,21 @@ _MONOTONIC = 0.8  # share of the span between first and last point above which a
 _COLUMNS = 100  # characters per line
 _UP_TO = {"constant": "Known up to a constant, which parameters of the model take as well.",
           "line": "Known up to a straight line, which parameters of the model take as well.", "nothing": ""}
+_ZERO = ("It contains zero: how large the change is remains open, because parameters may take its part. That it is "
+         "asked for rests on the likelihood.")
 _LINEARISED = "The interval is that of a linear model and may be several times too narrow."
 
 
-def draw(result: StudyResult, _: Figures) -> Spec | None:
+def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | None:
     """Return a panel for each finding with a law; None without one."""
     found = [(one, one.law) for one in result.findings if one.law is not None]
     if not found:
         return None
     if len(found) == 1:
-        return theme.picture(headline(*found[0]), remarks(found[0][1]), _panel(*found[0], _HEIGHT))
-    panels = [{"title": {"text": headline(*one), "subtitle": textwrap.wrap(remarks(one[1]), _COLUMNS), "fontSize": 13,
-                         "offset": 8}, **_panel(*one, _SEVERAL)} for one in found]
+        return theme.picture(headline(*found[0]), remarks(found[0][1], settings.level), _panel(*found[0], _HEIGHT))
+    panels = [{"title": {"text": headline(*one), "fontSize": 13, "offset": 8,
+                         "subtitle": textwrap.wrap(remarks(one[1], settings.level), _COLUMNS)},
+               **_panel(*one, _SEVERAL)} for one in found]
     return theme.picture(f"The recordings ask for {len(found)} laws", "One panel for each finding.",
                          {"spacing": 30, "vconcat": panels})
 
@@ -56,9 +60,15 @@ def headline(finding: FindingResult, law: Law) -> str:
     return f"The {subject(finding)} {'rises' if net > 0 else 'falls'} by {size_text} as the {argument(finding)} grows"
 
 
-def remarks(law: Law) -> str:
-    """What the band and the level of the law do not say."""
-    return " ".join(one for one in (_UP_TO[law.up_to], _LINEARISED if law.linearised else "") if one)
+def remarks(law: Law, level: float) -> str:
+    """What the band is, and what it and the level of the law do not say."""
+    interval, zero = f"Shade: {100 * level:.0f} % interval at each point.", ""
+    if law.x is None:
+        unit, factor = _shown(law)
+        ends = f"{units.fixed(factor * law.lower[0])} to {units.fixed(factor * law.upper[0])}"
+        interval = f"{100 * level:.0f} % interval of the size: {units.with_unit(ends, unit)}."
+        zero = _ZERO if law.lower[0] <= 0 <= law.upper[0] else ""
+    return " ".join(one for one in (interval, zero, _UP_TO[law.up_to], _LINEARISED if law.linearised else "") if one)
 
 
 def _known(law: Law) -> list[int]:

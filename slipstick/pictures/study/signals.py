@@ -1,18 +1,21 @@
-"""Measured minus simulated signals of the engagements that the model without the findings describes worst."""
+"""Measured minus predicted signals of the engagements that the model without the findings describes worst."""
 
 import math
+import textwrap
 from collections.abc import Iterator
 
 from slipstick.pictures import theme
+from slipstick.pictures.conditions import described
 from slipstick.pictures.study.words import model_series, numbers
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.study.figures import Engagement, Figures
 from slipstick.study.result import StudyResult
+from slipstick.study.settings import StudySettings
 
 CAPTION = ("The worst engagements, each with a different current profile. Top: the measured shaft speeds; the input "
            "speed is divided by the gear ratio, so that the clutch locks where both meet. Below: measured minus "
-           "simulated signals, averaged over 8 samples. Shade: two standard deviations of the noise of a sample. Each "
+           "predicted signals, averaged over 8 samples. Shade: two standard deviations of the noise of a sample. Each "
            "simulation has the parameters that its fit estimates for that engagement, so that no parameter removes "
            "what is left. Dashed: measured shifting time, where the torque jumps: what is cut there is the error of "
            "the shifting time.")
@@ -22,13 +25,14 @@ _TITLES = {"pressure": "pressure [bar]", "input_speed": "input speed [rad/s]",
 _SPEEDS, _DIFFERENCE = 90, 92  # px
 _AFTER_LOCK = 0.15  # s drawn after lock-up
 _COLUMN_SPACING, _ROW_SPACING, _LABEL = 44, 14, 34  # px between panels, and above the first row
+_CHARACTERS = 34  # per line above a column
 _OUTSIDE = 0.03
 """Time in s about lock-up whose differences hardly set the range of a panel: the torque jumps."""
 _CUT = 2.0
 """Multiple of the other differences up to which those about lock-up are drawn."""
 
 
-def draw(result: StudyResult, figures: Figures) -> Spec | None:
+def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None:
     """Return a grid of panels with one column per engagement and one row per signal; None without engagements."""
     engagements, models = figures.engagements, model_series(result)
     if not engagements:
@@ -43,7 +47,7 @@ def draw(result: StudyResult, figures: Figures) -> Spec | None:
     rows = [{"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": list(row)}
             for row in zip(*columns, strict=True)]
     return theme.picture(_title(result, engagements, list(models)),
-                         "Root mean square. Below the shaft speeds: measured minus simulated. Shade: noise.",
+                         "Root mean square. Below the shaft speeds: measured minus predicted. Shade: noise.",
                          {"spacing": _ROW_SPACING, "vconcat": rows})
 
 
@@ -127,7 +131,4 @@ def _difference(engagement: Engagement, model: str, signal: str) -> Iterator[tup
 
 
 def _conditions(figures: Figures, number: list[int], index: int) -> list[str]:
-    profile, speed, inertia, brake = ((figures.conditions[name] or [])[index] for name in (
-        "current_profile", "motor_speed", "load_inertia", "brake_torque"))
-    return [f"{number[index]}: profile {profile:.0f}, motor {speed:.0f} rad/s",
-            f"{inertia:.3g} kg m², brake {brake:.3g} N m"]
+    return textwrap.wrap(f"{number[index]}: {described(figures.conditions, index)}", _CHARACTERS)

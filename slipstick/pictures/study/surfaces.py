@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from slipstick.pictures import inputs, theme
+from slipstick.pictures import inputs, theme, units
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.study.result import StudyResult
@@ -32,13 +32,16 @@ def draw(result: StudyResult, fits: Mapping[str, Mapping[str, Any]]) -> Spec | N
         return None
     best, improvement = max(likelihoods.values()), likelihoods["after"] - likelihoods["before"]
     models, labels = {"before": result.before.model, "after": result.after.model}, model_series(result)
-    panels = {key: _panel(fit, models[key]["parameters"], best - likelihoods[key]) for key, fit in fits.items()}
+    shown = {axis: units.scale(models["before"]["units"][axis], models["before"]["parameters"][axis])
+             for axis in surfaces[0]["axes"]}
+    panels = {key: _panel(fit, {axis: factor * models[key]["parameters"][axis] for axis, (_, factor) in shown.items()},
+                          best - likelihoods[key]) for key, fit in fits.items()}
     rows = [row for panel in panels.values() for layer in panel["layer"] for row in layer["data"]["values"]]
     for channel, axis in zip("xy", surfaces[0]["axes"], strict=True):
         values = [row[name] for row in rows for name in (channel, f"{channel}2") if name in row]
         for key, panel in panels.items():
             panel["encoding"][channel] = {
-                "field": channel, "type": "quantitative", "title": f"{in_words(axis)} [{models[key]['units'][axis]}]",
+                "field": channel, "type": "quantitative", "title": f"{in_words(axis)} [{shown[axis][0]}]",
                 "scale": {"domain": inputs.padded_domain(values), "nice": False, "zero": False},
                 "axis": {"tickCount": 5, "grid": False}}
             panel["title"] = {"text": labels[key][0], "fontSize": 12, "fontWeight": "normal", "offset": 6}

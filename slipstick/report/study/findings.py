@@ -2,6 +2,7 @@
 
 import re
 
+from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
 from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
@@ -20,8 +21,6 @@ _APART = ("Apart: distance of both predictions in standard deviations, beyond wh
           "beyond the recorded range.")
 _NOTHING = 0.05
 """Change in ms, or in standard deviations of the noise, below which no number is given."""
-_CERTAIN = 100
-"""Standard errors above which no number is given: each engagement counts at most three."""
 
 
 def sections(result: StudyResult, level: float) -> list[Section]:
@@ -32,7 +31,7 @@ def sections(result: StudyResult, level: float) -> list[Section]:
 
 
 def _parts(one: FindingResult, result: StudyResult, level: float) -> list[Part]:
-    parts: list[Part] = [Items([*_what(one), *_evidence(one, result), *_confirmed(one), *_worth(one)])]
+    parts: list[Part] = [Items([*_what(one, level), *_evidence(one, result), *_confirmed(one), *_worth(one)])]
     if one.confirmation.coefficients:
         effect = effect_of(one.effect)
         rows = [coefficient_row(coefficient, effect) for coefficient in one.confirmation.coefficients]
@@ -42,13 +41,13 @@ def _parts(one: FindingResult, result: StudyResult, level: float) -> list[Part]:
     return [*parts, *_further(one)]
 
 
-def _what(one: FindingResult) -> Entries:
+def _what(one: FindingResult, level: float) -> Entries:
     form, effect = title((one.quantity, one.depends_on), None), effect_of(one.effect)
     name = _UNLISTED if one.effect is None else "the catalogue has it" if one.title == form else \
         f"the catalogue has it as “{within(one.title)}”"
     found = [("What:", f"{within(form)}; {name}.")]
     if one.law is not None:
-        found.append(("Measured law:", " ".join(f"{headline(one, one.law)}. {remarks(one.law)}".split())))
+        found.append(("Measured law:", " ".join(f"{headline(one, one.law)}. {remarks(one.law, level)}".split())))
     if effect is not None:
         what = f"reading of the {effect.quantity}" if effect.quantity.endswith("sensor") else effect.quantity
         found += [("Formula:", f"the {what} is {effect.law}."), ("Source:", f"{effect.source}."),
@@ -58,7 +57,7 @@ def _what(one: FindingResult) -> Entries:
 
 def _evidence(one: FindingResult, result: StudyResult) -> Entries:
     blocks = [f"“{block.signals}”" for block in result.blocks if block.name in one.blocks]
-    errors = f"more than {_CERTAIN}" if one.errors > _CERTAIN else number(one.errors)
+    errors = f"more than {CERTAIN:.0f}" if one.errors > CERTAIN else number(one.errors)
     found = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
               f"{one.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} {listed(blocks or ['?'])}; "
               f"that is {errors} standard errors over engagements.")]

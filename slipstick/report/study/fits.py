@@ -3,10 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from slipstick.pictures.study import CAPTIONS
+from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import definitions, paragraph, section, table
-from slipstick.report.shell import figure
 from slipstick.report.words import number, signed
 from slipstick.study.result import StudyResult
 
@@ -21,10 +20,11 @@ _INSTRUCTIONS = (
     "fit on both tables with POST /v1/fits, and request GET {0}/report?before=FIT&after=FIT.")
 
 
-def same_fit(study: Mapping[str, Any], result: StudyResult, fits: Fits | None, has_picture: bool) -> str:
+def same_fit(study: Mapping[str, Any], result: StudyResult, fits: Fits | None, picture: str) -> str:
     """Return the section with numbers, provenance and picture; without `fits`, the instructions to add them.
 
-    `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit.
+    `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit. `picture` is a figure element, or
+    empty.
 
     Empty if nothing was added to the simulation.
     """
@@ -37,7 +37,7 @@ def same_fit(study: Mapping[str, Any], result: StudyResult, fits: Fits | None, h
         _TITLE, table(("", *fits), numbers(result, fits)), paragraph(_NOTE, "note"),
         definitions((key, f"fit {fit['id']}, table {fit['table']}, SHA-256 {fit['table_digest']}")
               for key, fit in fits.items()),
-        figure("surfaces", CAPTIONS["surfaces"]) if has_picture else "")
+        picture)
 
 
 def numbers(result: StudyResult, fits: Fits) -> Iterator[tuple[str, ...]]:
@@ -47,7 +47,8 @@ def numbers(result: StudyResult, fits: Fits) -> Iterator[tuple[str, ...]]:
     yield "log10 likelihood", *("−∞" if value is None else signed(value) for value in likelihoods)
     for kind in ("mean", "std"):
         for index, axis in enumerate(next(iter(fits.values()))["result"]["axes"]):
-            values = (models[key]["parameters"][axis] * fit["result"][kind][index]
-                      for key, fit in fits.items())
-            yield f"{kind} of {in_words(axis)} [{models['before']['units'][axis]}]", *map(number, values)
+            values = [models[key]["parameters"][axis] * fit["result"][kind][index] for key, fit in fits.items()]
+            unit, factor = units.scale(models["before"]["units"][axis], max(values))
+            yield (units.with_unit(f"{kind} of {in_words(axis)}", f"[{unit}]" if unit != "1" else ""),
+                   *(number(factor * value) for value in values))
     yield "output noise [ms]", *(number(fit["result"]["output_std"], 1e3) for fit in fits.values())

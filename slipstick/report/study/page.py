@@ -6,7 +6,7 @@ from typing import Any
 
 from slipstick.pictures.study import CAPTIONS, study_pictures
 from slipstick.report import markup
-from slipstick.report.shell import document, figure, provenance
+from slipstick.report.shell import SIGN, document, figures, provenance
 from slipstick.report.study import content, parts
 from slipstick.report.study.fits import Fits, same_fit
 from slipstick.report.study.simulation import lead
@@ -22,18 +22,18 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     (`result`, `figure_data`, `seconds`, `processor_seconds`). `fits` maps `before` and `after` to the fit on the table
     of that model: id, table, table_digest, `result`, `figure_data`.
     """
-    result, figures = result_from_dict(output["result"]), figures_from_dict(output["figure_data"])
+    result, data = result_from_dict(output["result"]), figures_from_dict(output["figure_data"])
     settings = StudySettings.from_dict(study["settings"])
-    specs, changed = study_pictures(result, figures, fits), _changed(settings)
-    return document("study", study["id"], result.sentence, [
-        markup.listing(warnings(result)), markup.paragraph(lead(result, settings), "lead"),
-        *map(_section, content.evidence(result, settings, specs)),
-        same_fit(study, result, fits, "surfaces" in specs),
-        *map(_section, content.background(result, figures)),
+    drawn, changed = figures(study_pictures(result, data, fits, settings), CAPTIONS), _changed(settings)
+    return document("study", study["id"], result.sentence, warnings(result, data.aside), [
+        markup.paragraph(lead(result, settings), "lead"), markup.paragraph(SIGN, "note"),
+        *(_section(one, drawn) for one in content.evidence(result, settings, drawn)),
+        same_fit(study, result, fits, drawn.get("surfaces", "")),
+        *(_section(one, drawn) for one in content.background(result, data)),
         provenance({**study, "settings": changed}, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
             ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest),
-            ("settings", "" if changed else "default")])], specs)
+            ("settings", "" if changed else "default")])])
 
 
 def _changed(settings: StudySettings) -> dict[str, Any]:
@@ -43,11 +43,11 @@ def _changed(settings: StudySettings) -> dict[str, Any]:
     return {name: value for name, value in chosen.items() if value not in ({}, default[name])}
 
 
-def _section(one: parts.Section) -> str:
-    return markup.section(one.title, *map(_part, one.parts))
+def _section(one: parts.Section, drawn: Mapping[str, str]) -> str:
+    return markup.section(one.title, *(_part(part, drawn) for part in one.parts))
 
 
-def _part(part: parts.Part) -> str:
+def _part(part: parts.Part, drawn: Mapping[str, str]) -> str:
     match part:
         case parts.Note(text):
             return markup.paragraph(text, "note")
@@ -56,6 +56,6 @@ def _part(part: parts.Part) -> str:
         case parts.Table(head, rows, words):
             return markup.table(head, rows, words)
         case parts.Picture(name):
-            return figure(name, CAPTIONS[name])
+            return drawn[name]
         case str(text):
             return markup.paragraph(text)

@@ -1,5 +1,6 @@
 """What limits the answer of this study, said before anything else."""
 
+from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number
@@ -12,12 +13,13 @@ _CONTROL = 0.5
 """Share of the closure by the findings from which on the control casts doubt on it."""
 
 
-def warnings(result: StudyResult) -> Entries:
-    """All warnings of a result; none is good."""
+def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
+    """All warnings of a result; none is good. `aside` are the conditions of the engagements that were set aside."""
     found: Entries = []
     if result.set_aside:
-        found.append((f"Set aside: engagement{'s' * (len(result.set_aside) > 1)} "
-                      f"{listed([str(place) for place in result.set_aside])},",
+        names = [f"{place} ({described(aside, row)})" if aside else str(place)
+                 for row, place in enumerate(result.set_aside)]
+        found.append((f"Set aside: engagement{'s' * (len(names) > 1)} {listed(names)},",
                       "numbered from 0. Each is far worse than all others in some block and counts nothing. Look at "
                       "its signals: an effect depends on the conditions and acts on many engagements."))
     found += [(f"Unexplained: “{block.signals}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "

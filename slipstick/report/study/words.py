@@ -49,8 +49,12 @@ def closed(closure: Closure) -> str:
     if closure.closure is None or closure.lower is None or closure.upper is None:
         return "no significant gap"
     if closure.closure < 0:
-        return "none, the error grows"
-    return f"{100 * closure.closure:.0f} % ({100 * closure.lower:.0f} to {100 * closure.upper:.0f})".replace("-", "−")
+        return f"{_share(closure.closure, closure.lower, closure.upper)}: the error grows"
+    return _share(closure.closure, closure.lower, closure.upper)
+
+
+def _share(share: float, lower: float, upper: float) -> str:
+    return f"{100 * share:.0f} % ({100 * lower:.0f} to {100 * upper:.0f})".replace("-", "−")
 
 
 def percent(share: float) -> str:

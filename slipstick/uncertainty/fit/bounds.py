@@ -34,11 +34,12 @@ _REMEDIES = {
 
 @dataclass(frozen=True)
 class Remark:
-    """A remark on a fit: the `unknown` it concerns, the `cause`, and the `remedy`."""
+    """A remark on a fit: the `unknown` it concerns, the `cause`, the `remedy`, and whether it is at a bound."""
 
     unknown: str
     cause: str
     remedy: str
+    at_bound: bool = False
 
 
 def remarks(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> list[Remark]:
@@ -68,10 +69,12 @@ def _at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) 
         if kind == "mean" and getattr(space, side)[index] == edges[index]:
             beyond = f"{'below' if side == 'lower' else 'above'} {edges[index]:.4g}"
             yield Remark(name, f"The {name} is at the {side} edge of the table, {edges[index]:.4g}",
-                         f"Build a table whose axis {problem.axes[index]} reaches {beyond}, and widen mean_bounds")
+                         f"Build a table whose axis {problem.axes[index]} reaches {beyond}, and widen mean_bounds",
+                         True)
         else:
             unit = " s" if kind == "output std" else ""
-            yield Remark(name, f"The {name} is at its {side} bound, {natural[index]:.4g}{unit}", _REMEDIES[kind, side])
+            yield Remark(name, f"The {name} is at its {side} bound, {natural[index]:.4g}{unit}", _REMEDIES[kind, side],
+                         True)
 
 
 def _outside(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:

@@ -35,12 +35,12 @@ _BETTER = 0.01  # smallest improvement in decades by which a point of a profile 
 
 SearchState = dict[str, Any]
 """JSON: the best candidates so far (`points`, best first, and their `fitness`), the number `generation` of completed
-generations, the largest number of `generations`, and `history`, the best log10 likelihood after each generation. A
-block of the classic grid counts as a generation."""
+generations, the largest number of `generations`, and after each generation the best log10 likelihood, `history`, and
+its candidate, `path`. A block of the classic grid counts as a generation."""
 Estimate = dict[str, Any]
 """JSON: the `vector` of unknowns (k,), the `polynomial_error` in s (None if the model was used directly), the
 `combinations` of the unknowns, and the `intervals` computed so far, first those of the unknowns, then those of the
-identified combinations."""
+identified combinations, each with the `unknowns` (p, k) on natural scale at the points of its curve."""
 
 
 def initial_state(settings: FitSettings, problem: InferenceProblem) -> SearchState:
@@ -55,7 +55,7 @@ def initial_state(settings: FitSettings, problem: InferenceProblem) -> SearchSta
                            f"{classic.candidate_count(settings, space):.2g} candidates, which takes weeks",
                            "Take a coarser grid, fewer unknowns, or the genetic method")
     count = classic.block_count(settings, space) if settings.method == "classic" else settings.generations
-    return {**empty().to_dict(), "generations": count, "history": []}
+    return {**empty().to_dict(), "generations": count, "history": [], "path": []}
 
 
 def next_state(settings: FitSettings, problem: InferenceProblem, state: SearchState) -> SearchState:
@@ -79,7 +79,8 @@ def next_state(settings: FitSettings, problem: InferenceProblem, state: SearchSt
         lost = np.flatnonzero(np.all(np.isneginf(likelihood), axis=0)).tolist() or "different for each candidate"
         raise InvalidValue(f"All candidates have a likelihood of 0 (conditions without a density: {lost})",
                            "Leave out conditions that do not lock, or narrow mean_bounds and std_bounds")
-    return {**state, **population.to_dict(), "history": [*state["history"], _finite(float(population.fitness[0]))]}
+    return {**state, **population.to_dict(), "path": [*state["path"], population.points[0].tolist()],
+            "history": [*state["history"], _finite(float(population.fitness[0]))]}
 
 
 def is_finished(settings: FitSettings, state: SearchState) -> bool:
@@ -143,7 +144,8 @@ def with_next_interval(settings: FitSettings, problem: InferenceProblem, estimat
         if after > before + _BETTER:
             return _estimate(problem, space, better)
     entry = {"estimate": interval.estimate, "lower": interval.lower, "upper": interval.upper,
-             "unsettled": list(interval.unsettled), "level": interval.level, "curve": interval.curve.tolist()}
+             "unsettled": list(interval.unsettled), "level": interval.level, "curve": interval.curve.tolist(),
+             "unknowns": interval.unknowns.tolist()}
     return {**estimate, "intervals": [*intervals, entry]}
 
 
@@ -159,7 +161,9 @@ def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState
     likelihood, sampling_error = converged(problem, candidate, settings.seed)
     total = float(likelihood.sum())
     normals = standard_normals(len(space.axes), settings.samples, settings.seed)
-    of_unknowns, of_combinations = estimate["intervals"][:len(vector)], iter(estimate["intervals"][len(vector):])
+    intervals = [{name: value for name, value in interval.items() if name != "unknowns"}
+                 for interval in estimate["intervals"]]
+    of_unknowns, of_combinations = intervals[:len(vector)], iter(intervals[len(vector):])
     return {
         "axes": list(space.axes), "families": list(space.families), "support": space.support.tolist(),
         "method": settings.method, "refined": settings.refine,

@@ -31,7 +31,7 @@ Local = tuple[InferenceProblem, Unknowns]
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """An interval with the profile `curve` (p, 2): value and drop in decades.
+    """An interval with the profile `curve` (p, 2), value and drop in decades, and the `unknowns` (p, k) at its points.
 
     An end is None if it is open or was not found. `unsettled` contains the ends that were not found, "lower" or
     "upper"; the curve then ends where the optimizer failed. `highest` is the vector (k,) with the smallest drop on the
@@ -44,6 +44,7 @@ class Interval:
     unsettled: tuple[str, ...]
     level: float
     curve: np.ndarray
+    unknowns: np.ndarray
     highest: np.ndarray
 
 
@@ -71,8 +72,9 @@ def profile_interval(problem: InferenceProblem, space: Unknowns, optimum: np.nda
             ends.append(None)
             unsettled.append(name)
     curve = np.array([[value, profile.points[value][0]] for value in sorted(profile.points)])
+    unknowns = np.array([space.to_natural(profile.points[value][1]) for value in sorted(profile.points)])
     _, highest, _ = min(profile.points.values(), key=lambda point: point[0])
-    return Interval(profile.estimate, ends[0], ends[1], tuple(unsettled), level, curve, highest)
+    return Interval(profile.estimate, ends[0], ends[1], tuple(unsettled), level, curve, unknowns, highest)
 
 
 def profile_drop(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray, direction: np.ndarray,

@@ -22,14 +22,14 @@ Marks = Callable[[Spec, str], list[ElementTree.Element]]
 Scales = Callable[[Spec], Iterator[Spec]]
 SEVEN = ("current_delay", "current_bias", "current_gain", "pressure_bias", "temperature_gain", "initial_position",
          "friction_coefficient")
-DATA = {"comparison": "symbol", "inputs": "line", "profiles": "line", "densities": "area", "engagement": "line",
-        "convergence": "line"}
+DATA = {"comparison": "symbol", "residuals": "symbol", "inputs": "line", "profiles": "line", "pairs": "line",
+        "densities": "area", "calibration": "line", "engagement": "line", "convergence": "line"}
 """Name of a picture -> kind of the marks of its data."""
 
 
 def draw(output: dict[str, Any]) -> dict[str, Spec]:
     # Through JSON, as in the service.
-    return pictures(*(json.loads(json.dumps(output[name])) for name in ("result", "figure_data")))
+    return pictures(json.loads(json.dumps(output)))
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def test_engagements_that_never_lock_are_omitted_and_counted(made: Made, marks: 
     output["figure_data"]["prediction"]["density"][5] = output["figure_data"]["prediction"]["density_time"][5] = []
     output["figure_data"]["engagement"] |= {"lock": None, "touch": None, "measured": None}
     specs = draw(output)
-    assert "Not drawn: 2 without a simulated" in " ".join(specs["comparison"]["title"]["subtitle"])
+    assert "Not drawn: 2 without a predicted" in " ".join(specs["comparison"]["title"]["subtitle"])
     assert len(marks(specs["comparison"], "symbol")) == 4 * 216 - 2 * 2
     assert "Not drawn: 1 that may never lock" in " ".join(specs["densities"]["title"]["subtitle"])
     assert len(marks(specs["densities"], "symbol")) == 215

@@ -1,6 +1,7 @@
 """The pictures of a study: all can be rendered, and each says in its title what the data say."""
 
 import json
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -10,13 +11,13 @@ import pytest
 
 from slipstick.pictures import units
 from slipstick.pictures.study import CAPTIONS, Spec, study_pictures
-from slipstick.study import StudyResult
+from slipstick.study import StudyResult, StudySettings
 from slipstick.study.figures import Figures
-from slipstick.study.result import FindingResult, Law
+from slipstick.study.result import Candidate, FindingResult, Law
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]
-DATA = {"law": "symbol", "gap": "symbol", "signals": "line"}
+DATA = {"law": "symbol", "evidence": "symbol", "gap": "symbol", "signals": "line"}
 """Name of a picture -> kind of the marks of its data."""
 
 
@@ -36,7 +37,8 @@ def with_findings(result: StudyResult, *findings: FindingResult) -> StudyResult:
 
 
 @pytest.mark.parametrize(("name", "drawn"), [
-    ("friction", ["law", "gap", "signals"]), ("drag", ["law", "gap", "signals"]), ("nothing", ["signals"])])
+    ("friction", ["law", "evidence", "gap", "signals"]), ("drag", ["law", "evidence", "gap", "signals"]),
+    ("nothing", ["evidence", "signals"])])
 def test_every_picture_can_be_rendered(studied: Studied, marks: Marks, name: str, drawn: list[str]) -> None:
     specs = study_pictures(*studied(name))
     assert list(specs) == drawn
@@ -147,6 +149,42 @@ def test_differences_are_measured_minus_predicted(studied: Studied) -> None:
             for one in figures.engagements]
     title = study_pictures(result, replace(figures, engagements=high))["signals"]["title"]["text"]
     assert title.startswith("In the worst engagements, the pressure is off by 1e+02 bar")
+
+
+def test_the_evidence_that_is_drawn_is_the_one_that_is_told(studied: Studied) -> None:
+    result, figures = studied("friction")
+    rival = Candidate("pressure_dependent_friction", "friction coefficient", "pressure", 90.0, 1.2)
+    one = replace(result.findings[0], errors=8.7, rivals=[rival])
+    settings = StudySettings.from_dict({"naming": {"errors": 5.0, "apart": 3.0}})
+    gains, blocks = study_pictures(with_findings(result, one), figures, None, settings)["evidence"]["vconcat"]
+    first, second = gains["data"]["values"]
+    # 8.7 standard errors: a 90 % interval that is 1.645 of them wide to either side, and far from zero.
+    assert (first["value"], first["least"]) == (8.7, 5.0)
+    assert (first["low"], first["high"]) == pytest.approx((8.7 - 1.645, 8.7 + 1.645), abs=1e-3)
+    assert first["low"] > 0
+    assert (second["label"], second["value"], second["least"]) == ("lead over pressure-dependent friction", 1.2, 3.0)
+    assert second["low"] < 0
+    assert second["series"] == "less than asked for"
+    assert [row["value"] for row in blocks["data"]["values"]] == pytest.approx(
+        [block.chi_square for block in result.blocks], rel=1e-4)
+    thresholds = [layer["encoding"]["x"]["datum"] for layer in blocks["layer"][:2]]
+    assert thresholds == pytest.approx([1.0, math.exp(5.0 * 0.05)])
+
+
+def test_an_interval_of_a_size_that_contains_zero_is_explained(studied: Studied) -> None:
+    result, figures = studied("friction")
+    lag = lag_of(result.findings[0])
+    wide = study_pictures(with_findings(result, law_of(lag, lower=[-0.002])), figures)["law"]["title"]["subtitle"]
+    assert " ".join(wide).startswith("90 % interval of the size: −2.00 to 13.0 ms. It contains zero:")
+    sure = study_pictures(with_findings(result, lag), figures)["law"]["title"]["subtitle"]
+    assert " ".join(sure) == "90 % interval of the size: 11.0 to 13.0 ms."
+
+
+def test_what_a_right_model_would_leave_is_drawn(studied: Studied) -> None:
+    result, figures = studied("friction")
+    assert result.gap is not None
+    band = study_pictures(result, figures)["gap"]["vconcat"][0]["layer"][0]["data"]["values"][0]
+    assert band["high"] == -band["low"] == pytest.approx(2e3 * result.gap.closures["shifting_time"].rms_expected)
 
 
 def test_without_a_significant_gap_there_are_no_closures(studied: Studied) -> None:

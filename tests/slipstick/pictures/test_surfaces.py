@@ -26,10 +26,10 @@ def test_both_planes_share_axes_in_units(both_fits: Fits) -> None:
     before, after = draw(both_fits)["hconcat"]
     assert before["encoding"] == after["encoding"]
     x, y = (before["encoding"][channel] for channel in "xy")
-    assert (x["title"], y["title"]) == ("pressure bias [bar]", "initial position [m]")
-    # The surfaces cover 0.8 to 1.2 times nominal: 3.2 bar before, 1.6 bar after, 5e-4 m in both.
+    assert (x["title"], y["title"]) == ("pressure bias [bar]", "initial position [mm]")
+    # The surfaces cover 0.8 to 1.2 times nominal: 3.2 bar before, 1.6 bar after, 0.5 mm in both.
     assert x["scale"]["domain"] == pytest.approx([1.28, 3.84], rel=0.1)
-    assert y["scale"]["domain"] == pytest.approx([4e-4, 6e-4], rel=0.02)
+    assert y["scale"]["domain"] == pytest.approx([0.4, 0.6], rel=0.02)
     frames = [[panel["layer"][1]["data"]["values"][0][name] for name in ("x", "x2")] for panel in (before, after)]
     assert frames == [pytest.approx([2.56, 3.84]), pytest.approx([1.28, 1.92])]
     means = [panel["layer"][-1]["data"]["values"][0]["x"] for panel in (before, after)]

@@ -1,6 +1,8 @@
-"""The reports in a browser, from disk: every picture is drawn, without any network request."""
+"""The reports in a browser, from disk: every picture is drawn without scripts or network, in the dark and on paper."""
 
-from collections.abc import Callable
+import base64
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,7 @@ from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
-from slipstick.pictures import CAPTIONS, study
+from slipstick.pictures import CAPTIONS, study, theme
 from slipstick.report import page
 from slipstick.report.study.page import study_page
 from slipstick.study import StudyResult, StudySettings
@@ -37,7 +39,7 @@ def shows(browser: webdriver.Chrome, requested: Callable[[], list[str]],
         path.write_text(html)
         browser.get(path.as_uri())
         drawn = WebDriverWait(browser, 20).until(
-            lambda browser: len(svgs := browser.find_elements(By.CSS_SELECTOR, ".picture svg.marks")) == pictures
+            lambda browser: len(svgs := browser.find_elements(By.CSS_SELECTOR, ".picture svg")) == pictures
             and svgs)
         for picture in drawn:
             assert picture.size["width"] <= 850
@@ -58,7 +60,7 @@ def shows(browser: webdriver.Chrome, requested: Callable[[], list[str]],
                          ids=["hostile", "one", "seven"])
 def test_every_picture_of_a_fit_is_drawn_without_a_network(
         shows: Shows, made: Callable[..., dict[str, Any]], axes: tuple[str, ...], n: int) -> None:
-    shows(page(FIT, made(axes, n)), len(CAPTIONS), 200)
+    shows(page(FIT, made(axes, n)), len(CAPTIONS), 150)
 
 
 @pytest.mark.parametrize(("name", "hostile", "omitted"), [
@@ -72,3 +74,67 @@ def test_every_picture_of_a_study_is_drawn_without_a_network(
         result = replace(result, sentence=HOSTILE[0], findings=[replace(one, **named) for one in result.findings])
     output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {}, "processor_seconds": {}}
     shows(study_page(STUDY, output, None if name == "nothing" else both_fits), len(study.CAPTIONS) - omitted, 140)
+
+
+@pytest.fixture
+def opened(browser: webdriver.Chrome, made: Callable[..., dict[str, Any]],
+           tmp_path: Path) -> Iterator[Callable[..., webdriver.Chrome]]:
+    """Opens the page of a fit with a width in px and properties of the media, such as a dark colour scheme."""
+    def show(width: int = 1200, **media: Any) -> webdriver.Chrome:
+        path = tmp_path / "report.html"
+        path.write_text(page(FIT, made(n=20)))
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500})
+        browser.get(path.as_uri())
+        return browser
+
+    yield show
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {})
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+DARK = [{"name": "prefers-color-scheme", "value": "dark"}]
+FILL = "return getComputedStyle(document.querySelector('.picture text')).fill"
+
+
+def rgb(colour: str) -> str:
+    return f"rgb({', '.join(str(int(colour[place:place + 2], 16)) for place in (1, 3, 5))})"
+
+
+def test_a_page_is_readable_at_320_px(opened: Callable[..., webdriver.Chrome]) -> None:
+    browser = opened(320)
+    assert browser.execute_script("return document.documentElement.scrollWidth") == 320
+    sizes = browser.execute_script(
+        "return [...document.querySelectorAll('.picture text')].map(one => one.getBoundingClientRect())"
+        ".map(box => Math.min(box.width, box.height)).filter(size => size > 0)")
+    letters = browser.execute_script(
+        "return [...document.querySelectorAll('.picture svg')].map(one => one.getBoundingClientRect().width / "
+        "one.viewBox.baseVal.width)")
+    assert len(sizes) > 100
+    assert min(letters) == pytest.approx(1.0, abs=0.02)  # not shrunk: they scroll within the page
+    assert browser.execute_script("return [...document.querySelectorAll('.picture')].every(one => one.tabIndex === 0)")
+
+
+def test_the_dark_scheme_changes_page_and_pictures(opened: Callable[..., webdriver.Chrome]) -> None:
+    light = opened().execute_script(FILL)
+    assert light in {rgb(colour) for colour in (theme.INK, theme.MEASURED, theme.FAINT)}
+    browser = opened(features=DARK)
+    assert browser.execute_script(FILL) in {rgb(theme.DARK[colour]) for colour in (
+        theme.INK, theme.MEASURED, theme.FAINT)}
+    assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") == rgb(theme.DARK["white"])
+
+
+def test_paper_is_light_and_a_figure_is_never_cut(opened: Callable[..., webdriver.Chrome]) -> None:
+    browser = opened(680, media="print", features=DARK)  # 680 px: A4 without margins
+    assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert browser.execute_script(FILL) in {rgb(colour) for colour in (theme.INK, theme.MEASURED, theme.FAINT)}
+    heights = browser.execute_script(
+        "return [...document.querySelectorAll('figure')].map(one => one.getBoundingClientRect().height)")
+    assert max(heights) < 994  # 263 mm of a page
+    assert browser.execute_script("return getComputedStyle(document.querySelector('figure')).breakInside") == "avoid"
+    document = browser.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"]
+    pdf = base64.b64decode(document)
+    assert pdf.startswith(b"%PDF")
+    boxes = {tuple(round(float(end)) for end in box.split()) for box in re.findall(rb"/MediaBox \[([^]]+)\]", pdf)}
+    assert boxes == {(0, 0, 595, 842)}  # A4 in points

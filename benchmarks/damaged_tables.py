@@ -1,0 +1,223 @@
+"""What becomes of damaged tables that are uploaded: refused, or read without any difference.
+
+    python -m benchmarks.damaged_tables
+
+1,000 files are made from a plain table, that of docs/your_table.md, and from the same table as the service stores it:
+cut off, with random bytes changed, with datasets and attributes of wrong types, and with hostile shapes, links and
+values. Each is read by the reader of uploads in a child process with the limits of an upload. The children are forked
+from a process that has imported the reader already; those of the service import it anew, which takes ten times as long.
+A file that is read must give the content of the undamaged one.
+"""
+
+import io
+import multiprocessing
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from benchmarks.results import write
+from slipstick.errors import SlipstickError
+from slipstick.table.upload import read, rewritten
+
+COUNT, SEED, SECONDS, MEMORY = 1000, 1, 10, 4 << 30
+HEADER = ("form", "damage", "files", "refused with cause and remedy", "reader crashed or took too long",
+          "no difference", "silent difference")
+Damage = Callable[[bytes, np.random.Generator], bytes]
+Edit = Callable[[h5py.File], None]
+
+_DATASETS = ("times", "axes/torque_constant", "axes/rotor_inertia", "conditions/speed", "conditions/load_inertia")
+_ATTRIBUTES = (("/", "layout"), ("/", "layout_version"), ("axes", "order"), ("axes/torque_constant", "nominal"),
+               ("axes/torque_constant", "nominal_units"), ("times", "units"), ("conditions", "order"),
+               ("conditions/speed", "units"))
+
+
+def plain_table() -> bytes:
+    """The file that the program of docs/your_table.md writes."""
+    page = (Path(__file__).parents[1] / "docs" / "your_table.md").read_text()
+    program, = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, "-c", program], cwd=folder, check=True)
+        return (Path(folder) / "motor.h5").read_bytes()
+
+
+def truncated(content: bytes, rng: np.random.Generator) -> bytes:
+    """The first part of the file."""
+    return content[:int(rng.integers(len(content)))]
+
+
+def flipped(content: bytes, rng: np.random.Generator) -> bytes:
+    """The file with 1 to 16 bytes replaced, half of the time among its first 4 KiB, where its structure is."""
+    damaged = bytearray(content)
+    end = min(len(content), 4096) if rng.random() < 0.5 else len(content)
+    for position in rng.integers(end, size=int(rng.integers(1, 17))):
+        damaged[position] = int(rng.integers(256))
+    return bytes(damaged)
+
+
+def wrong_type(content: bytes, rng: np.random.Generator) -> bytes:
+    """The file with one dataset or attribute of another type."""
+    def edit(file: h5py.File) -> None:
+        if rng.random() < 0.5:
+            path = str(rng.choice(_DATASETS))
+            values = file[path][()]
+            changed = [values.astype("c16"), values.astype("S8"), values > 1, np.zeros(values.shape, "V8"),
+                       np.zeros(values.shape, [("a", "f8")]), values.astype("g")]
+            _replace(file, path, changed[int(rng.integers(len(changed)))])
+        else:
+            path, name = _ATTRIBUTES[int(rng.integers(len(_ATTRIBUTES)))]
+            values = [np.float64("nan"), np.bytes_(b"\xff\xfe"), np.zeros((3, 3)), np.bytes_(b""), h5py.Empty("f8"),
+                      "text", np.array([b"a", b"b"]), np.array((1, 2), [("a", "i4"), ("b", "i4")])]
+            file[path].attrs[name] = values[int(rng.integers(len(values)))]
+
+    return _edited(content, edit)
+
+
+def hostile(content: bytes, rng: np.random.Generator) -> bytes:
+    """The file with one hostile shape, link, name or value."""
+    edits = _hostile_edits(rng)
+    return _edited(content, edits[int(rng.integers(len(edits)))])
+
+
+def _hostile_edits(rng: np.random.Generator) -> list[Edit]:
+    path = str(rng.choice(_DATASETS))
+
+    def shaped(shape: tuple[int, ...], chunks: tuple[int, ...]) -> Edit:
+        return lambda file: _replace(file, path, None, shape=shape, chunks=chunks, dtype="f8")
+
+    def linked(link: object) -> Edit:
+        def edit(file: h5py.File) -> None:
+            del file[path]
+            file[path] = link
+
+        return edit
+
+    def reshaped(change: Callable[[np.ndarray], np.ndarray]) -> Edit:
+        return lambda file: _replace(file, path, change(file[path][()]))
+
+    def valued(value: float) -> Edit:
+        def edit(file: h5py.File) -> None:
+            values = file[path][()].astype("f8")
+            values.flat[int(rng.integers(values.size))] = value
+            _replace(file, path, values)
+
+        return edit
+
+    def named(order: bytes) -> Edit:
+        return lambda file: file["axes"].attrs.__setitem__("order", np.bytes_(order))
+
+    def virtual(file: h5py.File) -> None:
+        layout = h5py.VirtualLayout(file[path].shape, "f8")
+        layout[...] = h5py.VirtualSource("/etc/passwd", "x", shape=file[path].shape)
+        del file[path]
+        file.create_virtual_dataset(path, layout)
+
+    def compressed(file: h5py.File) -> None:
+        _replace(file, path, np.zeros(1 << 24), chunks=(1 << 24,), compression=9)
+
+    return [
+        shaped((1 << 40, 1 << 20), (1, 1)), shaped((1 << 31,), (1 << 28,)), shaped((0, 0), (1, 1)),
+        reshaped(lambda values: values[..., None]), reshaped(lambda values: values.ravel()[:1]),
+        reshaped(lambda values: values[:0]), reshaped(np.atleast_3d),
+        linked(h5py.SoftLink("/")), linked(h5py.SoftLink("/nowhere")), linked(h5py.ExternalLink("/etc/passwd", "/")),
+        valued(np.inf), valued(-np.inf), virtual, compressed,
+        named(b"[]"), named(b"{}"), named(b'["torque_constant", "torque_constant"]'), named(b'["../times", "x"]'),
+        named(b"[" * 100_000), named(b'["' + b"a" * 60_000 + b'"]'), named(b"[1, null]"), named(b'["torque_constant"]')]
+
+
+def _replace(file: h5py.File, path: str, values: np.ndarray | None, **options: Any) -> None:
+    units = file[path].attrs["units"]
+    attributes = dict(file[path].attrs)
+    del file[path]
+    if values is not None:
+        options = {"chunks": tuple(max(length, 1) for length in values.shape), **options}
+    options["maxshape"] = (None,) * len(options["chunks"])
+    dataset = file.create_dataset(path, data=values, fletcher32=True, **options)
+    for name in ("nominal", "nominal_units"):
+        if name in attributes:
+            dataset.attrs[name] = attributes[name]
+    dataset.attrs["units"] = units
+
+
+def _edited(content: bytes, edit: Edit) -> bytes:
+    memory = io.BytesIO(content)
+    with h5py.File(memory, "r+", libver=("v110", "v110")) as file:
+        edit(file)
+    return memory.getvalue()
+
+
+DAMAGES: tuple[Damage, ...] = (truncated, flipped, wrong_type, hostile)
+
+
+def outcome(content: bytes, digest: str) -> str:
+    """What the reader of uploads makes of the file, as a column of the table."""
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+    process = multiprocessing.get_context("fork").Process(target=_read, args=(content, sender))
+    process.start()
+    sender.close()
+    process.join(6 * SECONDS)
+    if process.is_alive():
+        process.kill()
+        process.join()
+    try:
+        answer = receiver.recv() if process.exitcode == 0 else None
+    except EOFError:
+        answer = None
+    if answer is None:
+        return HEADER[4]
+    found, cause, remedy = answer
+    if not found:
+        assert cause
+        assert remedy
+        return HEADER[3]
+    return HEADER[5] if found == digest else HEADER[6]
+
+
+def _read(content: bytes, sender: "multiprocessing.connection.Connection") -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # of the HDF5 library
+    try:
+        sender.send((rewritten(content).partition(b"\n")[0].decode(), "", ""))
+    except SlipstickError as error:
+        sender.send(("", error.cause, error.remedy))
+
+
+def outcomes(count: int, seed: int) -> Counter[tuple[str, str, str]]:
+    """How often each form with each damage has each outcome, of `count` files in all."""
+    plain = plain_table()
+    stored = rewritten(plain).partition(b"\n")[2]
+    digest = read(plain).digest
+    forms = {"plain": plain, "stored": stored}
+    assert {outcome(content, digest) for content in forms.values()} == {HEADER[5]}
+    found: Counter[tuple[str, str, str]] = Counter()
+    for number in range(count):
+        form, damage = list(forms)[number % 2], DAMAGES[number // 2 % len(DAMAGES)]
+        content = damage(forms[form], np.random.default_rng([seed, number]))
+        found[form, damage.__name__, outcome(content, digest)] += 1
+    return found
+
+
+def main() -> None:
+    """Write the table."""
+    found = outcomes(COUNT, SEED)
+    rows = []
+    for form in ("plain", "stored"):
+        for damage in (one.__name__ for one in DAMAGES):
+            counts = [found[form, damage, column] for column in HEADER[3:]]
+            rows.append((form, damage.replace("_", " "), sum(counts), *counts))
+    rows.append(("all", "", *(sum(int(row[column]) for row in rows) for column in range(2, len(HEADER)))))
+    write("damaged_tables", HEADER, rows, "python -m benchmarks.damaged_tables")
+
+
+if __name__ == "__main__":
+    main()

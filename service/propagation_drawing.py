@@ -1,0 +1,54 @@
+"""The answer to a propagation as a picture or a page instead of numbers."""
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import orjson
+from fastapi import Query, Request, Response
+
+from service.pictures import preferred
+from service.schemas import require_size
+from slipstick.pictures import propagation
+from slipstick.pictures.rendering import render
+from slipstick.report.propagation import propagation_page
+from slipstick.table.subject import Setting, columns
+
+if TYPE_CHECKING:
+    from service.routes.propagate import PropagateRequest
+
+Form = Literal["json", "svg", "png", "html"]
+_MEDIA_TYPES: dict[Form, str] = {"json": "application/json", "svg": "image/svg+xml", "png": "image/png",
+                                 "html": "text/html"}
+_ACCEPTED: dict[str, Form] = {**{media_type: form for form, media_type in _MEDIA_TYPES.items()},
+                              "image/*": "svg", "*/*": "json"}
+_POINTS = 161  # of a density, if the request asks for none
+
+CONTENT: dict[str, dict[str, Any]] = {
+    "image/svg+xml": {"schema": {"type": "string"}}, "text/html": {"schema": {"type": "string"}},
+    "image/png": {"schema": {"type": "string", "format": "binary"}}}
+"""OpenAPI description of the drawn answers."""
+FormatQuery = Annotated[Form | None, Query(
+    description="Form of the answer: `json` for numbers, `svg` or `png` for a picture, `html` for a page with a table. "
+                f"At most {propagation.MOST} conditions are drawn. By default the Accept header decides.")]
+
+
+def form(request: Request, format: Form | None) -> Form:
+    """The form that a request asks for."""
+    return format or preferred(request.headers.get("accept", ""), _ACCEPTED)
+
+
+def drawable(body: "PropagateRequest", conditions: int) -> "PropagateRequest":
+    """The request with densities, which do not exist without output noise; raises `TooLarge` for many `conditions`."""
+    require_size(conditions, propagation.MOST, "conditions in a picture", "Select conditions, or request JSON")
+    points = 0 if body.output_std == 0 else body.density_points or _POINTS
+    return body.model_copy(update={"density_points": points, "coefficients": False})
+
+
+def drawn(answer: Response, request: dict[str, Any], conditions: Setting, form: Form) -> Response:
+    """The JSON `answer` to a `request` under these conditions as a picture or a page."""
+    content, given = orjson.loads(answer.body), columns(conditions)
+    if form == "html":
+        drawing: str | bytes = propagation_page(content, request, given)
+    else:
+        drawing = render(propagation.draw(content, request["quantiles"], given), "png" if form == "png" else "svg",
+                         propagation.CAPTION)
+    return Response(drawing, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})

@@ -1,0 +1,49 @@
+"""Upload of tables, those of this project and those that another program computed."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+
+from service.bodies import JsonRoute, require_media_type
+from service.computations import computes
+from service.problem_details import Conflict, error_responses
+from service.routes.tables import TableDescription, describe_table
+from service.schemas import LibraryDependency
+
+router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
+
+MEDIA_TYPE = "application/x-hdf5"
+_UPLOAD_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {MEDIA_TYPE: {
+    "schema": {"type": "string", "format": "binary"}}}}}
+
+NewTableName = Annotated[str, Query(
+    description="Name of the new table: up to 64 letters, digits, - and _, starting with a letter or digit.",
+    openapi_examples={"mine": {"summary": "A new name", "value": "my-table"}})]
+
+
+async def _file(request: Request) -> bytes:
+    require_media_type(request, MEDIA_TYPE)
+    return await request.body()
+
+
+@router.post("", summary="Upload a table", status_code=201, openapi_extra=_UPLOAD_BODY,
+             responses=error_responses(408, 409, 413, 415, 503) | {200: {
+                 "description": "The same table already existed under this name", "model": TableDescription}})
+@computes
+def upload_table(name: NewTableName, content: Annotated[bytes, Depends(_file)], library: LibraryDependency,
+                 response: Response) -> TableDescription:
+    """Verify a table of any axes and store it.
+
+    The request body is an HDF5 file (Content-Type application/x-hdf5): a table that the worker built, or a plain table
+    that another program computed, of another machine for example. `docs/your_table.md` describes its layout. Send it by
+    `curl --data-binary @table.h5 --header 'Content-Type: application/x-hdf5'`. The file is read in a child process with
+    limited time and memory, and written anew. An existing file is never replaced: another table under an existing name
+    is rejected with 409.
+    """
+    try:
+        is_new = library.add_table(name, content)
+    except FileExistsError:
+        raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
+    response.status_code = 201 if is_new else 200
+    response.headers["Location"] = f"/v1/tables/{name}"
+    return describe_table(name, library)

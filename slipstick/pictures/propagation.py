@@ -1,0 +1,114 @@
+"""Distributions of propagated shifting times, one row for each condition: density, quantiles, and Sobol indices."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from slipstick.pictures import theme
+from slipstick.pictures.conditions import Columns, described
+from slipstick.pictures.theme import Spec
+
+CAPTION = ("One row for each condition. Left: density of the shifting time, with the output noise; vertical lines: "
+           "quantiles; dot: mean; bar: one standard deviation to either side. Right: share of the variance that each "
+           "input causes alone (first-order Sobol index, solid) and together with all others (total, light), without "
+           "the output noise. Totals well above the solid bars are interactions, and then the shares do not add to "
+           "one.")
+
+MOST = 24
+"""Conditions in a picture."""
+_WIDTH, _SOBOL, _HEIGHT = 420, 150, 84
+_FIRST, _TOTAL = "alone (first order)", "with interactions (total)"
+_DOMINANT = 0.5
+"""First-order index from which on an input causes most of a variance."""
+
+
+def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: Columns) -> Spec:
+    """Return the picture of an answer to a propagation.
+
+    `answer` has the `axes` (name), and for each of its `conditions` their index, `mean` and `std` in s, `quantiles` in
+    s at the `probabilities`, and, or null, `first_order` and `total` for each axis and `density` over `density_time`.
+    `conditions` are their columns, in the order of the answer.
+    """
+    axes = [axis["name"] for axis in answer["axes"]]
+    rows = [(place, one) for place, one in enumerate(answer["conditions"]) if one["mean"] is not None]
+    omitted = len(answer["conditions"]) - len(rows)
+    titles = [f"{one['condition']}: {described(conditions, place)}" for place, one in rows]
+    views = [_row(one, probabilities, axes, title, one is rows[-1][1])
+             for (_, one), title in zip(rows, titles, strict=True)]
+    levels = ", ".join(f"{100 * probability:g} %" for probability in probabilities)
+    return theme.picture(
+        _title([one for _, one in rows], axes),
+        (f"Lines: quantiles at {levels}. " if levels else "")
+        + ("" if any(one["total"] for _, one in rows) else "Without Sobol indices, because the inputs are dependent. ")
+        + (f"Not drawn: {omitted} without an expansion, because an engagement does not lock." if omitted else ""),
+        {"spacing": 18, "vconcat": views})
+
+
+def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str]) -> str:
+    if not rows:
+        return "No condition has a distribution"
+    if len(rows) == 1:
+        one = rows[0]
+        mean, std = (f"{1e3 * one[name]:.1f} ms" for name in ("mean", "std"))
+        return f"Condition {one['condition']} locks at {mean}, with a std of {std}"
+    stds = [1e3 * one["std"] for one in rows]
+    text = f"Standard deviations of {min(stds):.1f} to {max(stds):.1f} ms in {len(rows)} conditions"
+    shares = [one["first_order"] for one in rows if one["first_order"]]
+    counts = [sum(share[axis] >= _DOMINANT for share in shares) for axis in range(len(axes))]
+    best = max(range(len(axes)), key=lambda axis: counts[axis])
+    if not counts[best]:
+        return text
+    return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {counts[best]} of them"
+
+
+def _row(one: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, last: bool) -> Spec:
+    views = [_density(one, probabilities, last)]
+    if one["total"] is not None:
+        views.append(_shares(one, axes, last))
+    return {"title": {"text": title, "fontSize": 12, "fontWeight": "normal", "offset": 6, "anchor": "start"},
+            "spacing": 40, "hconcat": views}
+
+
+def _density(one: Mapping[str, Any], probabilities: Sequence[float], last: bool) -> Spec:
+    x: Spec = {"field": "t", "type": "quantitative", "scale": {"zero": False, "nice": False, "padding": 6},
+               "title": "shifting time [ms]" if last else None, "axis": {"grid": False, "tickCount": 8}}
+    y: Spec = {"type": "quantitative", "axis": None}
+    mean, std = 1e3 * one["mean"], 1e3 * one["std"]
+    center = {"t": theme.rounded(mean, 6), "low": theme.rounded(mean - std, 6), "high": theme.rounded(mean + std, 6),
+              "std": theme.rounded(std, 4)}
+    layers: list[Spec] = []
+    if one["density"]:
+        rows = [{"t": theme.rounded(1e3 * t, 6), "p": theme.rounded(p)} for t, p in
+                zip(one["density_time"], one["density"], strict=True) if t is not None]
+        layers.append({"data": {"values": rows}, "encoding": {"x": x, "y": {**y, "field": "p"}},
+                       "mark": {"type": "area", "color": theme.AFTER, "opacity": 0.3, "line": {
+                           "color": theme.AFTER, "strokeWidth": 1.4}}})
+    lines = [{"t": theme.rounded(1e3 * value, 6), "level": f"{100 * level:g} %"}
+             for level, value in zip(probabilities, one["quantiles"], strict=True) if value is not None]
+    return {"width": _WIDTH, "height": _HEIGHT, "layer": [
+        *layers,
+        {"data": {"values": lines}, "mark": {"type": "rule", "color": theme.MEASURED, "strokeDash": [4, 3]},
+         "encoding": {"x": x, "tooltip": [{"field": "level", "type": "nominal"}]}},
+        {"data": {"values": [center]}, "mark": {"type": "rule", "color": theme.INK, "strokeWidth": 2.5},
+         "encoding": {"x": {**x, "field": "low"}, "x2": {"field": "high"}, "y": {"value": _HEIGHT - 8}}},
+        {"data": {"values": [center]}, "mark": {"type": "point", "filled": True, "size": 60, "color": theme.INK,
+                                                "opacity": 1},
+         "encoding": {"x": x, "y": {"value": _HEIGHT - 8}, "tooltip": [
+             {"field": "t", "type": "quantitative", "title": "mean [ms]"},
+             {"field": "std", "type": "quantitative", "title": "std [ms]"}]}}]}
+
+
+def _shares(one: Mapping[str, Any], axes: Sequence[str], last: bool) -> Spec:
+    rows = [{"input": theme.in_words(axis), "first": theme.rounded(one["first_order"][place]),
+             "total": theme.rounded(one["total"][place]), "kind": kind}
+            for kind in (_FIRST, _TOTAL) for place, axis in enumerate(axes)]
+    x: Spec = {"type": "quantitative", "scale": {"domain": [0, 1]}, "title": "share of the variance" if last else None,
+               "axis": {"tickCount": 4}}
+    y = {"field": "input", "type": "nominal", "title": None, "sort": None,
+         "axis": {"ticks": False, "domain": False, "labelLimit": 160}}
+    colour = {**theme.series_colour({_FIRST: theme.AFTER, _TOTAL: theme.SHADES[3]}), "field": "kind"}
+    return {"width": _SOBOL, "height": _HEIGHT, "data": {"values": rows}, "encoding": {"y": y, "color": colour},
+            "layer": [
+                {"transform": [{"filter": f"datum.kind == '{_TOTAL}'"}],
+                 "mark": {"type": "bar", "height": {"band": 0.62}}, "encoding": {"x": {**x, "field": "total"}}},
+                {"transform": [{"filter": f"datum.kind == '{_FIRST}'"}],
+                 "mark": {"type": "bar", "height": {"band": 0.34}}, "encoding": {"x": {**x, "field": "first"}}}]}

@@ -1,0 +1,84 @@
+"""The picture and the page of a propagation: every condition, quantiles, Sobol bars, warnings first."""
+
+from collections.abc import Callable
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from slipstick.pictures.propagation import draw
+from slipstick.pictures.rendering import render
+from slipstick.report.propagation import propagation_page
+
+CONDITIONS = {"current_profile": [0, 2], "motor_speed": [104.7, 199.0], "load_inertia": [6.0, 14.0],
+              "brake_torque": [20.0, 80.0]}
+REQUEST = {"inputs": {"mean": [1.0, 1.0], "std": [0.05, 0.08], "families": None}, "output_std": 0.003,
+           "quantiles": [0.05, 0.95], "tolerance": 0.001}
+
+
+def condition(index: int, **changes: Any) -> dict[str, Any]:
+    time = np.linspace(0.5, 0.7, 41)
+    density = np.exp(-((time - 0.6) / 0.02) ** 2 / 2) / 50
+    return {"condition": index, "mean": 0.6, "std": 0.02, "error": 2e-4, "quantiles": [0.567, 0.633],
+            "first_order": [0.7, 0.2], "total": [0.8, 0.3], "density_time": time.tolist(), "density": density.tolist(),
+            **changes}
+
+
+def answer(*conditions: dict[str, Any], **changes: Any) -> dict[str, Any]:
+    return {"table": "mine", "table_digest": "a1b2", "axes": [{"name": "pressure_bias"}, {"name": "initial_position"}],
+            "outside": "clip", "mass_outside": 1e-5, "order": 4, "nodes": 25, "reached": True,
+            "conditions": list(conditions), **changes}
+
+
+def texts(spec: dict[str, Any]) -> list[str]:
+    return ["".join(element.itertext()) for element in ElementTree.fromstring(render(spec, "svg")).iter()
+            if element.tag.endswith("}text")]
+
+
+def test_every_condition_has_its_density_quantiles_and_bars() -> None:
+    spec = draw(answer(condition(0), condition(215)), [0.05, 0.95], CONDITIONS)
+    assert spec["title"]["text"] == ("Standard deviations of 20.0 to 20.0 ms in 2 conditions; the pressure bias causes "
+                                     "most of the variance in 2 of them")
+    assert [row["title"]["text"] for row in spec["vconcat"]] == [
+        "0: profile 0, motor 105 rad/s, 6 kg m², brake 20 N m",
+        "215: profile 2, motor 199 rad/s, 14 kg m², brake 80 N m"]
+    density, bars = spec["vconcat"][0]["hconcat"]
+    area, quantiles, std, _ = (layer["data"]["values"] for layer in density["layer"])
+    assert area[20] == {"t": 600.0, "p": 0.02}
+    assert [row["t"] for row in quantiles] == [567, 633]
+    assert (std[0]["low"], std[0]["high"]) == (580, 620)
+    assert {(row["input"], row["first"], row["total"]) for row in bars["data"]["values"]} == {
+        ("pressure bias", 0.7, 0.8), ("initial position", 0.2, 0.3)}
+    drawn = texts(spec)
+    assert {"shifting time [ms]", "share of the variance", "pressure bias"} <= set(drawn)
+
+
+def test_dependent_inputs_have_no_bars_and_no_noise_no_density() -> None:
+    one = condition(0, first_order=None, total=None, density=None, density_time=None)
+    spec = draw(answer(one), [0.05, 0.95], CONDITIONS)
+    assert spec["title"]["text"] == "Condition 0 locks at 600.0 ms, with a std of 20.0 ms"
+    assert "the inputs are dependent" in " ".join(spec["title"]["subtitle"])
+    assert len(spec["vconcat"][0]["hconcat"]) == 1
+    assert "area" not in str(spec)
+
+
+@pytest.mark.parametrize(("changes", "warning"), [
+    ({"mass_outside": 0.2}, "20.0 % of the inputs lie outside the table. There, the value at its nearest edge is used"),
+    ({"reached": False}, "The tolerance is not reached: the error exceeds 1 ms with 25 model runs")])
+def test_warnings_come_before_the_result(reading: Callable[[str], Any], changes: dict[str, Any], warning: str) -> None:
+    parsed = reading(propagation_page(answer(condition(0), **changes), REQUEST, CONDITIONS))
+    body = parsed.text[parsed.text.index("Slipstick ·"):]
+    assert body.index(warning) < body.index("Pressure bias and initial position propagated to 1 condition of “mine”")
+    assert parsed.count("svg") == 1
+    assert parsed.count("script") == 0
+    assert reading(propagation_page(answer(condition(0)), REQUEST, CONDITIONS)).count("aside") == 0
+
+
+def test_a_condition_without_an_expansion_is_counted(reading: Callable[[str], Any]) -> None:
+    lost = dict.fromkeys(condition(0)) | {"condition": 7, "quantiles": [None, None]}
+    text = reading(propagation_page(answer(condition(0), lost), REQUEST, CONDITIONS)).text
+    assert "1 of 2 conditions have no distribution" in text
+    assert "Not drawn: 1 without an expansion" in text
+    for phrase in ("0: profile 0, motor 105 rad/s", "600.0", "567.0", "80 %", "Output noise: 3 ms", "0.2 ms", "a1b2"):
+        assert phrase in text

@@ -1,0 +1,268 @@
+"""Tables of any machine: failing runs, timeouts, interruptions, and an UM-Bridge server of the umbridge package."""
+
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slipstick.errors import InvalidValue
+from slipstick.machine import Workers, open_machine
+from slipstick.table import Table
+from worker import building, fit_steps, machine_plan
+from worker.__main__ import main
+from worker.computing import Computer, Report
+
+DOCS = Path(__file__).parents[2] / "docs"
+TROUBLE = '''
+import time
+
+def output(a, b):
+    if a > 1.45:
+        raise ValueError(f"a is {a:g}")
+    if a < 0.55:
+        time.sleep(60)
+    return None if b > 2.5 else a * b
+'''
+MACHINE = '''
+title = "A function in trouble"
+simulator = { callable = "NAME:output", timeout = "0.2 s" }
+output = { name = "c", unit = "m" }
+inputs.a = { nominal = 1, range = [0.5, 1.5], points = 5 }
+conditions.b = [1, 2, 3]
+'''
+SERVER = '''
+import sys
+import umbridge
+
+sys.path.insert(0, sys.argv[2])
+from motor import run_up_time
+
+class Motor(umbridge.Model):
+    def __init__(self, name, split):
+        super().__init__(name)
+        self.split = split
+
+    def get_input_sizes(self, config):
+        return [2, 2] if self.split else [4]
+
+    def get_output_sizes(self, config):
+        return [1]
+
+    def __call__(self, parameters, config):
+        resistance, friction, voltage, inertia = sum(parameters, [])
+        return [[run_up_time(resistance, friction, voltage, inertia) * config.get("factor", 1)]]
+
+    def supports_evaluate(self):
+        return True
+
+umbridge.serve_models([Motor("motor", False), Motor("split", True)], int(sys.argv[1]))
+'''
+
+
+@pytest.fixture
+def trouble(tmp_path: Path) -> Path:
+    name = f"trouble_{tmp_path.name.replace('-', '_')}"  # each test has its own module
+    (tmp_path / f"{name}.py").write_text(TROUBLE)
+    (tmp_path / "machine.toml").write_text(MACHINE.replace("NAME", name))
+    return tmp_path
+
+
+def build(folder: Path, *options: str) -> int:
+    return main(["build", "--machine", str(folder / "machine.toml"), "--out", str(folder / "table.h5"),
+                 "--threads", "1", *options])
+
+
+def require_ended(child: int) -> None:
+    """Wait until a process has ended; fail if it does not."""
+    for _ in range(100):
+        status = Path(f"/proc/{child}/stat")
+        if not status.exists() or status.read_text().split()[2] == "Z":
+            return
+        time.sleep(0.1)
+    os.kill(child, signal.SIGKILL)
+    pytest.fail("the process of the simulator is still alive")
+
+
+def test_runs_without_output_have_a_status_and_a_reason(trouble: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert build(trouble) == 0
+    table, told = Table.open(trouble / "table.h5"), capsys.readouterr()
+    assert table.status.tolist() == [[2, 2, 2], [0, 0, 1], [0, 0, 1], [0, 0, 1], [2, 2, 2]]
+    np.testing.assert_allclose(table.times[1:4, :2], [[0.75, 1.5], [1, 2], [1.25, 2.5]])
+    assert table.output.unit == "m"
+    assert "9 of 15 runs have no output: 3 returned none, 6 failed" in told.err
+    assert "a 0.5 1, b 1: TimeoutError: no result within 0.2 s" in told.err
+    assert "6 with an output, 3 without an output, 6 failed" in told.out
+    assert main(["surrogate", "--machine", str(trouble / "machine.toml"), "--out", str(trouble / "s.h5"),
+                 "--axis", "a=0.7:1.3", "--runs", "100", "--steps", "10"]) == 1
+    assert re.search(r"120 of 360 runs in the box have no output, in 1 condition\(s\) .*indices: 2",
+                     capsys.readouterr().err)
+
+
+def test_a_simulator_that_fails_at_the_nominal_values_is_not_started(trouble: Path,
+                                                                     capsys: pytest.CaptureFixture[str]) -> None:
+    text = (trouble / "machine.toml").read_text()
+    (trouble / "machine.toml").write_text(text.replace("nominal = 1,", "nominal = 1.5,"))
+    assert build(trouble) == 1
+    assert "fails at the nominal values for b 1: ValueError: a is 1.5" in capsys.readouterr().err
+    (trouble / "machine.toml").write_text(text)
+    for options, message in ((("--axis", "a=0.1:1:3"), "exceeds the range of the input"),
+                             (("--axis", "d=1:2:3"), "There is no input 'd'"),
+                             (("--axis", "a=1:2"), "not a valid axis"),
+                             (("--conditions", "x.csv"), "--conditions and --machine exclude each other")):
+        assert build(trouble, *options) == 1
+        assert message in capsys.readouterr().err
+    assert not (trouble / "table.h5").exists()
+
+
+def test_an_interrupted_build_resumes(trouble: Path, monkeypatch: pytest.MonkeyPatch,
+                                      capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(machine_plan, "CHUNK", 3)  # one point
+    written = []
+
+    def stopping(path: Path, *arrays: np.ndarray) -> None:
+        if len(written) == 3:
+            raise KeyboardInterrupt
+        written.append(path)
+        kept(path, *arrays)
+
+    kept = building._write_chunk
+    with monkeypatch.context() as patch:
+        patch.setattr(building, "_write_chunk", stopping)
+        assert build(trouble, "--axis", "a=0.7:1.3:6") == 130
+    capsys.readouterr()
+    assert build(trouble, "--axis", "a=0.7:1.3:6") == 0
+    assert "9 from an earlier run" in capsys.readouterr().err
+    resumed = Table.open(trouble / "table.h5")
+    assert build(trouble, "--axis", "a=0.7:1.3:6") == 0
+    assert Table.open(trouble / "table.h5").digest == resumed.digest
+    module = next(trouble.glob("*.py"))
+    module.write_text(module.read_text() + "\n# another version")
+    assert build(trouble, "--axis", "a=0.7:1.3:6") == 0
+    assert Table.open(trouble / "table.h5").digest != resumed.digest
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The motor of the documentation behind a server of the umbridge package; its address."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    script = tmp_path_factory.mktemp("server") / "server.py"
+    script.write_text(SERVER)
+    process = subprocess.Popen([sys.executable, str(script), str(port), str(DOCS)], stdout=subprocess.DEVNULL)
+    while True:
+        assert process.poll() is None
+        try:
+            socket.create_connection(("127.0.0.1", port), 1).close()
+            break
+        except OSError:
+            time.sleep(0.1)
+    yield f"http://127.0.0.1:{port}"
+    process.kill()
+    process.wait()
+
+
+def motor(folder: Path, *lines: str) -> None:
+    text = (DOCS / "motor.toml").read_text().replace("points = 17", "points = 3").replace("points = 13", "points = 3")
+    (folder / "machine.toml").write_text(text.replace('callable = "motor:run_up_time"', "\n".join(lines)))
+
+
+def test_an_um_bridge_server_gives_the_same_table(server: str, tmp_path: Path,
+                                                  capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(DOCS / "motor.py", tmp_path)
+    motor(tmp_path, 'callable = "motor:run_up_time"')
+    assert build(tmp_path) == 0
+    expected = Table.open(tmp_path / "table.h5").times
+    assert expected.shape == (3, 3, 6)
+    url = f'url = "{server}"'
+    for lines in ((url, 'model = "motor"'),
+                  (url, 'model = "split"', 'arguments = [["resistance", "friction"], ["voltage", "inertia"]]')):
+        motor(tmp_path, *lines)
+        assert build(tmp_path) == 0
+        assert np.array_equal(Table.open(tmp_path / "table.h5").times, expected)
+    motor(tmp_path, url, 'model = "motor"', "config = { factor = 2 }")
+    assert build(tmp_path) == 0
+    assert np.array_equal(Table.open(tmp_path / "table.h5").times, 2 * expected)
+    capsys.readouterr()
+    for lines, message in (((url, 'model = "moter"'), "ModelNotFound: Model moter not found"),
+                           ((url, 'model = "split"'), "InvalidInput: Number of input parameters does not match"),
+                           ((url, 'model = "motor"', 'arguments = [["resistance", "friction"]]'), "InvalidInput")):
+        motor(tmp_path, *lines)
+        assert build(tmp_path) == 1
+        assert message in capsys.readouterr().err
+
+
+def test_a_worker_runs_no_simulator_that_it_was_not_given(trouble: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = open_machine(trouble / "machine.toml")
+    workers = Workers(file, 1)
+    monkeypatch.setitem(fit_steps._workers, file.machine.digest, workers)
+    with workers.executor:
+        model = fit_steps._simulator(file.machine, {file.machine.digest: file}, ["a"])
+        np.testing.assert_allclose(model(np.array([[0.7], [1.2]]), file.cases)[:, :2], [[0.7, 1.4], [1.2, 2.4]])
+    with pytest.raises(InvalidValue, match="serve-jobs --machine"):
+        fit_steps._simulator(file.machine, {}, ["a"])
+
+
+def simulating(library: object, report: Report, folder: Path) -> None:
+    """A step that reports the output of a simulator and its processes, and then does not end."""
+    workers = Workers(open_machine(folder / "machine.toml"), 1)
+    outputs, _ = workers.simulate(("a",), np.array([[0.7]]), workers.file.cases)
+    assert isinstance(workers.executor, ProcessPoolExecutor)
+    report({"output": float(outputs[0, 0]), "pids": [*workers.executor._processes]})
+    time.sleep(60)
+
+
+def test_a_job_runs_a_simulator_which_ends_with_it(trouble: Path) -> None:
+    computer, reports = Computer(trouble, ()), []
+
+    def require_wanted() -> None:
+        if reports:
+            raise InvalidValue("The job is cancelled", "")
+
+    with pytest.raises(InvalidValue, match="cancelled"):
+        computer.run(simulating, trouble, report=reports.append, require_wanted=require_wanted)
+    computer.stop()
+    assert reports[0]["output"] == 0.7
+    require_ended(*reports[0]["pids"])
+
+
+def test_a_server_that_is_away_stops_the_build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                               capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("slipstick.machine.bridge._PAUSES", (0.01,))
+    motor(tmp_path, 'url = "http://127.0.0.1:9"', 'model = "motor"')
+    assert build(tmp_path) == 1
+    assert re.search("http://127.0.0.1:9 cannot be reached: .*refused.*it resumes", capsys.readouterr().err)
+
+
+def test_processes_of_a_simulator_end_with_a_killed_parent(trouble: Path) -> None:
+    script = trouble / "parent.py"
+    script.write_text(f'''
+import time
+from pathlib import Path
+import numpy as np
+from slipstick.machine import Workers, open_machine
+
+if __name__ == "__main__":
+    workers = Workers(open_machine(Path({str(trouble / "machine.toml")!r})), 1)
+    workers.simulate(("a",), np.array([[1.0]]), workers.file.cases)
+    print(*workers.executor._processes, flush=True)
+    time.sleep(60)
+''')
+    parent = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True,
+                              env={**os.environ, "PYTHONPATH": str(DOCS.parent)})
+    assert parent.stdout
+    child = int(parent.stdout.readline())
+    os.kill(child, 0)  # it is alive
+    parent.kill()
+    parent.wait()
+    require_ended(child)

@@ -1,0 +1,165 @@
+"""The steps of a fit, each a function of the library and of the state in which the step before it left the fit.
+
+A step of the search runs generations for about a second. Their number depends on the clock; the result does not. The
+refinement, each interval and the conclusion with the figure data are further steps. A checkpoint holds the `state` of
+the search, and from the refinement on the `estimate`.
+"""
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from slipstick.bench import Bench, Conditions
+from slipstick.errors import InvalidValue
+from slipstick.figure_data import figure_data
+from slipstick.inference import Measured, machine_problem, simulated_problem, table_problem
+from slipstick.machine import Machine, MachineFile, Workers
+from slipstick.physical_values import physical_inputs
+from slipstick.storage.library import Library
+from slipstick.table.subject import Subject
+from slipstick.uncertainty import fit
+from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
+from worker.clocks import clock_times, stage_times
+from worker.computing import Report
+from worker.orders import Checkpoint, Order, require_same
+
+_STEP_SECONDS = 1.0
+_REPORT_SECONDS = 0.5
+
+Machines = Mapping[str, MachineFile]
+"""Other machines that may be simulated, by their digests."""
+_workers: dict[str, Workers] = {}
+"""The simulators that this process has started, by the digest of the machine: they serve all steps."""
+
+
+def start(library: Library, report: Report, machines: Machines, order: Order) -> Checkpoint:
+    """The state before the first generation."""
+    begin = clock_times()
+    task = _open(library, machines, order)
+    return {"state": fit.initial_state(task.settings, task.problem), **stage_times({}, "open", begin)}
+
+
+def search(library: Library, report: Report, machines: Machines, order: Order, checkpoint: Checkpoint) -> Checkpoint:
+    """Some generations."""
+    begin = clock_times()
+    task = _open(library, machines, order)
+    state, before = checkpoint["state"], checkpoint["seconds"].get("search", 0.0)
+    progress = _Progress(task, report, "search", lambda: before + time.perf_counter() - begin[0])
+    while not fit.is_finished(task.settings, state) and time.perf_counter() < begin[0] + _STEP_SECONDS:
+        state = fit.next_state(task.settings, progress.problem(state), state)
+        progress(state)
+    return {"state": state, **stage_times(checkpoint, "search", begin)}
+
+
+def refine(library: Library, report: Report, machines: Machines, order: Order, checkpoint: Checkpoint) -> Checkpoint:
+    """The refined estimate."""
+    begin = clock_times()
+    task = _open(library, machines, order)
+    problem = _Progress(task, report, "refine").problem(checkpoint["state"])
+    estimate = fit.refined_estimate(task.settings, problem, checkpoint["state"])
+    return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "refine", begin)}
+
+
+def interval(library: Library, report: Report, machines: Machines, order: Order, checkpoint: Checkpoint) -> Checkpoint:
+    """One more interval."""
+    begin = clock_times()
+    task = _open(library, machines, order)
+    problem = _Progress(task, report, "intervals").problem(checkpoint["state"])
+    estimate = fit.with_next_interval(task.settings, problem, checkpoint["estimate"])
+    return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "intervals", begin)}
+
+
+def conclude(library: Library, report: Report, machines: Machines, order: Order,
+             checkpoint: Checkpoint) -> dict[str, Any]:
+    """The output of the job."""
+    begin = clock_times()
+    task = _open(library, machines, order)
+    problem = _Progress(task, report, "conclude").problem(checkpoint["state"])
+    result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
+    figures = figure_data(task.settings, problem, checkpoint["state"], checkpoint["estimate"], task.model,
+                          task.recordings)
+    physical = physical_inputs(task.model, result["axes"], result["mean"], result["std"])
+    return {"result": result, "physical": [asdict(entry) for entry in physical], "figure_data": figures,
+            **stage_times(checkpoint, "conclude", begin)}
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    settings: fit.FitSettings
+    problem: InferenceProblem
+    model: Subject
+    recordings: Measured
+
+
+class _ReportingModel:
+    """A model that counts its runs and reports their number every half second."""
+
+    def __init__(self, model: ShiftingTimeModel, report: Callable[[int], None]) -> None:
+        self.model, self.report = model, report
+        self.runs, self.last_report = 0, 0.0
+
+    def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
+        self.runs += 1
+        if time.perf_counter() > self.last_report + _REPORT_SECONDS:
+            self.last_report = time.perf_counter()
+            self.report(self.runs)
+        return self.model(points, conditions)
+
+
+@dataclass(frozen=True, eq=False)
+class _Progress:
+    """What a step reports: its `stage`, and of the search how long it has taken so far in s."""
+
+    task: _Task
+    report: Report
+    stage: str
+    seconds: Callable[[], float] | None = None
+
+    def __call__(self, state: fit.SearchState, runs: int = 0) -> None:
+        progress = fit.progress(self.task.settings, self.task.problem, state)
+        done, most = progress["generation"], progress["generations"]
+        left = self.seconds() / done * (most - done) if self.seconds and done else None
+        self.report({"stage": self.stage, "model_runs": runs, "done": done / most, "seconds_left": left, **progress})
+
+    def problem(self, state: fit.SearchState) -> InferenceProblem:
+        """The problem of the task, whose model reports its runs."""
+        model = _ReportingModel(self.task.problem.model, lambda runs: self(state, runs))
+        return replace(self.task.problem, model=model)
+
+
+def _open(library: Library, machines: Machines, order: Order) -> _Task:
+    table, recordings = library.table(order["table"]), library.measured(order["recordings"])
+    require_same(order, "table", table.digest, "fit")
+    require_same(order, "recordings", recordings.digest, "fit")
+    if not order["simulate"]:
+        problem = table_problem(table, recordings, order["outside"], order["parameters"])
+    elif isinstance(table.model, Machine):
+        problem = machine_problem(table.model, _simulator(table.model, machines, order["parameters"]), recordings,
+                                  order["parameters"])
+    else:
+        problem = simulated_problem(table.clutch, library.recording(order["recordings"]), order["parameters"],
+                                    _bench(library, order))
+    return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
+
+
+def _simulator(machine: Machine, machines: Machines, axes: list[str]) -> ShiftingTimeModel:
+    file = machines.get(machine.digest)
+    if file is None:
+        raise InvalidValue(f"This worker has no simulator of '{machine.title}', which the table names as "
+                           f"{machine.simulator[:200]}",
+                           "Start it with `serve-jobs --machine FILE.toml`, the file from which the table was built")
+    if machine.digest not in _workers:
+        _workers[machine.digest] = Workers(file, os.cpu_count() or 1)
+    workers = _workers[machine.digest]
+    return lambda points, conditions: workers.simulate(tuple(axes), points, conditions)[0]
+
+
+def _bench(library: Library, order: Order) -> Bench:
+    bench = library.bench(order["bench"])
+    require_same(order, "bench", bench.digest, "fit")
+    require_same(order, "sensing", bench.sensing_digest, "fit")
+    return bench

@@ -1,0 +1,52 @@
+"""The steps of a study, `examine` and `conclude` of `slipstick.study`; each takes some seconds to some minutes.
+
+The checkpoint between both holds what is `named`.
+"""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from slipstick.bench import Bench
+from slipstick.recordings import Recordings
+from slipstick.storage.library import Library
+from slipstick.study import StudySettings, conclude, examine
+from slipstick.study.progress import Stage, StudyProgress
+from worker.clocks import clock_times, stage_times
+from worker.computing import Report
+from worker.orders import Checkpoint, Order, require_same
+
+
+def name(library: Library, report: Report, order: Order) -> Checkpoint:
+    """What the blocks of the model say is missing."""
+    begin, task = clock_times(), _open(library, order)
+    named = examine(task.settings, task.bench, task.recordings, _log(report, "name"))
+    return {"named": named, **stage_times({}, "name", begin)}
+
+
+def confirm(library: Library, report: Report, order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
+    """The output of the job."""
+    begin, task = clock_times(), _open(library, order)
+    result, figures = conclude(task.settings, task.bench, task.recordings, checkpoint["named"],
+                               _log(report, "confirm"))
+    return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(checkpoint, "confirm", begin)}
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    settings: StudySettings
+    bench: Bench
+    recordings: Recordings
+
+
+def _log(report: Report, stage: Stage) -> Callable[[str], None]:
+    return lambda doing: report(asdict(StudyProgress(stage, doing)))
+
+
+def _open(library: Library, order: Order) -> _Task:
+    recordings = library.recording(order["recordings"])
+    require_same(order, "recordings", recordings.digest, "study")
+    bench = library.bench(order["bench"])
+    require_same(order, "bench", bench.digest, "study")
+    require_same(order, "sensing", bench.sensing_digest, "study")
+    return _Task(StudySettings.from_dict(order["settings"]), bench, recordings)
