@@ -157,6 +157,7 @@ def test_killed_in_any_stage_a_fit_ends_with_the_result_of_an_uninterrupted_one(
     assert list(result["seconds"]) == ["open", "search", "refine", "intervals", "conclude"]
 
 
+@pytest.mark.slow
 def test_killed_in_any_stage_a_study_ends_with_the_result_of_an_uninterrupted_one(
         bench: Bench, few_study: dict[str, Any]) -> None:
     bench.post("/v1/studies", "killed-study", {"recordings": "few"})
