@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import httpx
+import pytest
 
 README = (Path(__file__).parents[2] / "README.md").read_text()
 BLOCKS = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
@@ -24,6 +25,7 @@ def test_examples_need_no_recent_curl() -> None:
     assert not re.search(r"--json|--fail-with-body", "".join(LINES))  # curl 7.82 and 7.76
 
 
+@pytest.mark.slow
 def test_examples_work_as_written(quick_service: tuple[Path, httpx.Client], tmp_path: Path) -> None:
     tables, client = quick_service
     shutil.copy(tables / "nominal.h5", tables / "calibrated.h5")  # the demo builds it; here its content does not matter

@@ -195,6 +195,7 @@ def test_a_fit_does_not_wait_behind_a_study_but_a_study_does_until_it_is_cancell
     assert bench.client.get("/v1/studies/long-study").json()["status"] == "cancelled"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stage", "settings"), [("search", ENDLESS), ("refine", {**SETTINGS, "generations": 1})])
 def test_a_cancelled_fit_frees_the_worker(bench: Bench, stage: str, settings: dict[str, Any]) -> None:
     long, after = f"long-{stage}", f"after-{stage}"

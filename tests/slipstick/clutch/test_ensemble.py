@@ -96,6 +96,7 @@ def test_status_does_not_depend_on_the_duration_of_the_samples() -> None:
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
+@pytest.mark.slow
 def test_loops_over_lanes_compile_to_vector_instructions() -> None:
     # A loss of vectorization is silent and costs a factor of four: count packed and scalar double arithmetic.
     buffer, active = np.zeros(lanes.BUFFER_SIZE), np.zeros(lanes.MEMORY_FLAG + 1, np.bool_)

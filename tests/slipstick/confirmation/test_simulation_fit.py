@@ -91,6 +91,7 @@ def test_worth_is_the_change_that_the_effect_makes(fits: Callable) -> None:  # t
     assert its.signals["output_speed"] > 1.0
 
 
+@pytest.mark.slow
 def test_of_two_names_the_simulation_confirms_the_true_one(fits: Callable) -> None:  # type: ignore[type-arg]
     _, after = fits("both")
     assert after.block.terms.names == ("quadratic_load_drag",)

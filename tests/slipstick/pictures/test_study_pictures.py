@@ -37,8 +37,8 @@ def with_findings(result: StudyResult, *findings: FindingResult) -> StudyResult:
 
 
 @pytest.mark.parametrize(("name", "drawn"), [
-    ("friction", ["law", "evidence", "gap", "signals"]), ("drag", ["law", "evidence", "gap", "signals"]),
-    ("nothing", ["evidence", "signals"])])
+    ("friction", ["law", "evidence", "gap", "signals"]), ("nothing", ["evidence", "signals"]),
+    pytest.param("drag", ["law", "evidence", "gap", "signals"], marks=pytest.mark.slow)])
 def test_every_picture_can_be_rendered(studied: Studied, marks: Marks, name: str, drawn: list[str]) -> None:
     specs = study_pictures(*studied(name))
     assert list(specs) == drawn

@@ -39,6 +39,7 @@ def test_the_page_reports_the_results(made: Made, reading: Read) -> None:
     assert parsed.count("figure") == len(CAPTIONS)
 
 
+@pytest.mark.slow
 def test_a_real_fit_has_all_entries_of_the_synthetic_one(shelf: Path, made: Made, reading: Read) -> None:
     library = Library(shelf)
     table, recordings = library.table("nominal"), library.recording("measured")

@@ -186,6 +186,7 @@ def test_data_without_scatter_give_a_remark(problem_measured_at: Callable[[Candi
     assert all("lower bound, 0.002" in cause for cause in of_stds)
 
 
+@pytest.mark.slow
 def test_stds_at_the_upper_bounds_give_remarks(problem: InferenceProblem) -> None:
     tight = replace(QUICK, std_bounds=((0.002, 0.01),), output_std_bounds=(0.0005, 0.003))
     by_unknown = remarks(tight, problem)
