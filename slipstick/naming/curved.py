@@ -12,11 +12,12 @@ that a fit that is stuck in a local minimum loses to one that is not.
 
 An iteration estimates mean and variance by expectation-maximisation with the beta_i held, and solves the linear mixed
 model about the beta_i (Lindstrom and Bates, Biometrics 46, 673, 1990) with what engagements share damped as by
-Marquardt (J. Soc. Ind. Appl. Math. 11, 431, 1963): the further c may go, the further the beta_i that suit it lie on no
-straight way. Each engagement goes that share of its way, none included, which suits the new c best. A step that does
-not lower the first two terms and the priors is taken again with more damping, so that none lowers the joint likelihood
-of the data, the beta_i and c at the variances for which it was made. The determinant is not in it, which changes with J
-and the variances: the evidence of an iteration can be below that of the one before, and the best one is returned.
+Marquardt (J. Soc. Ind. Appl. Math. 11, 431, 1963): the beta_i that suit other c lie on curves, along which a linear
+model holds for short steps. For each engagement steps of several dampings are tried, and none, and the one that suits
+the new c best is taken. A step that does not lower the first two terms and the priors is taken again with more damping,
+so that none lowers the joint likelihood of the data, the beta_i and c at the variances for which it was made. The
+determinant is not in it, which changes with J and the variances: the evidence of an iteration can be below that of the
+one before, and the best one is returned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -209,7 +210,7 @@ def _damped(values: _Values, gram: Gram, variance: np.ndarray, damping: float) -
 
 
 def _followed(values: _Values, gram: Gram, variance: np.ndarray, common: np.ndarray) -> list[_Values]:
-    """Values with this `common` part (q + p + m,), and with the points of each damping."""
+    """Values with this `common` part (q + p + m,): with the points as they are, and after a step of each damping."""
     q, p = gram.random, len(values.shared)
     mean, shared, rest = np.split(common, [q, q + p])
     ends = np.cumsum([len(law) for _, law in values.laws])
