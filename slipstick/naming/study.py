@@ -15,7 +15,7 @@ from slipstick.bench import Bench
 from slipstick.bench.converter import Converter
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import closing, settled
+from slipstick.naming.closing import closing, evidence_of, settled
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
@@ -190,7 +190,7 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
         found = search(window, contact.shared, contact.held)
         found[:, 0] = contact.points[:, 0]
         again = settled(block, found, contact.shared, contact.laws, contact.coefficients)
-        clutch = max(clutch, again, key=lambda one: float(one.evidence.sum()))
+        clutch = max(clutch, again, key=evidence_of)
     if start.valve.chi2.mean() > settings.strong:  # the piston integrates the error of the pressure
         return clutch, []
     least = settings.further * max((one.nats for one in findings if "contact" in one.blocks), default=0.0)
