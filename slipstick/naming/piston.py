@@ -97,10 +97,10 @@ class ClutchBlock:
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Change (n, 1, k) in N m/s with the clock."""
-        clock = self.clock
-        self._set(clock + _CLOCK_STEP)
+        now = self.clock, self._inputs, self._sums
+        self._set(self.clock + _CLOCK_STEP)
         later = self.base(points, laws)
-        self._set(clock)
+        self.clock, self._inputs, self._sums = now  # which would be delayed anew
         return np.asarray(((later - predicted) / _CLOCK_STEP)[:, None])
 
     def pairs(self) -> list[Pair]:
