@@ -46,23 +46,28 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     which, identity = job
     set_num_threads(1)
     case = cases.LISTS[which][identity]
-    file = FOLDER / "naming" / which / f"{identity}.h5"
-    if not file.exists():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        files.write(file.with_suffix(".part"), case)
-        file.with_suffix(".part").rename(file)
     known = truth(case, relative=1e-6)
     entry = {"case": identity, "bench": known["bench"], "bad": len(known["bad_runs"]),
              "hidden": [{key: its[key] for key in ("name", "pair", "listed", "strength")}
                         | asdict(told(case, its["name"], alike(its["pair"]))) for its in known["hidden"]]}
     try:
-        found = name(BENCHES[known["bench"]], Recordings.open(file))
+        found = name(BENCHES[known["bench"]], Recordings.open(recorded(which, identity)))
     except Exception as error:  # a case that raises is a result: a wrong one
         return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
                                   "rivals": [rival.pair for rival in its.rivals]} for its in found.findings],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,
                     "unexplained": found.unexplained}
+
+
+def recorded(which: str, identity: str) -> Path:
+    """The recordings of a case, written where there are none yet."""
+    file = FOLDER / "naming" / which / f"{identity}.h5"
+    if not file.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        files.write(file.with_suffix(".part"), cases.LISTS[which][identity])
+        file.with_suffix(".part").rename(file)
+    return file
 
 
 def same(pair: Iterable[str]) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ class Clutch:
     def of(cls, recordings: Recordings) -> "Clutch":
         """The clutch of recordings; raises `BadRecording` where they have no signals."""
         signals = signals_of(recordings)
-        return cls(signals.time, signals.pressure, signals.input_speed, signals.output_speed)
+        return cls(signals.time, signals["pressure"], signals["input_speed"], signals["output_speed"])
 
     def piston_position(self, vectors: np.ndarray) -> np.ndarray:
         """Position (n, k) of the piston in m, between 0 and contact."""

@@ -28,7 +28,7 @@ class Friction:
     @classmethod
     def of(cls, recordings: Recordings) -> "Friction":
         """The friction of recordings; raises `BadRecording` where they have no signals."""
-        return cls(signals_of(recordings).pressure)
+        return cls(signals_of(recordings)["pressure"])
 
     def predict(self, vectors: np.ndarray) -> np.ndarray:
         """Output torque (n, k) in N m as if the plates were in full contact throughout."""

@@ -41,7 +41,7 @@ class Input:
     def of(cls, recordings: Recordings, physics: Physics) -> "Input":
         """The input shaft of recordings; raises `BadRecording` where they have no signals."""
         signals = signals_of(recordings)
-        return cls(signals.time, signals.output_torque, recordings.conditions, physics.curves)
+        return cls(signals.time, signals["output_torque"], recordings.conditions, physics.curves)
 
     def predict(self, vectors: np.ndarray) -> np.ndarray:
         """Input speed (n, k) in rad/s."""

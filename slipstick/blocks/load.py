@@ -34,7 +34,7 @@ class Load:
     def of(cls, recordings: Recordings) -> "Load":
         """The load of recordings; raises `BadRecording` where they have no signals."""
         signals, conditions = signals_of(recordings), recordings.conditions
-        return cls(signals.time, signals.output_torque, conditions.load_inertia, conditions.brake_torque)
+        return cls(signals.time, signals["output_torque"], conditions.load_inertia, conditions.brake_torque)
 
     def predict(self, vectors: np.ndarray) -> np.ndarray:
         """Output speed (n, k) in rad/s."""

@@ -37,7 +37,7 @@ def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
     signals, lock_up_noise = _checked(recordings, bench)
     observations = Observations(recordings, signals, bench, bench.uncertain, np.array(model.parameters),
                                 model.coefficients(), model.laws)
-    shown = [sensor_noise(name, getattr(signals, name)) for name in SIGNAL_UNITS]
+    shown = [sensor_noise(name, signals[name]) for name in SIGNAL_UNITS]
     sensors = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
     scatter = [bench.prior(name).scatter for name in bench.uncertain]
     found = fit(observations, start_values(observations), sensors,
@@ -57,6 +57,9 @@ def _checked(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
                            "Record pressure, speeds and torque as well")
+    if recordings.signals.missing:
+        raise InvalidValue(f"These recordings have no {recordings.signals.missing[0].replace('_', ' ')}",
+                           "Record pressure, speeds and torque")
     fewest = _FEWEST_PER_PARAMETER * len(bench.uncertain)
     if len(recordings.conditions) < fewest:
         raise InvalidValue(f"{len(recordings.conditions)} engagements are too few for a calibration",

@@ -70,7 +70,7 @@ class Observations:
     def residuals(self, response: ensemble.Response, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Measured - simulated: signals (4, s, m, k) and shifting times (s, m), from a response of s x m rows."""
         shape = (-1, len(places), len(self.signals.time))
-        signals = np.array([getattr(self.signals, name)[places] - getattr(response, name).reshape(shape)
+        signals = np.array([self.signals[name][places] - getattr(response, name).reshape(shape)
                             for name in SIGNAL_UNITS])
         times = self.recordings.measured_time[places] - self.lock_up(response, places)
         return signals, times

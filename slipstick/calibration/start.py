@@ -27,7 +27,7 @@ def start(observations: Observations) -> np.ndarray:
     free = [parameters.index(name) for name in observations.free]
     points = np.tile(observations.base[free] / nominal[free], (n, 1))
     valve = Valve.of(observations.recordings)
-    points = least_squares(observations, points, valve.parameters, valve.predict, observations.signals.pressure)
+    points = least_squares(observations, points, valve.parameters, valve.predict, observations.signals["pressure"])
     points = _searched(observations, points)
     return _in_contact(observations, points)
 
@@ -74,7 +74,7 @@ def _searched(observations: Observations, points: np.ndarray) -> np.ndarray:
     clutch, slipping = Clutch.of(observations.recordings), _slipping(observations)
     some = slice(None, None, step)
     few = Clutch(clutch.time, clutch.pressure[some], clutch.input_speed[some], clutch.output_speed[some])
-    torque, counted, vectors = observations.signals.output_torque[some], slipping[some], points[some]
+    torque, counted, vectors = observations.signals["output_torque"][some], slipping[some], points[some]
     lower, upper = (bound[columns] for bound in observations.bounds)
 
     def misfit(values: np.ndarray) -> float:
@@ -108,7 +108,7 @@ def _in_contact(observations: Observations, points: np.ndarray) -> np.ndarray:
     predicted = Friction.of(observations.recordings).predict(vectors) * counted
     column, (lower, upper) = observations.free.index("friction_coefficient"), observations.bounds
     found = points.copy()
-    found[:, column] *= _scale(predicted, observations.signals.output_torque)[:, 0]
+    found[:, column] *= _scale(predicted, observations.signals["output_torque"])[:, 0]
     return np.asarray(np.clip(found, lower, upper))
 
 

@@ -19,9 +19,8 @@ from slipstick.bench.conditions import Conditions
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.simulated import SimulatedBench
-from slipstick.confirmation.traces import CHANNELS, Traces
+from slipstick.confirmation.traces import Traces
 from slipstick.recordings import Recordings, Signals
-from slipstick.recordings.signals import SIGNAL_UNITS
 
 _BEYOND = (0.8, 1.2)
 """Times the lowest and the highest recorded level: as far as a fit may be trusted unseen."""
@@ -90,7 +89,7 @@ def further(right: SimulationFit, other: SimulationFit, rival: str) -> list[Furt
         runs = int(np.ceil(4 * _ERRORS**2 / square[place]))
         found.append(FurtherExperiment(
             rival, *kind, float(conditions.load_inertia[place]), float(conditions.brake_torque[place]),
-            bool(recorded[place]), float(np.sqrt(square[place])), max(CHANNELS, key=shares.__getitem__),
+            bool(recorded[place]), float(np.sqrt(square[place])), max(shares, key=shares.__getitem__),
             runs if runs <= _MOST else None))
     return found
 
@@ -112,7 +111,8 @@ def _candidates(given: Conditions) -> tuple[Conditions, np.ndarray]:
 def _elsewhere(one: SimulationFit, conditions: Conditions) -> SimulatedBench:
     """The simulation of a fit under other conditions."""
     block, scene = one.block, one.block.scene
-    empty = Signals(scene.time, *(np.zeros((len(conditions), len(scene.time))) for _ in SIGNAL_UNITS))
+    nothing = np.zeros((len(conditions), len(scene.time)))
+    empty = Signals(scene.time, **dict.fromkeys(block.traces.signals, nothing))
     recordings = Recordings(conditions, np.full(len(conditions), scene.time[-1]), empty)
     some = replace(scene, recordings=recordings, smooth={}, order=None)
     blank = np.zeros((len(conditions), block.measured.shape[1]))

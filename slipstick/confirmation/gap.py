@@ -18,9 +18,8 @@ from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Response
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
-from slipstick.confirmation.traces import CHANNELS, Traces
+from slipstick.confirmation.traces import Traces
 from slipstick.naming.grams import solve
-from slipstick.recordings.signals import SIGNAL_UNITS
 
 _DRAWS = 16
 """Draws of the parameters, by which the scatter of a prediction is estimated to a fifth."""
@@ -36,17 +35,19 @@ _RANDOM_FOLDS = 5
 class Prediction:
     """Held-out predictions of n engagements.
 
-    `square` (n, 5) are mean squared errors of signals and shifting time, `variance` (n, 5) those that a right model
-    would have, in the squared units of the channels. `time` (n,) are shifting times in s.
+    `square` (n, c) are mean squared errors in the c `channels`, the measured signals and the shifting time, and
+    `variance` (n, c) those that a right model would have, in the squared units of the channels. `time` (n,) are
+    shifting times in s.
     """
 
+    channels: tuple[str, ...]
     square: np.ndarray
     variance: np.ndarray
     time: np.ndarray
 
     def total(self, traces: Traces) -> float:
         """Mean squared error of all channels, each in the variance of its noise."""
-        noise = [*(traces.scene.noise[name][0] for name in SIGNAL_UNITS), traces.scene.timer_noise]
+        noise = [*(traces.scene.noise[name][0] for name in traces.signals), traces.scene.timer_noise]
         return float((self.square / np.square(noise)).mean())
 
 
@@ -87,7 +88,7 @@ def predict(found: SimulationFit, seed: int) -> Prediction:
     """Predict every experiment by the fits without it, the mean over the folds that leave it out."""
     block, scene, q = found.block, found.block.scene, len(found.block.random)
     n, linear = len(scene), found.fitted.fitted
-    square, time, count = np.zeros((n, len(CHANNELS))), np.zeros(n), np.zeros(n)
+    square, time, count = np.zeros((n, len(block.traces.channels))), np.zeros(n), np.zeros(n)
     whole, _ = solve(linear.gram, linear.marginal)
     for rows in folds(scene.recordings.conditions, seed):
         # The change by the engagements that are left out is linear; the fit itself need not be where its linear
@@ -100,14 +101,14 @@ def predict(found: SimulationFit, seed: int) -> Prediction:
         count[rows] += 1
     drawn = ndtri(qmc.Sobol(q, rng=seed).random(_DRAWS)) * np.sqrt(found.fitted.variance)
     scattered = [block.respond(np.tile(found.fitted.mean + one, (n, 1)), found.fitted.shared) for one in drawn]
-    return Prediction(square / count[:, None], _variances(found, scattered), time / count)
+    return Prediction(block.traces.channels, square / count[:, None], _variances(found, scattered), time / count)
 
 
 def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Closure]:
     """What is closed of the gap of each channel."""
     n, found = len(before.square), {}
     drawn = np.random.default_rng(seed).multinomial(n, np.full(n, 1 / n), _BOOTSTRAP) / n
-    for at, name in enumerate(CHANNELS):
+    for at, name in enumerate(before.channels):
         wide, narrow, expected = before.square[:, at], after.square[:, at], after.variance[:, at]
         gap = drawn @ (wide - expected)
         sure = np.quantile(gap, _TAIL) > 0
@@ -120,18 +121,18 @@ def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Clos
 
 
 def _squares(found: SimulationFit, response: Response) -> np.ndarray:
-    """Mean squared errors (n, 5) of a simulation."""
+    """Mean squared errors (n, c) of a simulation."""
     scene, values = found.block.scene, []
-    for name in SIGNAL_UNITS:
+    for name in found.block.traces.signals:
         left = scene.measured(name) - np.nan_to_num(getattr(response, name))
         values.append((left**2).mean(axis=1))
     return np.stack([*values, (scene.recordings.measured_time - found.block.traces.times(response)) ** 2], axis=1)
 
 
 def _variances(found: SimulationFit, scattered: list[Response]) -> np.ndarray:
-    """Variances (n, 5) of simulations with other parameters, and of the sensors' noise."""
+    """Variances (n, c) of simulations with other parameters, and of the sensors' noise."""
     scene, values = found.block.scene, []
-    for name in SIGNAL_UNITS:
+    for name in found.block.traces.signals:
         drawn = np.array([np.nan_to_num(getattr(response, name)) for response in scattered])
         values.append(drawn.var(axis=0, ddof=1).mean(axis=1) + scene.noise[name][0] ** 2)
     times = np.array([found.block.traces.times(response) for response in scattered])

@@ -1,6 +1,6 @@
 """The recordings of engagements as one row of independent values each, and simulations in the same form.
 
-A row consists of the four signals and the shifting time. The noise of a sensor is autoregressive, so that
+A row consists of the measured signals and the shifting time. The noise of a sensor is autoregressive, so that
 
     e_t = (y_t - rho y_{t-1}) / (std sqrt(1 - rho^2))
 
@@ -19,23 +19,22 @@ from slipstick.clutch.ensemble import LOCKED, Response
 from slipstick.confirmation.rows_kernel import fill
 from slipstick.naming.scene import Scene
 from slipstick.recordings.processing import blended_at_lock_up, block_means
-from slipstick.recordings.signals import SIGNAL_UNITS
 
 WIDTH = 4
 """Samples in a mean: 8 ms at 500 Hz, a fifth of the fastest time constant of the shipped benches."""
+TIME = "shifting_time"
+"""The channel of the shifting time."""
 _FAILED = 1e6
 """Value of a row where the simulation failed: so far off that no fit goes there."""
-CHANNELS = (*SIGNAL_UNITS, "shifting_time")
-"""The signals and the shifting time, in the order of a row."""
 
 
 @dataclass(frozen=True, eq=False)
 class Traces:
     """Rows of K values of the n engagements of a `scene`: the `measured` (n, K), and which are `counted` (n, K).
 
-    `noise` maps each channel to the standard deviation of its values over that of the sensor's noise, which third
-    differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the signals' clocks in s,
-    and `converter` is that of the bench with the errors of its curve.
+    `noise` maps each channel, the shifting time last, to the standard deviation of its values over that of the sensor's
+    noise, which third differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the
+    signals' clocks in s, and `converter` is that of the bench with the errors of its curve.
     """
 
     scene: Scene
@@ -48,11 +47,12 @@ class Traces:
     @classmethod
     def of(cls, scene: Scene, clocks: dict[str, float], converter: Converter) -> "Traces":
         """The rows of the recordings of a scene."""
-        blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), dict.fromkeys(CHANNELS, 1.0), clocks, converter)
-        signals = {name: scene.measured(name) for name in SIGNAL_UNITS}
+        noise = dict.fromkeys((*scene.signals.names, TIME), 1.0)
+        blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), noise, clocks, converter)
+        signals = {name: scene.measured(name) for name in blank.signals}
         near_lock = ~(scene.slipping | scene.locked)
         counted = []
-        for name in SIGNAL_UNITS:
+        for name in signals:
             # The torque jumps at lock-up: how far the jump is off, the shifting time says.
             bad = near_lock.copy() if name == "output_torque" else np.zeros_like(near_lock)
             bad[:, 1:] |= bad[:, :-1].copy()
@@ -64,9 +64,9 @@ class Traces:
     def simulated(self, response: Response) -> np.ndarray:
         """The rows (m, K) of simulated engagements, of the n conditions again and again."""
         time, times = self.scene.time, self.times(response)
-        signals = {name: getattr(response, name) for name in SIGNAL_UNITS}
-        torque = signals["output_torque"]
-        signals["output_torque"] = blended_at_lock_up(torque[None], times[None], time)[0]
+        signals = {name: getattr(response, name) for name in self.signals}
+        if "output_torque" in signals:
+            signals["output_torque"] = blended_at_lock_up(response.output_torque[None], times[None], time)[0]
         return np.asarray(np.nan_to_num(self.rows(signals, times, self.clocks), nan=_FAILED))
 
     def times(self, response: Response) -> np.ndarray:
@@ -78,27 +78,37 @@ class Traces:
     def rows(self, signals: Mapping[str, np.ndarray], times: np.ndarray,
              clocks: Mapping[str, float] = MappingProxyType({})) -> np.ndarray:
         """Signals (m, k) and shifting times (m,) as rows (m, K), with `clocks` that are late."""
-        values = np.empty((len(times), self.columns["shifting_time"].stop))
-        for name in SIGNAL_UNITS:
+        values = np.empty((len(times), self.columns[TIME].stop))
+        for name in self.signals:
             std, rho = self.scene.noise[name]
             fill(signals[name], clocks.get(name, 0.0) / self.scene.step, rho,
                  np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, values[:, self.columns[name]])
-        values[:, -1] = times / (self.scene.timer_noise * self.noise["shifting_time"])
+        values[:, -1] = times / (self.scene.timer_noise * self.noise[TIME])
         return values
 
     @property
     def columns(self) -> dict[str, slice]:
         """Where the values of each channel are in a row."""
         k = len(self.scene.time) // WIDTH
-        return {name: slice(i * k, (i + 1) * k) if name in SIGNAL_UNITS else slice(i * k, i * k + 1)
-                for i, name in enumerate(CHANNELS)}
+        return {name: slice(i * k, i * k + 1) if name == TIME else slice(i * k, (i + 1) * k)
+                for i, name in enumerate(self.channels)}
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """The measured signals."""
+        return self.channels[:-1]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The measured signals, and the shifting time last."""
+        return tuple(self.noise)
 
     def with_noise(self, squares: dict[str, float]) -> "Traces":
         """With such noise that mean squares of 1 are left where a fit has left `squares`.
 
         That of the shifting time, of which each engagement has one value, is only made larger.
         """
-        least = {"shifting_time": 1.0}
+        least = {TIME: 1.0}
         factors = {name: float(np.sqrt(max(least.get(name, 0.0), square))) for name, square in squares.items()}
         scale = np.ones(self.measured.shape[1])
         for name, columns in self.columns.items():

@@ -8,7 +8,6 @@ import numpy as np
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.simulated import SimulatedBench
-from slipstick.recordings.signals import SIGNAL_UNITS
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class Worth:
     largest: float
     """Change of largest magnitude of a shifting time in ms, with its sign."""
     signals: dict[str, float]
-    """Root-mean-square change of each signal, in standard deviations of its noise."""
+    """Root-mean-square change of each measured signal, in standard deviations of its noise."""
 
 
 def worth(found: SimulationFit, term: str) -> Worth:
@@ -36,6 +35,6 @@ def worth(found: SimulationFit, term: str) -> Worth:
     gone = other.respond(points, found.fitted.shared[kept])
     change = 1e3 * (there.shifting_time - gone.shifting_time)
     change = change[np.isfinite(change)] if np.isfinite(change).any() else np.zeros(1)
-    squares = {name: np.nanmean((getattr(there, name) - getattr(gone, name)) ** 2) for name in SIGNAL_UNITS}
+    squares = {name: np.nanmean((getattr(there, name) - getattr(gone, name)) ** 2) for name in block.traces.signals}
     signals = {name: float(np.sqrt(square) / scene.noise[name][0]) for name, square in squares.items()}
     return Worth(float(np.sqrt((change**2).mean())), float(change[np.abs(change).argmax()]), signals)

@@ -63,7 +63,7 @@ class CurvedFit(BlockFit):
     `mean` and `variance` (q,) are those of the `points` (n, q), relative to nominal. `evidence` (n,) is the
     log-likelihood in nats with the random effects integrated out, up to a constant of the data, with an equal share of
     the logarithm of the priors for each engagement. `squares` (n,) are the sums of squared whitened residuals. `fitted`
-    is the linear mixed model about the points.
+    is the linear mixed model about the points. `converged` says whether the evidence came to rest in the iterations.
     """
 
     block: SearchedBlock
@@ -71,6 +71,7 @@ class CurvedFit(BlockFit):
     variance: np.ndarray
     evidence: np.ndarray
     squares: np.ndarray
+    converged: bool
 
     @property
     def chi2(self) -> np.ndarray:
@@ -133,13 +134,14 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         if best is None or evidence.sum() > best.evidence.sum():
             best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients,
                              estimate(gram, variance, fixed=True), predicted, noise, values.mean, variance, evidence,
-                             squares)
-        if iteration == iterations or (iteration > 1 and abs(evidence.sum() - last) < _SETTLED):
+                             squares, False)
+        at_rest = iteration > 1 and abs(evidence.sum() - last) < _SETTLED
+        if iteration == iterations or at_rest:
             break
         last = evidence.sum()
         values, damping = _stepped(block, values, gram, variance, noise, float(cost.sum() + prior), damping)
     assert best is not None
-    return best
+    return replace(best, converged=bool(at_rest))
 
 
 def _predicted(block: SearchedBlock, values: _Values) -> np.ndarray:

@@ -110,9 +110,10 @@ class LoadBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of the load torque and of both sensors."""
-        return [*(("load torque", on) for on in _SIGNALS),
+        return [*(("load torque", on) for on in _SIGNALS if self.scene.knows(on)),
                 *(("output speed sensor", on) for on in ("offset", "gain", "lag")),
-                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure"))]
+                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")
+                  if self.scene.knows(on))]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law, which are torques against the load."""
@@ -156,12 +157,9 @@ class LoadBlock:
 
     def _abscissa(self, on: str) -> np.ndarray:
         """The signal (n, k) that a law depends on."""
-        scene, speed = self.scene, self.scene.smooth["output_speed"]
-        signals: dict[str, np.ndarray] = {
-            "output speed": np.maximum(speed, 0), "time": np.broadcast_to(scene.time, speed.shape),
-            "input speed": scene.smooth["input_speed"], "pressure": np.maximum(0, scene.smooth["pressure"]),
-            "output position": np.cumsum(np.maximum(speed, 0), axis=1) * scene.step}
-        return signals[on]
+        if on == "output position":
+            return np.asarray(np.cumsum(np.maximum(self.scene.smooth["output_speed"], 0), axis=1) * self.scene.step)
+        return self.scene.abscissa(on)
 
     def _rates(self, points: np.ndarray) -> np.ndarray:
         """b_ov / J (n, k - 1) in 1/s."""

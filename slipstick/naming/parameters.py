@@ -26,7 +26,8 @@ def parameters_of(fits: Mapping[str, BlockFit]) -> dict[str, np.ndarray]:
             own = {name: values for name, values in zip(block.random, one.points.T, strict=True) if name not in _KICKS}
             errors = block.level_errors(one.shared) if isinstance(block, LoadBlock | InputBlock) else {}
             found |= {name: values + errors.get(name, 0.0) for name, values in own.items()}
-    found["load_inertia"] = 1 / (1 + found["load_inertia"]) - 1  # the block's parameter is that of its inverse
+    if "load_inertia" in found:
+        found["load_inertia"] = 1 / (1 + found["load_inertia"]) - 1  # the block's parameter is that of its inverse
     return found
 
 
@@ -39,8 +40,7 @@ def clocks_of(fits: Mapping[str, BlockFit]) -> dict[str, float]:
     return clocks
 
 
-def converter_of(fits: Mapping[str, BlockFit]) -> Converter:
-    """The converter with the errors of its curve that the input block has found."""
-    one = fits["input"]
-    assert isinstance(one.block, InputBlock)
-    return one.block.converter(one.shared)
+def converter_of(fits: Mapping[str, BlockFit], given: Converter) -> Converter:
+    """The converter with the errors of its curve that the input block has found; `given` where it is closed."""
+    one = fits.get("input")
+    return one.block.converter(one.shared) if one and isinstance(one.block, InputBlock) else given

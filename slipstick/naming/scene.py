@@ -14,7 +14,6 @@ from slipstick.calibration.noise import sensor_noise
 from slipstick.naming.bases import KNOTS, from_zero, hats, sensor_basis
 from slipstick.naming.rigid import couple
 from slipstick.recordings import Recordings, Signals
-from slipstick.recordings.signals import SIGNAL_UNITS
 
 Pair = tuple[str, str]
 """The quantity that a law changes, and what it depends on."""
@@ -25,6 +24,9 @@ _TIMER_NOISE = 0.003
 """Noise in s of the measured shifting time where the bench states none: one sample of a usual recording."""
 _ERRORS, _SAMPLES = 4, 2
 """Margin about lock-up, where the torque jumps: in standard errors of the shifting time, and in samples."""
+_TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
+            "output position": ("output_speed",)}
+"""Signals from which the values of a dependence come, for the dependences of blocks that may lack one."""
 _TYPICAL = 0.1
 """Share of the largest friction torque that is the unit of torques that laws add, so that coefficients are about 1."""
 
@@ -33,9 +35,9 @@ _TYPICAL = 0.1
 class Scene:
     """`recordings` of n engagements on a `bench`, and what is known about their signals so far.
 
-    `smooth` maps each signal to (n, k) without noise, `noise` to the standard deviation and autocorrelation of its
-    sensor. `base` (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some of
-    them are set aside.
+    `smooth` maps each measured signal to (n, k) without noise, `noise` to the standard deviation and autocorrelation of
+    its sensor. `base` (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some
+    of them are set aside.
     """
 
     bench: Bench
@@ -48,7 +50,9 @@ class Scene:
     @classmethod
     def of(cls, bench: Bench, recordings: Recordings, base: np.ndarray | None = None) -> "Scene":
         """The scene of recordings with signals, about `base` (20,) or the nominal parameters of the bench."""
-        measured = {name: np.asarray(getattr(recordings.signals, name), float) for name in SIGNAL_UNITS}
+        signals = recordings.signals
+        assert signals is not None
+        measured = {name: signals[name].astype(float) for name in signals.names}
         noise = {name: sensor_noise(name, values) for name, values in measured.items()}
         smooth = {name: gaussian_filter1d(values, _SMOOTHING, axis=1) for name, values in measured.items()}
         return cls(bench, recordings, smooth, noise, np.array(bench.physics.nominal) if base is None else base)
@@ -58,10 +62,25 @@ class Scene:
 
     def take(self, rows: np.ndarray) -> "Scene":
         """The engagements `rows`, with the run order that they had among all."""
-        given, its = self.recordings, self.signals
-        signals = Signals(its.time, *(np.asarray(getattr(its, name))[rows] for name in SIGNAL_UNITS))
-        return replace(self, recordings=Recordings(given.conditions.take(rows), given.measured_time[rows], signals),
+        given = self.recordings
+        return replace(self, recordings=Recordings(given.conditions.take(rows), given.measured_time[rows],
+                                                   self.signals.take(rows)),
                        smooth={name: values[rows] for name, values in self.smooth.items()}, order=self.run[rows])
+
+    def has(self, *names: str) -> bool:
+        """Whether all of these signals were measured."""
+        return set(names) <= set(self.smooth)
+
+    def knows(self, depends_on: str) -> bool:
+        """Whether what was measured tells the values of what a law over signals depends on."""
+        return self.has(*_TOLD_BY.get(depends_on, ()))
+
+    def abscissa(self, depends_on: str) -> np.ndarray:
+        """The "time", the "input speed", or the "output speed" or "pressure" where not negative: (n, k)."""
+        if depends_on == "time":
+            return np.broadcast_to(self.time, (len(self), len(self.time)))
+        values = self.smooth[depends_on.replace(" ", "_")]
+        return values if depends_on == "input speed" else np.maximum(values, 0)
 
     def explained(self, name: str, values: np.ndarray) -> "Scene":
         """With the signal `name` as a block explains it, (n, k)."""
@@ -69,7 +88,7 @@ class Scene:
 
     def measured(self, name: str) -> np.ndarray:
         """The signal `name` (n, k) as it was measured."""
-        return np.asarray(getattr(self.signals, name), float)
+        return np.asarray(self.signals[name], float)
 
     def value(self, name: str) -> float:
         """The nominal value of a parameter."""
@@ -85,7 +104,9 @@ class Scene:
         lock = np.searchsorted(self.time, self.recordings.measured_time).astype(np.int64)
         losses = np.array([*(self.value(name) for name in ("input_coulomb", "input_viscous", "output_viscous",
                                                            "input_inertia")), self.gear])
-        couple(self.time, lock, self.smooth["input_speed"], conditions.motor_speed, conditions.load_inertia,
+        # After lock-up the shafts turn together, so that either speed will do.
+        speed = self.smooth["input_speed"] if self.has("input_speed") else self.gear * self.smooth["output_speed"]
+        couple(self.time, lock, speed, conditions.motor_speed, conditions.load_inertia,
                conditions.brake_torque, self.given_torque, losses, curves_of(self.bench.physics.curves), torque)
         return torque
 

@@ -189,10 +189,11 @@ class InputBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
-        return [*(("input torque", on) for on in _SIGNALS),
+        return [*(("input torque", on) for on in _SIGNALS if self.scene.knows(on)),
                 *(("converter torque", on) for on in ("lag", "run order")),
                 *(("input speed sensor", on) for on in ("offset", "gain", "lag")),
-                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure"))]
+                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")
+                  if self.scene.knows(on))]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
@@ -251,11 +252,7 @@ class InputBlock:
 
     def _abscissa(self, on: str) -> np.ndarray:
         """The signal (n, k) that a law depends on."""
-        smooth, shape = self.scene.smooth, self.torque.shape
-        signals: dict[str, np.ndarray] = {
-            "input speed": smooth["input_speed"], "time": np.broadcast_to(self.scene.time, shape),
-            "pressure": np.maximum(0, smooth["pressure"]), "output speed": np.maximum(0, smooth["output_speed"])}
-        return signals[on]
+        return self.scene.abscissa(on)
 
     def _converter(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
         """T_conv in N m."""

@@ -3,9 +3,10 @@
 The first row names the columns with their units, any unit of the right dimension: `current_profile` (from 0, one of the
 current profiles that are given beside the file), `motor_speed [rad/s]`, `load_inertia [kg m^2]`, `brake_torque [N m]`,
 `shifting_time [s]` and optionally `run_order`. The signals file has one row per sample: `condition` (row index in the
-first file, from 0), `time [s]`, `pressure [bar]`, `input_speed [rad/s]`, `output_speed [rad/s]`, `output_torque [N m]`,
-sorted by condition, with the same times for every condition. Lines starting with # before the column names are the
-description of the recordings. Row numbers in error messages are line numbers of the file, from 1.
+first file, from 0), `time [s]`, and those of `pressure [bar]`, `input_speed [rad/s]`, `output_speed [rad/s]` and
+`output_torque [N m]` that were measured, sorted by condition, with the same times for every condition. Lines starting
+with # before the column names are the description of the recordings. Row numbers in error messages are line numbers of
+the file, from 1.
 """
 
 import numpy as np
@@ -65,7 +66,7 @@ def _shifting_times(sheet: Sheet, conditions: Conditions) -> np.ndarray:
 
 
 def _signals(content: bytes, n: int) -> Signals:
-    sheet = Sheet.read(content, "signals", {"condition": "1", "time": "s", **SIGNAL_UNITS}, {}, BadRecording)
+    sheet = Sheet.read(content, "signals", {"condition": "1", "time": "s"}, SIGNAL_UNITS, BadRecording)
     condition, time = sheet.whole("condition"), sheet.columns["time"]
     k = int(np.count_nonzero(condition == 0))
     if k == 0 or len(time) != n * k:
@@ -77,4 +78,5 @@ def _signals(content: bytes, n: int) -> Signals:
             row = int(mismatch[0])
             raise sheet.refusal(name, row, f"instead of {expected[row]:g}",
                                 "Sort the rows by condition, counted from 0, and give all conditions the same times")
-    return Signals(time[:k], *(sheet.columns[name].reshape(n, k) for name in SIGNAL_UNITS))
+    return Signals(time[:k], **{name: sheet.columns[name].reshape(n, k) for name in SIGNAL_UNITS
+                                if name in sheet.columns})

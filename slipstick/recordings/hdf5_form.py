@@ -26,10 +26,14 @@ def read(content: bytes) -> Fields:
         measured_time = source.array("shifting_time", "f", (n,), "s").astype(np.float64)
         signals = None
         if source.has("signals"):
+            unknown = set(source.group("signals")) - {"time", *SIGNAL_UNITS}
+            if unknown:
+                raise BadRecording(f"There is no signal '{min(unknown)}'",
+                                   f"Signals are {', '.join(SIGNAL_UNITS)}; store other channels in further")
             time = source.array("signals/time", "f", (None,), "s").astype(np.float64)
-            columns = [source.array(f"signals/{name}", "f", (n, len(time)), unit).astype(np.float64)
-                       for name, unit in SIGNAL_UNITS.items()]
-            signals = Signals(time, *columns)
+            signals = Signals(time, **{
+                name: source.array(f"signals/{name}", "f", (n, len(time)), unit).astype(np.float64)
+                for name, unit in SIGNAL_UNITS.items() if source.has(f"signals/{name}")})
         further = {}
         for name in source.group("further") if source.has("further") else ():
             unit = source.attribute(f"further/{name}", "units")
@@ -49,8 +53,8 @@ def to_bytes(conditions: Conditions, measured_time: np.ndarray, signals: Signals
         file.create_dataset("shifting_time", data=measured_time).attrs["units"] = text("s")
         if signals is not None:
             file.create_dataset("signals/time", data=signals.time).attrs["units"] = text("s")
-            for name, unit in SIGNAL_UNITS.items():
-                _write(file, f"signals/{name}", getattr(signals, name), unit)
+            for name in signals.names:
+                _write(file, f"signals/{name}", signals[name], SIGNAL_UNITS[name])
         for name, channel in further.items():
             _write(file, f"further/{name}", channel.values, channel.unit)
     return memory.getvalue()

@@ -53,11 +53,11 @@ class Recordings:
         if self.run_order is not None and not np.array_equal(np.sort(self.run_order), np.arange(n)):
             raise BadRecording(f"The run order does not contain each number from 0 to {n - 1} exactly once",
                                "Give the position of each engagement in the test sequence, or leave out run_order")
-        if self.signals is not None and len(self.signals.pressure) != n:
-            raise BadRecording(f"The signals have {len(self.signals.pressure)} rows for {n} conditions",
+        if self.signals is not None and len(self.signals) != n:
+            raise BadRecording(f"The signals have {len(self.signals)} rows for {n} conditions",
                                "Give signals for all conditions or for none")
         for name, channel in self.further.items():
-            shape = None if self.signals is None else self.signals.pressure.shape
+            shape = None if self.signals is None else (n, len(self.signals.time))
             if channel.values.shape != shape:
                 raise BadRecording(f"The further channel {name} has shape {channel.values.shape}, not {shape}",
                                    "Give further channels at the times of the signals, and only beside them")

@@ -1,6 +1,6 @@
-"""Sensor signals of the test bench, sampled at the same times in every engagement."""
+"""Sensor signals of the test bench, all or some of four, sampled at the same times in every engagement."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,14 +17,15 @@ LARGEST = 20_000_000
 class Signals:
     """Signals of n engagements, (n, k) each, in bar, rad/s, rad/s and N m, at the increasing times `time` (k,) in s.
 
-    The shift command is at t = 0. Raises `BadRecording`, whose messages number conditions and samples from 0.
+    A signal that the bench does not measure is None; there is at least one. The shift command is at t = 0. Raises
+    `BadRecording`, whose messages number conditions and samples from 0.
     """
 
     time: np.ndarray
-    pressure: np.ndarray
-    input_speed: np.ndarray
-    output_speed: np.ndarray
-    output_torque: np.ndarray
+    pressure: np.ndarray | None = None
+    input_speed: np.ndarray | None = None
+    output_speed: np.ndarray | None = None
+    output_torque: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Check order, shapes and finiteness."""
@@ -37,9 +38,12 @@ class Signals:
             sample = int(not_increasing[0]) + 1 if len(not_increasing) else 0
             raise BadRecording(f"The time of the signals does not increase at sample {sample} ({time[sample]:g} s)",
                                "Sort the samples by time and remove duplicates")
-        shape = (len(self.pressure), len(time))
-        for name in SIGNAL_UNITS:
-            values = getattr(self, name)
+        if not self.names:
+            raise BadRecording("There are times of samples and no signals",
+                               f"Give at least one of {', '.join(SIGNAL_UNITS)}, or no signals at all")
+        shape = (len(self), len(time))
+        for name in self.names:
+            values = self[name]
             if values.shape != shape:
                 raise BadRecording(f"The signal {name} has shape {values.shape}, not {shape}",
                                    "Give every signal of every engagement at the same sample times")
@@ -47,7 +51,32 @@ class Signals:
             if len(invalid):
                 row, sample = invalid[0]
                 raise BadRecording(f"The signal {name} of condition {row} is not finite at sample {sample} "
-                                   f"({time[sample]:g} s)", "Fill the gap, or leave out all signals")
+                                   f"({time[sample]:g} s)", "Fill the gap, or leave out the signal")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the measured signals, in the order of `SIGNAL_UNITS`."""
+        return tuple(name for name in SIGNAL_UNITS if getattr(self, name) is not None)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Names of the signals that are not measured."""
+        return tuple(name for name in SIGNAL_UNITS if getattr(self, name) is None)
+
+    def __len__(self) -> int:
+        """Number of engagements."""
+        return len(self[self.names[0]])
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The measured signal `name` (n, k); raises `BadRecording` if it was not measured."""
+        values = getattr(self, name)
+        if values is None:
+            raise BadRecording(f"The recordings have no {name.replace('_', ' ')}", f"Record {name} as well")
+        return np.asarray(values)
+
+    def take(self, rows: np.ndarray | slice) -> "Signals":
+        """The engagements `rows`."""
+        return replace(self, **{name: self[name][rows] for name in self.names})
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from slipstick.bench import Conditions
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.gap import Prediction
 from slipstick.recordings.processing import block_means
-from slipstick.recordings.signals import SIGNAL_UNITS
 
 _CONDITIONS = ("current_profile", "motor_speed", "load_inertia", "brake_torque", "run_order")
 _WIDTH = 8
@@ -81,7 +80,8 @@ def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:
     simulated = {who: one.block.respond(one.fitted.points, one.fitted.shared) for who, one in models.items()}
 
     def curves(source: object, place: int) -> dict[str, list[float]]:
-        return {name: _row(block_means(np.asarray(getattr(source, name))[place], _WIDTH)) for name in SIGNAL_UNITS}
+        return {name: _row(block_means(np.asarray(getattr(source, name))[place], _WIDTH))
+                for name in block.traces.signals}
 
     return [Engagement(int(place), scene.gear, float(scene.recordings.measured_time[place]),
                        _row(block_means(scene.time, _WIDTH)), curves(scene.signals, place),

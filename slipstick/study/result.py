@@ -1,6 +1,6 @@
 """The result of a study as typed values. Reports, pictures and the service read them; the service adds nothing."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar, Literal
 
 from slipstick.confirmation.further import FurtherExperiment
@@ -8,8 +8,8 @@ from slipstick.confirmation.gap import Closure
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.worth import Worth
 
-__all__ = ["BlockResult", "Candidate", "Closure", "Coefficient", "Confirmation", "Control", "FindingResult",
-           "FurtherExperiment", "Gap", "Law", "SimulationResult", "StudyResult", "Worth"]
+__all__ = ["BlockResult", "Candidate", "ClosedBlock", "Closure", "Coefficient", "Confirmation", "Control",
+           "FindingResult", "FurtherExperiment", "Gap", "Law", "SimulationResult", "StudyResult", "Worth"]
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,6 @@ class Confirmation:
     """Whether the simulation asks for the finding as well, beside the other ones; null if nothing stands for it."""
 
 
-
-
 @dataclass(frozen=True)
 class FindingResult:
     """Something that the recordings ask for beside the model."""
@@ -152,6 +150,19 @@ class BlockResult:
     """Whether something is left that no pair explains."""
 
 
+@dataclass(frozen=True)
+class ClosedBlock:
+    """A block that was not asked, because signals were not measured."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
+
+    name: str
+    """Name of the block."""
+    signals: str
+    """The signals that it connects."""
+    missing: list[str]
+    """Those that it needs and that the recordings do not have."""
+
 
 @dataclass(frozen=True)
 class Control:
@@ -195,6 +206,8 @@ class SimulationResult:
     """Mean squared residual of each signal and of the shifting time, in units of its noise."""
     log_likelihood: float
     """Natural log-likelihood, up to a constant of the recordings."""
+    converged: bool
+    """Whether the fit came to rest within its iterations."""
     model: dict[str, Any]
     """The model in the format that `python -m worker build --model` reads."""
 
@@ -230,6 +243,8 @@ class StudyResult:
     """SHA-256 of the recordings."""
     settings_digest: str
     """SHA-256 of the settings."""
+    closed: list[ClosedBlock] = field(default_factory=list)
+    """Blocks that were not asked: what is missing there remains unseen."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

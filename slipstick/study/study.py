@@ -22,17 +22,18 @@ from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import Prediction, closures, predict
 from slipstick.confirmation.simulated import CONDITIONS, RANDOM
 from slipstick.confirmation.terms import Terms
-from slipstick.confirmation.traces import CHANNELS, Traces
+from slipstick.confirmation.traces import Traces
 from slipstick.naming import answer, name
 from slipstick.naming.answer import Answer
 from slipstick.naming.record import from_json, to_json
 from slipstick.naming.scene import Scene
 from slipstick.naming.selection import Finding, is_enough
+from slipstick.naming.start import NEEDED
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.study.figures import Figures, figures
 from slipstick.study.findings import finding_result
-from slipstick.study.result import BlockResult, Control, FurtherExperiment, Gap, SimulationResult
+from slipstick.study.result import BlockResult, ClosedBlock, Control, FurtherExperiment, Gap, SimulationResult
 from slipstick.study.result import StudyResult as Result
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import SIGNALS, sentence
@@ -74,15 +75,19 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
     else:
         predictions = {"before": predict(before, settings.seed)}
-    kind = "none" if not results and not found.unexplained else "unlisted" if not results else \
-        "several" if len(results) > 1 else results[0].kind
+    missing, left = traces.scene.signals.missing, _simulation(after)
+    closed = [ClosedBlock(block, words, [name for name in missing if name in NEEDED[block]])
+              for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
+    misfits = [channel for channel, value in left.chi_square.items() if closed and value > settings.naming.strong]
+    kind = "several" if len(results) > 1 else results[0].kind if results else \
+        "unlisted" if found.unexplained or misfits else "none"
     result = Result(
-        kind, sentence(results, found.unexplained), results,
+        kind, sentence(results, found.unexplained, missing, misfits), results,
         [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
                      block in found.unexplained) for block, value in found.chi_square.items()],
-        list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
+        list(found.set_aside), _simulation(before), left, gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
-         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest)
+         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
 
@@ -101,8 +106,9 @@ def _traces(bench: Bench, recordings: Recordings, found: Naming) -> tuple[Traces
     """The recordings that were not set aside, and the parameters (n, q) at which their simulations start."""
     whole = Scene.of(bench, recordings)
     scene = whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside))
-    starts = {name: np.zeros(len(scene)) if name in _NOMINAL_LOSSES else found.parameters[name] for name in RANDOM}
-    return Traces.of(scene, found.clocks, found.converter), np.stack(list(starts.values()), axis=1)
+    nominal = np.zeros(len(scene))
+    starts = [nominal if name in _NOMINAL_LOSSES else found.parameters.get(name, nominal) for name in RANDOM]
+    return Traces.of(scene, found.clocks, found.converter), np.stack(starts, axis=1)
 
 
 def _terms(bench: Bench, found: Naming, answers: list[Answer]) -> Terms:
@@ -134,7 +140,7 @@ def _gap(settings: StudySettings, before: SimulationFit, predictions: dict[str, 
     if spent is not None:
         other = predict(spent[1], settings.seed)
         # What a right model would leave is the findings' to say, of the control as well.
-        judged = Prediction(other.square, narrow.variance, other.time)
+        judged = Prediction(other.channels, other.square, narrow.variance, other.time)
         its = Control(spent[0], closures(wide, judged, settings.seed))
     return Gap(closures(wide, narrow, settings.seed), wide.time.tolist(), narrow.time.tolist(), its)
 
@@ -147,6 +153,6 @@ def _simulation(one: SimulationFit) -> SimulationResult:
         if parameter not in CONDITIONS:
             values[names_of.index(parameter)] *= 1 + change
     squares = block.traces.mean_squares(block.measured - one.fitted.predicted)
-    chi_square = {channel: squares[channel] * block.traces.noise[channel] ** 2 for channel in CHANNELS}
-    return SimulationResult(one.parameters, one.scatter, chi_square, float(one.evidence.sum()),
+    chi_square = {channel: squares[channel] * block.traces.noise[channel] ** 2 for channel in squares}
+    return SimulationResult(one.parameters, one.scatter, chi_square, float(one.evidence.sum()), one.fitted.converged,
                             block.terms.model(one.values, tuple(values.tolist())).spec())

@@ -24,8 +24,25 @@ def title(pair: Pair, effect: str | None) -> str:
     return words[0].upper() + words[1:]
 
 
-def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> str:
-    """The answer."""
+def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str], missing: Sequence[str] = (),
+             misfits: Sequence[str] = ()) -> str:
+    """The answer.
+
+    Signals are `missing` without which some blocks were not asked. In `misfits`, signals or the shifting time, the
+    simulation leaves more than those blocks explain that were asked.
+    """
+    answer = _said(findings, unexplained)
+    if misfits:
+        absent = f"Something is missing that shows in the {_words(misfits)}, but in no block that could be asked"
+        answer = absent if answer == NOTHING else f"{answer}. {absent}"
+    return f"{answer}. Not every block was asked: the recordings have no {_words(missing)}" if missing else answer
+
+
+def _words(names: Sequence[str]) -> str:
+    return " and ".join(name.replace("_", " ") for name in names)
+
+
+def _said(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> str:
     left = " and ".join(f"“{SIGNALS[block]}”" for block in unexplained)
     if not findings:
         return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING

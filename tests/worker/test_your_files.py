@@ -26,7 +26,7 @@ THIN = slice(None, None, 4)  # samples: a study of all of them takes longer than
 def few_recordings() -> Recordings:
     whole = Recordings.open(TABLES / "measured-compact.h5")
     assert whole.signals is not None
-    signals = Signals(whole.signals.time[THIN], *(getattr(whole.signals, name)[FEW][:, THIN] for name in SIGNAL_UNITS))
+    signals = Signals(whole.signals.time[THIN], *(whole.signals[name][FEW][:, THIN] for name in SIGNAL_UNITS))
     conditions = replace(whole.conditions.take(FEW), run_order=None)
     return Recordings(conditions, whole.measured_time[FEW], signals)
 
@@ -55,7 +55,7 @@ def test_the_import_gives_back_what_the_files_were_made_of(folder: Path) -> None
     assert given.signals is not None
     assert found.signals is not None
     for name in SIGNAL_UNITS:  # the files have the clock of the bench, so that every sample comes back
-        np.testing.assert_allclose(getattr(found.signals, name), getattr(given.signals, name), atol=1e-6, err_msg=name)
+        np.testing.assert_allclose(found.signals[name], given.signals[name], atol=1e-6, err_msg=name)
     assert np.abs(found.measured_time - given.measured_time).max() < 0.01
     assert found.conditions.current_profile.tolist() == given.conditions.current_profile.tolist()
     for name in ("motor_speed", "load_inertia", "brake_torque"):

@@ -33,7 +33,8 @@ _CUT = 2.0
 
 
 def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None:
-    """Return a grid of panels with one column per engagement and one row per signal; None without engagements."""
+    """Return a grid of panels with one column per engagement and one row per measured signal; None without engagements.
+    """
     engagements, models = figures.engagements, model_series(result)
     if not engagements:
         return None
@@ -56,7 +57,7 @@ def _title(result: StudyResult, engagements: list[Engagement], models: list[str]
         squares = [value**2 for one in engagements for _, value in _difference(one, model, signal)]
         return math.sqrt(sum(squares) / len(squares))
 
-    worst = max(SIGNAL_UNITS, key=lambda signal: rms_error("before", signal) / result.noise[signal])
+    worst = max(engagements[0].measured, key=lambda signal: rms_error("before", signal) / result.noise[signal])
     before, *after = (f"{rms_error(model, worst):.2g} {SIGNAL_UNITS[worst]}" for model in models)
     return f"In the worst engagements, the {in_words(worst)} is off by {before}" + "".join(
         f", and by {error} with what was found" for error in after)
@@ -66,9 +67,7 @@ def _column(result: StudyResult, engagement: Engagement, models: dict[str, tuple
             first: bool) -> list[Spec]:
     """Return the panels of an engagement, from the speeds to the last signal."""
     panels = [_speeds(engagement, width, first)]
-    for signal in SIGNAL_UNITS:
-        panels.append(_differences(result, engagement, models, signal, width, first))
-    return panels
+    return panels + [_differences(result, engagement, models, signal, width, first) for signal in engagement.measured]
 
 
 def _x(engagement: Engagement, labels: bool) -> Spec:
@@ -87,8 +86,9 @@ def _speeds(engagement: Engagement, width: float, first: bool) -> Spec:
     x = _x(engagement, False)
     y: Spec = {"field": "y", "type": "quantitative", "title": "speeds [rad/s]" if first else None,
                "axis": {"tickCount": 4, "format": "~f"}}
-    curves = ([value / engagement.gear_ratio for value in engagement.measured["input_speed"]],
-              engagement.measured["output_speed"])
+    over = {"input_speed": engagement.gear_ratio, "output_speed": 1.0}
+    curves = [[value / over[name] for value in engagement.measured[name]] for name in over
+              if name in engagement.measured]
     end = x["scale"]["domain"][1]
     return {"width": width, "height": _SPEEDS, "layer": [_lock(engagement, x), *(
         {"data": {"values": [{"t": t, "y": theme.rounded(value, 4)} for t, value in
@@ -100,7 +100,7 @@ def _speeds(engagement: Engagement, width: float, first: bool) -> Spec:
 def _differences(result: StudyResult, engagement: Engagement, models: dict[str, tuple[str, str]], signal: str,
                  width: float, first: bool) -> Spec:
     """Return the differences of a signal to each model; what exceeds the range at lock-up is cut."""
-    x, noise = _x(engagement, signal == list(SIGNAL_UNITS)[-1]), 2 * result.noise[signal]
+    x, noise = _x(engagement, signal == list(engagement.measured)[-1]), 2 * result.noise[signal]
     end = x["scale"]["domain"][1]
     curves = {label: [(t, value) for t, value in _difference(engagement, key, signal) if t <= end]
               for key, (label, _) in models.items()}

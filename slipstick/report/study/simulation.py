@@ -7,6 +7,7 @@ from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import fixed, number
 from slipstick.report.study.parts import Note, Part, Picture, Section, Table
 from slipstick.report.study.words import CHANNELS, channel, closed, many, percent
+from slipstick.report.words import listed
 from slipstick.study.result import SimulationResult, StudyResult
 from slipstick.study.settings import StudySettings
 
@@ -23,12 +24,15 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
     """What the answer means for predictions, or what it means that nothing was found."""
     chi_square = [block.chi_square for block in result.blocks]
     if result.kind == "none":
-        return (f"In all {len(result.blocks)} blocks of the model, {many(result.experiments, 'engagement')} leave no "
+        return (f"In {'the' if result.closed else 'all'} {len(result.blocks)} blocks of the model"
+                f"{' that could be asked' if result.closed else ''}, {many(result.experiments, 'engagement')} leave no "
                 f"more than noise: reduced chi-square is {min(chi_square):.2f} to {max(chi_square):.2f}, and 1 "
                 "is expected. No change of any quantity with anything gains the "
                 f"{number(settings.naming.nats)} nats and {number(settings.naming.errors)} standard errors that a "
                 "finding needs. The model of the bench describes these recordings; an effect that gains less remains "
                 "unseen.")
+    if not result.findings and not any(block.unexplained for block in result.blocks):
+        return "The signals that were not recorded would tell where: record them as well."
     if not result.findings:
         return "The block is known, but not the law: record under other conditions, or look at its signals."
     if result.gap is None:
@@ -50,6 +54,8 @@ def blocks(result: StudyResult) -> Section:
         if block.unexplained:
             asked.append("something that no law explains")
         rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(asked) or "nothing"))
+    rows += [(block.signals, "", f"not asked: {listed([channel(name) for name in block.missing])} not measured")
+             for block in result.closed]
     return Section("What every block says", [
         Table(("block", "reduced chi-square", "asks for"), rows, words=(2,)), Note(_BLOCKS)])
 

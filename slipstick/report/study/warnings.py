@@ -16,6 +16,11 @@ _CONTROL = 0.5
 def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     """All warnings of a result; none is good. `aside` are the conditions of the engagements that were set aside."""
     found: Entries = []
+    if result.closed:
+        missing = dict.fromkeys(name for block in result.closed for name in block.missing)
+        found.append((f"Not measured: {listed([channel(name) for name in missing])}.",
+                      f"{listed([f'“{block.signals}”' for block in result.closed])} could not be asked. What is "
+                      "missing there remains unseen, or passes for a finding of another block."))
     if result.set_aside:
         names = [f"{place} ({described(aside, row)})" if aside else str(place)
                  for row, place in enumerate(result.set_aside)]
@@ -56,13 +61,17 @@ def _about(one: FindingResult) -> Entries:
 
 
 def _simulation(result: StudyResult) -> Entries:
-    """Signals in which the simulation leaves more than noise."""
+    """Whether the fits came to rest, and signals in which the simulation leaves more than noise."""
+    found: Entries = []
+    if not (result.before.converged and result.after.converged):
+        found.append(("Not converged:", "a fit of the simulation did not come to rest within its iterations. "
+                      "Coefficients and the log-likelihood may be off."))
     misfits = [f"{number(value)} in the {channel(name)}" for name, value in result.after.chi_square.items()
                if value > MISFIT]
-    if not misfits:
-        return []
-    return [("The simulation leaves more than noise:", f"reduced chi-square is {listed(misfits)}. Coefficients and "
-             "their intervals make up for what is missing there.")]
+    if misfits:
+        found.append(("The simulation leaves more than noise:", f"reduced chi-square is {listed(misfits)}. "
+                      "Coefficients and their intervals make up for what is missing there."))
+    return found
 
 
 def _gap(result: StudyResult) -> Entries:

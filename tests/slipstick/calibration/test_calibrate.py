@@ -129,7 +129,7 @@ def test_the_shipped_recordings_are_calibrated_from_the_nominal_start_although_a
     shipped = Recordings.open(Path(__file__).parents[3] / "tables" / "measured.h5")
     some = np.arange(0, len(shipped), 5)
     assert shipped.signals is not None
-    signals = Signals(shipped.signals.time, *(getattr(shipped.signals, name)[some] for name in SIGNAL_UNITS))
+    signals = Signals(shipped.signals.time, *(shipped.signals[name][some] for name in SIGNAL_UNITS))
     found = calibrate(Recordings(shipped.conditions.take(some), shipped.measured_time[some], signals), HEAVY)
     assert found.converged
     assert found.at_bound == ()

@@ -7,7 +7,6 @@ import pytest
 
 from slipstick.confirmation import Terms, Traces
 from slipstick.confirmation.simulated import SimulatedBench
-from slipstick.confirmation.traces import CHANNELS
 from tests.benches import HEAVY, NOMINAL
 
 Traced = Callable[..., tuple[Traces, np.ndarray]]
@@ -23,7 +22,7 @@ def test_the_truth_leaves_white_noise_of_unit_variance(traced: Traced) -> None:
         assert np.nanmean(its**2) == pytest.approx(1.0, abs=1.0 if name == "shifting_time" else 0.5), name
         if name != "shifting_time":
             assert abs(np.nanmean(its[:, 1:] * its[:, :-1])) < 0.15, name
-    assert traces.mean_squares(np.nan_to_num(left)).keys() == set(CHANNELS)
+    assert traces.mean_squares(np.nan_to_num(left)).keys() == set(traces.channels)
 
 
 def test_only_torque_near_lock_up_does_not_count(traced: Traced) -> None:
@@ -35,7 +34,7 @@ def test_only_torque_near_lock_up_does_not_count(traced: Traced) -> None:
 
 def test_noise_is_what_a_fit_leaves_and_that_of_the_timer_at_least_what_is_stated(traced: Traced) -> None:
     traces, _ = traced(NOMINAL)
-    wide = traces.with_noise({name: 4.0 if name == "pressure" else 0.25 for name in CHANNELS})
+    wide = traces.with_noise({name: 4.0 if name == "pressure" else 0.25 for name in traces.channels})
     assert wide.noise["pressure"] == 2.0
     assert wide.noise["input_speed"] == 0.5
     assert wide.noise["shifting_time"] == 1.0

@@ -12,7 +12,7 @@ from slipstick.pictures.study import Spec, surfaces
 from slipstick.study.result import Gap, SimulationResult, StudyResult
 
 Fits = dict[str, dict[str, Any]]
-BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, {
+BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, True, {
     "parameters": {"pressure_bias": bar, "initial_position": 5e-4},
     "units": {"pressure_bias": "bar", "initial_position": "m"}}) for bar in (3.2, 1.6))
 STUDY = StudyResult("effect", "", [], [], [], BEFORE, AFTER, Gap({}, [], [], None), 24, {}, "", "")

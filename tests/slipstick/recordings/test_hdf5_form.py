@@ -1,6 +1,7 @@
 import re
 import shutil
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -9,6 +10,7 @@ import pytest
 
 from slipstick.errors import BadRecording, UnknownName
 from slipstick.recordings import Recordings, open_conditions
+from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.isolated import require_readable
 from tests.benches import HEAVY
 
@@ -58,10 +60,15 @@ def cut(path):
     return lambda file: put(file, path, file[path][:-1])
 
 
-def drop(path):
+def drop(*paths):
     def damage(file):
-        del file[path]
+        for path in paths:
+            del file[path]
     return damage
+
+
+def rename(path, other):
+    return lambda file: file.move(path, other)
 
 
 def drop_unit(file):
@@ -117,7 +124,9 @@ def test_the_child_process_raises_the_error_of_the_reader(copy):
     (lambda file: put(file, "conditions/run_order", np.zeros(216, int)), "run order"),
     (text_for_numbers, "'shifting_time' is of type"), (group_for_dataset, "'shifting_time' is a group"),
     (drop("shifting_time"), "'shifting_time' is missing"), (drop("conditions"), "'conditions' is missing"),
-    (drop("signals/output_torque"), "'signals/output_torque' is missing"),
+    (drop("signals/time"), "'signals/time' is missing"),
+    (rename("signals/pressure", "signals/presure"), "There is no signal 'presure'"),
+    (drop(*(f"signals/{name}" for name in SIGNAL_UNITS)), "times of samples and no signals"),
 ])
 def test_errors_name_the_dataset(copy, damage, message):
     with h5py.File(copy, "r+") as file:
@@ -251,3 +260,14 @@ def test_missing_files_unknown_extensions_and_extra_signals_files_are_rejected(t
         Recordings.open(tmp_path / "copy.mat")
     with pytest.raises(BadRecording, match="separate signals file"):
         Recordings.open(copy, copy)
+
+
+def test_recordings_without_some_of_the_signals_are_read_as_they_were_written(shipped):
+    partial = replace(shipped, signals=replace(shipped.signals, pressure=None, output_torque=None))
+    read = Recordings.read(partial.to_bytes(), "h5")
+    assert read.signals.names == ("input_speed", "output_speed")
+    assert read.signals.missing == ("pressure", "output_torque")
+    assert np.array_equal(read.signals["input_speed"], shipped.signals["input_speed"])
+    assert read.digest == partial.digest != shipped.digest
+    with pytest.raises(BadRecording, match="The recordings have no output torque"):
+        read.signals["output_torque"]

@@ -9,7 +9,7 @@ import pytest
 from slipstick.report.study.fits import numbers, same_fit
 from slipstick.study.result import Gap, SimulationResult, StudyResult
 
-BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, {
+BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, True, {
     "parameters": {"pressure_bias": bar, "initial_position": 5e-4},
     "units": {"pressure_bias": "bar", "initial_position": "m"}}) for bar in (3.2, 1.6))
 RESULT = StudyResult("effect", "", [], [], [], BEFORE, AFTER, Gap({}, [], [], None), 24, {}, "", "")

@@ -1,0 +1,59 @@
+"""Measured laws beside the hidden ones: how far apart, and whether the band of the measured one holds the other."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
+from slipstick.naming.measured import LawPoints
+from tests.validation.hidden.pairs import DEPENDS_ON
+
+_PER_UNIT = {"energy": 1e-3, "heat": 1e-3}
+"""Units of the hidden bench in those of the laws: J in kJ."""
+_LEVEL = 0.9
+
+
+@dataclass(frozen=True)
+class Difference:
+    """`share`: RMS difference over the visited range, over the RMS of the hidden law; `held`: share in the band."""
+
+    pair: tuple[str, str]
+    share: float
+    held: float
+
+
+def is_over_a_number(pair: tuple[str, str], changed: Mapping[str, Any]) -> bool:
+    """Whether a law of this pair and an entry of `changed` are laws over the same number."""
+    return pair[1] in SCALAR_DEPENDENCES and DEPENDS_ON.get(changed["abscissa"]) == pair[1]
+
+
+def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference:
+    """Compare a law with an entry of `changed` of a truth, weighted by the visits of the recordings.
+
+    What a law is known up to is fitted to the difference first.
+    """
+    grid, change, visits = (np.array(changed[name], float) for name in ("grid", "change", "visits"))
+    if changed["kind"] == "ratio":
+        change = (change - 1) * (1.0 if law.relative else changed["base"])
+    elif law.relative:
+        change = change / changed["base"]
+    assert law.x is not None
+    x = grid * _PER_UNIT.get(changed["abscissa"], 1.0)
+    if law.pair[1] == "run order":
+        x = law.x[0] + grid * np.ptp(law.x)
+    visits = visits * ((x >= law.x[0]) & (x <= law.x[-1]))
+    measured, std = np.interp(x, law.x, law.change), np.interp(x, law.x, law.std)
+    columns = np.vander(grid, {"nothing": 0, "constant": 1, "line": 2}[law.up_to])
+    left = measured - change
+    left, change = (values - _fitted(columns, values, visits) for values in (left, change))
+    wide, size = float(ndtri((1 + _LEVEL) / 2)), np.average(change**2, weights=visits)
+    return Difference(law.pair, float(np.sqrt(np.average(left**2, weights=visits) / size)),
+                      float(np.average(np.abs(left) <= wide * std, weights=visits)))
+
+
+def _fitted(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    root = np.sqrt(weights)
+    return np.asarray(columns @ np.linalg.lstsq(columns * root[:, None], values * root, rcond=None)[0])

@@ -1,0 +1,131 @@
+"""Whole studies of sixty fixed cases: convergence, the gap, its control, and measured laws beside the hidden ones.
+
+    python -m benchmarks.studies [PROCESSES]
+
+Every finished case is a line of var/studies.jsonl, so that a killed run goes on where it was. studies_cases.csv has the
+cases, studies.csv what comes of them. Naming was developed on a third of the cases; nothing of the confirmation was.
+"""
+
+import json
+import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numba import set_num_threads
+
+from benchmarks.benches import BENCHES
+from benchmarks.hidden_laws import Difference, compared, is_over_a_number
+from benchmarks.naming import FOLDER, joined, rate, recorded, same
+from benchmarks.results import write
+from slipstick.naming.record import from_json
+from slipstick.recordings import Recordings
+from slipstick.study import StudySettings, conclude, examine
+from tests.validation.hidden import cases
+from tests.validation.hidden.truths import truth
+
+SIXTY = [(which, identity) for which in ("development", "final") for identity in list(cases.LISTS[which])[::4]]
+LINES = FOLDER / "studies.jsonl"
+
+
+def one(job: tuple[str, str]) -> dict[str, Any]:
+    """The study of a case on one core, beside its truth."""
+    set_num_threads(1)
+    case = cases.LISTS[job[0]][job[1]]
+    known, settings = truth(case, relative=1e-6), StudySettings()
+    entry = {"case": job[1], "hidden": [{"pair": its["pair"]} for its in known["hidden"]], "error": ""}
+    bench, recordings = BENCHES[known["bench"]], Recordings.open(recorded(*job))
+    try:
+        began = perf_counter()
+        named = examine(settings, bench, recordings)
+        between = perf_counter()
+        result, _ = conclude(settings, bench, recordings, named)
+    except Exception as error:  # a study that raises is a result: a wrong one
+        return entry | {"error": repr(error)}
+    laws = from_json(named).measured
+    differences = [asdict(compared(laws[its["pair"]], changed))
+                   for its, changed in zip(known["hidden"], known["changed"], strict=True)
+                   if its["pair"] in laws and is_over_a_number(its["pair"], changed)]
+    return entry | {"naming": between - began, "confirmation": perf_counter() - between, "laws": differences,
+                    "result": result.to_dict()}
+
+
+def row(entry: dict[str, Any]) -> list[object]:
+    """A case in the table of all cases."""
+    if entry["error"]:
+        return [entry["case"], joined(entry["hidden"]), *[""] * 12, entry["error"]]
+    result = entry["result"]
+    time = result["gap"] and result["gap"]["closures"]["shifting_time"]
+    control = result["gap"] and result["gap"]["control"]
+    laws = [Difference(**its) for its in entry["laws"]]
+    return [entry["case"], joined(entry["hidden"]), "+".join(_name(its) for its in result["findings"]),
+            result["before"]["converged"], result["after"]["converged"],
+            result["after"]["log_likelihood"] - result["before"]["log_likelihood"],
+            *(1e3 * time[name] if time else "" for name in ("rms_before", "rms_after", "rms_expected")),
+            _closure(time), _closure(control and control["closures"]["shifting_time"]),
+            "+".join(f"{its.share:.2g}" for its in laws), "+".join(f"{its.held:.2g}" for its in laws),
+            round(entry["naming"] + entry["confirmation"], 1), ""]
+
+
+def _name(finding: dict[str, Any]) -> str:
+    return finding["effect"] or f"{finding['quantity']} ~ {finding['depends_on']}"
+
+
+def _closure(one: dict[str, Any] | None) -> object:
+    return "" if not one or one["closure"] is None else round(one["closure"], 2)
+
+
+def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
+    """What comes of all studies."""
+    done = [entry for entry in entries if not entry["error"]]
+    fits = [entry["result"][name] for entry in done for name in ("before", "after")]
+    found = [entry for entry in done if entry["hidden"] and _is_right(entry) and entry["result"]["gap"]]
+    gaps = [entry["result"]["gap"] for entry in found]
+    closed = [its for gap in gaps for its in gap["closures"].values() if its["closure"] is not None]
+    controls = [its for gap in gaps if gap["control"] for its in gap["control"]["closures"].values()
+                if its["closure"] is not None]
+    laws = [Difference(**its) for entry in done for its in entry["laws"]]
+    return [
+        rate("studies that raised an error", [bool(entry["error"]) for entry in entries]),
+        rate("fits of the simulation that converged", [fit["converged"] for fit in fits]),
+        rate("nulls with a gap that is called closed", [entry["result"]["gap"] is not None for entry in done
+                                                        if not entry["hidden"]]),
+        rate("right names: significant gaps closed by 80 % or more", [its["closure"] >= 0.8 for its in closed]),
+        rate("their controls: significant gaps closed by 80 % or more", [its["closure"] >= 0.8 for its in controls]),
+        rate("right names: the simulation asks for the finding as well",
+             [all(its["confirmation"]["agrees"] for its in entry["result"]["findings"]
+                  if its["confirmation"]["agrees"] is not None) for entry in found]),
+        rate("right pairs over a number: law within 20 % RMS of its own size", [its.share < 0.2 for its in laws]),
+        ["right pairs over a number: mean share of the range in the 90 % band", "", len(laws),
+         float(np.mean([its.held for its in laws])) if laws else "", "", ""]]
+
+
+def _is_right(entry: dict[str, Any]) -> bool:
+    hidden = {same(its["pair"]) for its in entry["hidden"]}
+    return {same((its["quantity"], its["depends_on"])) for its in entry["result"]["findings"]} == hidden
+
+
+def main(processes: int = 2) -> None:
+    """Study those cases that have no line yet, and write the tables."""
+    LINES.parent.mkdir(exist_ok=True)
+    done = {one["case"]: one for one in map(json.loads, LINES.read_text().splitlines())} if LINES.exists() else {}
+    with ProcessPoolExecutor(processes) as pool, LINES.open("a") as file:
+        for future in as_completed([pool.submit(one, job) for job in SIXTY if job[1] not in done]):
+            entry = future.result()
+            done[entry["case"]] = entry
+            file.write(json.dumps(entry) + "\n")
+            file.flush()
+            print(*row(entry), flush=True)
+    entries = [done[identity] for _, identity in SIXTY if identity in done]
+    write("studies", ("of", "cases", "of all", "share", "lower", "upper"), summary(entries),
+          "python -m benchmarks.studies")
+    write("studies_cases", ("case", "hidden", "findings", "converged before", "converged after", "nats",
+                            "RMS before [ms]", "RMS after [ms]", "RMS right model [ms]", "closure",
+                            "closure by control", "law off by", "share in band", "seconds", "error"), map(row, entries),
+          "python -m benchmarks.studies")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,120 @@
+"""The blocks of a bench fitted one after the other, each with what the blocks before explain of its inputs.
+
+The valve comes first, then the closing piston for when the plates meet, load and input, and friction in full contact.
+A block can be asked if the signals that it needs were measured.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from slipstick.naming.closing import settled
+from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
+from slipstick.naming.curved import CurvedFit, fit_curved
+from slipstick.naming.fit import BlockFit, fit
+from slipstick.naming.load import LoadBlock
+from slipstick.naming.lock import LockBlock
+from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.scene import Scene
+from slipstick.naming.search import retimed, search
+from slipstick.naming.selection import Finding, Log, forward
+from slipstick.naming.settings import NamingSettings
+from slipstick.naming.shaft import InputBlock
+from slipstick.naming.valve import ValveBlock
+from slipstick.recordings.signals import SIGNAL_UNITS
+
+NEEDED = {"valve": {"pressure"}, "contact": set(SIGNAL_UNITS), "clutch": set(SIGNAL_UNITS),
+           "load": {"output_torque", "output_speed"}, "input": {"output_torque", "input_speed"},
+           "lock": {"output_torque", "output_speed", "input_speed"}}
+"""The signals of each block: those at both of its ends, and what its laws need."""
+_AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
+
+
+@dataclass(frozen=True, eq=False)
+class Closing:
+    """The closing piston: the clutch up to lock-up, and its fit up to full contact, without laws."""
+
+    block: ClutchBlock
+    onset: CurvedFit
+    counted: np.ndarray
+    """Samples (n, k) up to full contact."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The fits of the blocks whose signals were measured, before anything but the valve's laws is added.
+
+    `valve` has the fits without and with its `findings`, `fits` those of load, input, lock and full contact.
+    """
+
+    valve: tuple[BlockFit, BlockFit] | None
+    findings: list[Finding]
+    closing: Closing | None
+    fits: dict[str, BlockFit]
+
+    @property
+    def chi_squares(self) -> list[np.ndarray]:
+        """Chi-squares (n,) of the engagements in the blocks behind the valve."""
+        return [one.chi2 for one in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
+
+
+def open_blocks(signals: Collection[str]) -> tuple[str, ...]:
+    """The blocks that can be asked where these signals were measured."""
+    return tuple(block for block, its in NEEDED.items() if its <= set(signals))
+
+
+def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
+    """Fit the blocks one after the other, each with what the ones before explain of its inputs."""
+    can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
+    if "valve" in can:
+        valve_block = ValveBlock(scene)
+        bare = fit(valve_block)
+        fits, findings = forward({"valve": bare}, settings, log)
+        valve = bare, fits["valve"]
+        pressure = valve_block.pressure(valve[1].points, valve[1].held)
+        scene = scene.explained("pressure", pressure)
+    if "clutch" in can:
+        closing_piston = _onset(scene, pressure)
+        log("onset", round(float(closing_piston.onset.chi2.mean()), 3))
+    fits = {}
+    if scene.has("output_torque"):
+        scene = scene.explained("output_torque", scene.model_torque(_torque(scene, closing_piston)))
+    if "load" in can:
+        load_block = LoadBlock(scene)
+        fits["load"] = load = fit(load_block)
+        scene = scene.explained("output_speed", load_block.true_speed(load.predicted))
+    if "input" in can:
+        shaft_block = InputBlock(scene)
+        fits["input"] = shaft = fit(shaft_block)
+        scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
+    if "lock" in can:
+        fits["lock"] = fit(LockBlock(scene, load_block.clean(load.points)))
+    if closing_piston is not None:
+        onset = closing_piston.onset
+        wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
+        fits["contact"] = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
+    return Start(valve, findings, closing_piston, fits)
+
+
+def _onset(scene: Scene, pressure: np.ndarray) -> Closing:
+    """The piston up to full contact, and the clutch with its time in contact."""
+    block = OnsetBlock(scene, pressure)
+    clock = np.zeros(len(block.fixed))
+    rough = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
+    clutch = ClutchBlock(scene, pressure)
+    block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()))
+    onset = settled(block, rough.points, rough.shared)
+    clutch.in_contact = clutch.contact(onset.points, ())
+    return Closing(clutch, onset, block.counted)
+
+
+def _torque(scene: Scene, closing_piston: Closing | None) -> np.ndarray:
+    """Output torque (n, k) in N m up to lock-up: measured up to full contact, and from then on that of the clutch."""
+    averaged = gaussian_filter1d(scene.measured("output_torque"), _AVERAGED, axis=1)
+    if closing_piston is None:
+        return np.asarray(averaged)
+    clutch, onset = closing_piston.block, closing_piston.onset
+    clutch.at(onset.shared)  # where the torque is not a measured one, it is late as well
+    return np.where(closing_piston.counted, clutch.predicted_beyond(onset.points), averaged)

@@ -1,0 +1,81 @@
+"""Studies of recordings in which signals were not measured: the blocks that are left answer, the others are closed."""
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+
+from slipstick.errors import InvalidValue
+from slipstick.naming import answer, name
+from slipstick.naming.study import Naming
+from slipstick.recordings import Recordings
+from slipstick.report.study.page import study_page
+from slipstick.study import StudyResult, StudySettings, conclude, examine
+from slipstick.study.figures import Figures
+from tests.benches import HEAVY
+from tests.validation.hidden import EFFECTS, Case, write
+
+COUNT = 30
+
+
+def recorded(folder: Path, effects: list[str], without: list[str], seed: int = 41) -> Recordings:
+    case = Case({effect: EFFECTS[effect].typical for effect in effects}, seed=seed, count=COUNT)
+    write(folder / "case.h5", case)
+    found = Recordings.open(folder / "case.h5")
+    assert found.signals is not None
+    return replace(found, signals=replace(found.signals, **dict.fromkeys(without)))
+
+
+def effects_of(found: Naming) -> list[str]:
+    return [answer(one, found.measured.get(one.pair)).effect for one in found.findings]
+
+
+@pytest.mark.parametrize(("effects", "without", "blocks"), [
+    (["quadratic_load_drag"], ["pressure"], ["load", "input", "lock"]),
+    (["supply_droop"], ["input_speed", "output_speed", "output_torque"], ["valve"]),
+    pytest.param(["converter_lag"], ["pressure", "output_speed"], ["input"], marks=pytest.mark.slow),
+])
+def test_the_blocks_between_recorded_signals_name_their_effect(
+        tmp_path: Path, effects: list[str], without: list[str], blocks: list[str]) -> None:
+    found = name(HEAVY, recorded(tmp_path, effects, without))
+    assert (effects_of(found), list(found.chi_square)) == (effects, blocks)
+    assert not found.unexplained
+
+
+@pytest.mark.parametrize("without", [["pressure"], pytest.param(["output_torque"], marks=pytest.mark.slow),
+                                     pytest.param(["input_speed"], marks=pytest.mark.slow)])
+def test_nothing_is_named_where_nothing_is_hidden_and_a_signal_is_missing(tmp_path: Path, without: list[str]) -> None:
+    found = name(HEAVY, recorded(tmp_path, [], without, seed=11))
+    assert (found.findings, found.unexplained) == ((), ())
+
+
+def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) -> None:
+    result, figures, recordings = studied(tmp_path, ["friction_falls_with_slip"], ["pressure"])
+    assert (result.kind, result.findings) == ("unlisted", [])
+    assert "missing that shows in the " in result.sentence
+    assert "shifting time, but in no block that could be asked" in result.sentence
+    assert "the recordings have no pressure" in result.sentence
+    assert {one.name: one.missing for one in result.closed} == {
+        block: ["pressure"] for block in ("valve", "contact", "clutch")}
+    assert "pressure" not in result.after.chi_square
+    html = study_page(
+        {"id": "partial", "recordings": "partial", "recordings_digest": recordings.digest,
+         "settings": asdict(StudySettings()), "submitted": "2026-11-01T10:00:00Z", "ended": "2026-11-01T10:00:12Z"},
+        json.loads(json.dumps({"result": result.to_dict(), "figure_data": asdict(figures), "seconds": {"name": 2.0},
+                               "processor_seconds": {"name": 2.0}}, allow_nan=False)))
+    assert "Not measured: pressure." in html
+    assert "not asked: pressure not measured" in html
+
+
+def test_without_both_ends_of_any_block_there_is_no_study(tmp_path: Path) -> None:
+    alone = recorded(tmp_path, [], ["pressure", "input_speed", "output_speed"])
+    with pytest.raises(InvalidValue, match="no signal but the output torque, which is not both ends of a block"):
+        name(HEAVY, alone)
+    with pytest.raises(InvalidValue, match="These recordings have no signals"):
+        name(HEAVY, replace(alone, signals=None))
+
+
+def studied(folder: Path, effects: list[str], without: list[str]) -> tuple[StudyResult, Figures, Recordings]:
+    settings, recordings = StudySettings(), recorded(folder, effects, without)
+    return *conclude(settings, HEAVY, recordings, examine(settings, HEAVY, recordings)), recordings
