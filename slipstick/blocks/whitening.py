@@ -57,9 +57,12 @@ def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, ont
     fresh, input_fresh = std * std * (1 - rho * rho), input_std * input_std * (1 - input_rho * input_rho)
     for i in prange(n):
         # The gains are those of all columns; where a sample is not counted, they are 0.
-        gain = np.zeros((k, 4))
+        last = k
+        while last > 0 and not counted[i, last - 1]:
+            last -= 1
+        gain = np.zeros((last, 4))
         pxx, pxu, pxv, puu, puv, pvv = 0.0, 0.0, 0.0, input_std * input_std, 0.0, std * std
-        for t in range(k):
+        for t in range(last):
             if counted[i, t]:
                 # Covariances of the states with the sample, and its variance.
                 cx, cu, cv = pxx + pxv, pxu + puv, pxv + pvv
@@ -72,7 +75,7 @@ def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, ont
                 puu -= gu * cu
                 puv -= gu * cv
                 pvv -= gv * cv
-            if driven and t + 1 < k:
+            if driven and t + 1 < last:
                 a, b = decay[i, t], onto[i, t]
                 onward = a * pxu + b * puu
                 pxx, pxu, pxv = a * (a * pxx + b * pxu) + b * onward, input_rho * onward, rho * (a * pxv + b * puv)
@@ -80,11 +83,11 @@ def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, ont
             pvv = rho * rho * pvv + fresh
         for j in range(p):
             x, u, v = 0.0, 0.0, 0.0
-            for t in range(k):
+            for t in range(last):
                 innovation = columns[i, j, t] - x - v
                 out[i, j, t] = innovation * gain[t, 3]
                 v = rho * (v + gain[t, 2] * innovation)
-                if driven and t + 1 < k:
+                if driven and t + 1 < last:
                     u += gain[t, 1] * innovation
                     x = decay[i, t] * (x + gain[t, 0] * innovation) + onto[i, t] * u
                     u *= input_rho

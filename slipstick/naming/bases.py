@@ -1,6 +1,7 @@
 """Bases of free laws: piecewise linear functions of what a law depends on."""
 
 import numpy as np
+from numba import njit
 
 from slipstick.clutch.lag import lagged_signal
 
@@ -87,13 +88,24 @@ def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
 
 
 def delayed(signal: np.ndarray, late: float) -> np.ndarray:
-    """A signal (n, k) that is `late` samples, linear between two samples; constant before the first, after the last."""
+    """Signals (..., k) that are `late` samples, linear between two samples; constant before the first, after the last.
+    """
     if late == 0:
         return signal
-    at = np.clip(np.arange(signal.shape[1]) - late, 0, signal.shape[1] - 1)
-    first = np.minimum(at.astype(int), signal.shape[1] - 2)
-    share = at - first
-    return np.asarray(signal[:, first] * (1 - share) + signal[:, first + 1] * share)
+    found = np.empty(signal.shape)
+    _delay(np.ascontiguousarray(signal).reshape(-1, signal.shape[-1]), late, found.reshape(-1, signal.shape[-1]))
+    return found
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _delay(signal, late, found):  # type: ignore[no-untyped-def]
+    n, k = signal.shape
+    for i in range(n):
+        for t in range(k):
+            at = min(max(t - late, 0.0), k - 1.0)
+            first = min(int(at), k - 2)
+            share = at - first
+            found[i, t] = signal[i, first] * (1 - share) + signal[i, first + 1] * share
 
 
 def late(signal: np.ndarray, time: np.ndarray) -> np.ndarray:

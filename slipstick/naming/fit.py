@@ -78,7 +78,8 @@ def priors(block: Block) -> np.ndarray:
 
 def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: BlockNoise, further: int) -> Gram:
     """Products of whitened columns (n, c, k), random ones first, and of z (n, k); the last `further` are of laws."""
-    white = whitened(np.concatenate([*columns, z[:, None]], axis=1), block.counted, noise)
+    last = int(np.flatnonzero(block.counted.any(axis=0)).max(initial=0)) + 1  # white columns are 0 beyond
+    white = whitened(np.concatenate([*columns, z[:, None]], axis=1), block.counted, noise)[:, :, :last]
     precision = np.concatenate([priors(block), np.full(further, LAW_PRECISION)])
     return Gram(white @ white.transpose(0, 2, 1), len(block.random), precision, np.zeros_like(precision), block.widest)
 

@@ -27,6 +27,8 @@ _CLOCK_STEP = 1e-5
 """Step in s of the finite difference with respect to the clock."""
 _FULL = 1 - 1e-9
 """Share of the contact position from which on the plates are in full contact."""
+_FACTORS = ("friction", "film")
+"""Kinds of laws that change factors of the torque."""
 _EMPTY = np.zeros(0)
 
 
@@ -120,8 +122,19 @@ class ClutchBlock:
             return self.scene.torque_error(pair[1], self.base(at, laws))
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
-        base, held = self.base(points, laws), known.get(pair, np.zeros(law.size))
-        moved = [self.base(points, list({**known, pair: held + step}.items())) for step in _LAW_STEP * np.eye(law.size)]
+        base = self.base(points, laws)
+        if law.kind in ADDED:
+            added = bases.delayed(law.basis, self.clock / self.scene.step)
+            if law.kind in _FACTORS and not any(self._law(other).kind == "reading" for other in known):
+                # The torque is proportional to the factor of the friction, or of the film, that the law changes.
+                factor = self._closed(points, laws, self.end, law.kind, np.ones(base.shape))[0] - base
+                return np.asarray(factor[:, None] * added)
+            moved = [self._closed(points, laws, self.end, law.kind, _LAW_STEP * column)[0]
+                     for column in added.transpose(1, 0, 2)]
+        else:
+            held = known.get(pair, np.zeros(law.size))
+            moved = [self.base(points, list({**known, pair: held + step}.items()))
+                     for step in _LAW_STEP * np.eye(law.size)]
         return np.stack([(one - base) / _LAW_STEP for one in moved], axis=1)
 
     def _all(self, points: np.ndarray) -> np.ndarray:
@@ -145,11 +158,17 @@ class ClutchBlock:
     def _loading(self) -> Loading:
         return Loading(self.scene, self.pressure, self.in_contact, self.counted, self.fine)
 
-    def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Torque in N m and piston position in m, (n, k) each, up to the samples `end` (n,)."""
+    def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray, kind: str = "",
+                more: np.ndarray = _EMPTY) -> tuple[np.ndarray, np.ndarray]:
+        """Torque in N m and piston position in m, (n, k) each, up to the samples `end` (n,).
+
+        Beside what `laws` add, `more` (n, k) is added to the input of this `kind`.
+        """
         values = np.tile(self._nominal, (len(points), 1))
         values[:, self._own] *= 1 + self._all(points)
         added = self._added(laws)
+        if kind:
+            added = {**added, kind: added[kind] + more}
         tables, drag, readings = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0, []
         for pair, c in laws:
             law = self._law(pair)
@@ -176,11 +195,12 @@ class ClutchBlock:
         its = [(law, c) for law, c in its if law.kind in ADDED]
         key = [(law, c.tobytes()) for law, c in its]
         if self._sums is None or self._sums[0] != key:
-            found = dict.fromkeys(ADDED, np.zeros(self.pressure.shape))
+            found, nothing = dict[str, np.ndarray](), np.zeros(self.pressure.shape)
             for law, c in its:
-                found[law.kind] = found[law.kind] + c @ law.basis
+                found[law.kind] = found.get(law.kind, nothing) + c @ law.basis
             late = self.clock / self.scene.step
-            self._sums = key, {kind: bases.delayed(one, late) for kind, one in found.items()}
+            delayed = {kind: bases.delayed(one, late) for kind, one in found.items()}
+            self._sums = key, {**dict.fromkeys(ADDED, nothing), **delayed}
         return self._sums[1]
 
 
