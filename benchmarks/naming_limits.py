@@ -16,12 +16,12 @@ import numpy as np
 
 from benchmarks.benches import BENCHES
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import PISTON, evidence_of, fits_with_pairs, settled
+from slipstick.naming.closing import evidence_of, fits_with_pairs, settled, shows_closing
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import fit
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.study import begin
+from slipstick.naming.start import begin
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings, Signals
 from tests.validation.hidden import files
@@ -49,10 +49,12 @@ def told(case: Case, name: str, same: Collection[Pair]) -> Told:
         tables = [table(one) for one in fits]
         pairs = list(dict.fromkeys(pair for one in tables for pair in one.places))
         found += [(one.pair, one.blocks, float(one.nats.sum())) for one in gains(tables, [], pairs)]
-    if set(same) & set(PISTON):
-        plain = settled(start.clutch, start.onset.points, start.onset.shared)
+    if any(shows_closing(pair) for pair in same):
+        assert start.closing is not None
+        block, onset = start.closing.block, start.closing.onset
+        plain = settled(block, onset.points, onset.shared)
         found += [(pair, ("clutch",), evidence_of(one) - evidence_of(plain))
-                  for pair, one in fits_with_pairs(start.clutch, plain, settings).items()]
+                  for pair, one in fits_with_pairs(block, plain, settings).items()]
     right = max((one for one in found if one[0] in same), key=lambda one: one[2], default=None)
     if right is None:
         return Told(in_limits(max(nats for _, _, nats in found)), 0.0)

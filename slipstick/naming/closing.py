@@ -12,11 +12,8 @@ from slipstick.naming.search import relocated, retimed
 from slipstick.naming.selection import Finding, Log, in_errors, is_enough, is_unexplained, priced, rivals
 from slipstick.naming.settings import NamingSettings
 
-PISTON: tuple[Pair, ...] = (
-    ("piston gain", "run order"), ("clearance", "run order"), ("film torque", "run order"), ("clearance", "pressure"),
-    ("piston rate", "pressure"), ("piston rate", "piston rate"), ("piston rate", "piston position"),
-    ("piston rate", "direction"), ("chamber pressure", "input speed"), ("output torque sensor", "lag"),
-    ("contact pressure", "lag"))
+_QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
+_LAGS = (("output torque sensor", "lag"), ("contact pressure", "lag"))
 _SHARES, _NOMINAL_SHARES = (0.0, 0.15, 0.6), (0.0, 0.6)
 """Shares of the linear estimate of a law from which its fits begin, with the means of the fit without it and with
 nominal ones: the torque of the closing plates is so far from linear in the piston that a whole step hardly ever
@@ -25,6 +22,11 @@ _RESTARTS, _RISE = 4, 1.0  # of a fit from its own means, and the nats that one 
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
 _MISFIT = 1.5  # reduced chi-square of an engagement from which its piston is searched again
 _MOST = 2
+
+
+def shows_closing(pair: Pair) -> bool:
+    """Whether a pair is asked for while the plates close; the other ones of the clutch are in full contact."""
+    return pair[0] in _QUANTITIES or pair in _LAGS
 
 
 def settled(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: tuple[Pair, ...] = (),
@@ -89,7 +91,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
 
 
 def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
-           pairs: Sequence[Pair] = PISTON) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
+           pairs: Sequence[Pair] | None = None) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
     """Gain, pair and fit of those of the `pairs` that promise most, the largest gain first."""
     tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
              for pair, one in fits_with_pairs(block, now, settings, pairs).items()]
@@ -97,13 +99,13 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
 
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
-                    pairs: Sequence[Pair] = PISTON) -> dict[Pair, CurvedFit]:
-    """The fits with the best of the `pairs` that promise something, each from the best of several starts.
+                    pairs: Sequence[Pair] | None = None) -> dict[Pair, CurvedFit]:
+    """The fits with the best of the `pairs` that promise something, by default of all, each from several starts.
 
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it.
     """
-    about = table(now, PISTON)
-    known = [pair for pair in pairs if pair in about.places and pair not in now.laws]
+    about = table(now, [pair for pair in block.pairs() if shows_closing(pair)])
+    known = [pair for pair in about.places if (pairs is None or pair in pairs) and pair not in now.laws]
     promising = gains([about], list(now.laws), known)
     if not is_unexplained(now.chi2, now.chi2, settings):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]

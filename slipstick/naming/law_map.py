@@ -35,17 +35,26 @@ class LawMap:
     up_to: UpTo = "nothing"
 
 
-def over(pair: Pair, x: np.ndarray, onto: np.ndarray, relative: bool = False, up_to: UpTo = "nothing") -> LawMap:
-    """A law at points x (m,) of what a quantity depends on; without `relative` in the unit of the quantity."""
-    return LawMap(onto, "1" if relative else UNITS[pair[0]], relative, x, _X_UNITS[pair[1]], up_to)
+def over(pair: Pair, x: np.ndarray, onto: np.ndarray, relative: bool = False, up_to: UpTo = "nothing",
+         x_unit: str = "") -> LawMap:
+    """A law at points x (m,) of what a quantity depends on; without `relative` in the unit of the quantity.
+
+    A further recorded channel has its own `x_unit`.
+    """
+    return LawMap(onto, "1" if relative else UNITS[pair[0]], relative, x, x_unit or _X_UNITS[pair[1]], up_to)
 
 
 def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = False) -> LawMap:
-    """A law over the run order or the motor speed, of mean 0 over the runs; coefficients are in units of `size`."""
+    """A law over one of `scene.of_runs`, of mean 0 over the runs; coefficients are in units of `size`."""
     values = scene.constant_in_run(pair[1])
     knots = bases.between_knots(values)
     centre = bases.hats(values, knots)[:, 1:].mean(axis=0)
-    return over(pair, knots, size * (np.eye(len(knots))[:, 1:] - centre), relative, "constant")
+    return over(pair, knots, size * (np.eye(len(knots))[:, 1:] - centre), relative, "constant", unit_of(pair[1], scene))
+
+
+def unit_of(depends_on: str, scene: Scene) -> str:
+    """The unit of what a law over one of `scene.of_runs` depends on."""
+    return scene.channels[depends_on][1] if depends_on in scene.channels else _X_UNITS[depends_on]
 
 
 def single(row: np.ndarray | float, unit: str) -> LawMap:

@@ -110,7 +110,7 @@ class LoadBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of the load torque and of both sensors."""
-        return [*(("load torque", on) for on in _SIGNALS if self.scene.knows(on)),
+        return [*(("load torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
                 *(("output speed sensor", on) for on in ("offset", "gain", "lag")),
                 *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")
                   if self.scene.knows(on))]
@@ -126,7 +126,7 @@ class LoadBlock:
         scene, (quantity, on) = self.scene, pair
         if quantity.endswith("sensor"):
             return of_sensor(pair, scene)
-        if on in ("run order", "motor speed"):
+        if on in scene.of_runs:
             return over_runs(pair, scene, scene.typical_torque)
         return over(pair, self.knots(pair), scene.typical_torque * np.eye(self.fine))
 
@@ -145,7 +145,7 @@ class LoadBlock:
         if quantity == "output torque sensor":
             return -scene.torque_error(on, scene.smooth["output_torque"])
         speed = scene.smooth["output_speed"]
-        if on in ("run order", "motor speed"):
+        if on in scene.of_runs:
             between = bases.between(scene.constant_in_run(on))
             return np.asarray(-np.ones_like(speed)[:, None] * between[:, :, None] * scene.typical_torque)
         return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * scene.typical_torque)

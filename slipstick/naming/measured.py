@@ -33,8 +33,8 @@ class LawPoints:
     `linearised` laws, those of the closing piston, are of a linear model about the fit, and may be several times too
     small.
 
-    Over the run order and the motor speed x are the levels, or quantiles of many. A gain is a relative error of a
-    sensor over its signal. The `Block.law` of each block states signs.
+    Over the run order, the motor speed and further channels x are the levels, or quantiles of many. A gain is a
+    relative error of a sensor over its signal. The `Block.law` of each block states signs.
     """
 
     pair: Pair

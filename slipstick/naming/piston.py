@@ -13,7 +13,7 @@ from slipstick.naming.block import Laws, Pair
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
-from slipstick.naming.piston_laws import ADDED, PAIRS, Loading, PistonLaw, law_of
+from slipstick.naming.piston_laws import ADDED, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
@@ -107,7 +107,7 @@ class ClutchBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of friction, film, piston, pressure in the chamber, and the torque sensor."""
-        return list(PAIRS)
+        return pairs_of(self.scene)
 
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.naming import bases
-from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
 from slipstick.naming.scene import Pair, Scene
 
 PAIRS: tuple[Pair, ...] = (
@@ -15,7 +15,9 @@ PAIRS: tuple[Pair, ...] = (
     ("clearance", "run order"), ("film torque", "run order"), ("clearance", "pressure"), ("piston rate", "pressure"),
     ("piston rate", "piston rate"), ("piston rate", "piston position"), ("piston rate", "direction"),
     *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")))
-"""All pairs of the clutch."""
+"""All pairs of the clutch, without those over further recorded channels."""
+_OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
+"""Quantities that may depend on a further channel, as they do on the run order."""
 
 ADDED = ("chamber", "gain", "clearance", "friction", "film", "rate_extra")
 """Inputs of the kernel that are signals (n, k), to which laws add."""
@@ -70,6 +72,11 @@ class Loading:
                 and self.counted is other.counted and self.fine == other.fine)
 
 
+def pairs_of(scene: Scene) -> list[Pair]:
+    """All pairs of the clutch."""
+    return [*PAIRS, *((quantity, on) for quantity in _OF_RUNS for on in scene.channels)]
+
+
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
     scene, (quantity, on) = given.scene, pair
@@ -77,7 +84,7 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return PistonLaw("reading", _READINGS[on], np.zeros(0), of_sensor(pair, scene))
     if pair == ("contact pressure", "lag"):
         return PistonLaw("reading", _READINGS[on], np.zeros(0), of_sensor(pair, scene))
-    if on in ("run order", "motor speed"):
+    if on in scene.of_runs:
         return _between(pair, given)
     if quantity == "friction coefficient":
         return _friction(pair, given)
@@ -123,7 +130,8 @@ def _between(pair: Pair, given: Loading) -> PistonLaw:
         # A data sheet knows the film coefficient, and no more than the first runs can have it while the oil warms up.
         runs = scene.constant_in_run(on)
         knots = bases.between_knots(runs)
-        between, values = bases.hats(runs, knots)[:, 1:], over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant")
+        between, values = bases.hats(runs, knots)[:, 1:], over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant",
+                                                                    unit_of(on, scene))
     else:
         between = bases.between(scene.constant_in_run(on))
         values = over_runs(pair, scene, size, relative=not absolute)

@@ -4,6 +4,7 @@ Columns of a linear model are computed from smooth signals: a column that shares
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -11,6 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from slipstick.bench import Bench, parameters
 from slipstick.blocks.input import curves_of
 from slipstick.calibration.noise import sensor_noise
+from slipstick.clutch.effects.effect import DEPENDENCES
 from slipstick.naming.bases import KNOTS, from_zero, hats, sensor_basis
 from slipstick.naming.rigid import couple
 from slipstick.recordings import Recordings, Signals
@@ -62,9 +64,7 @@ class Scene:
 
     def take(self, rows: np.ndarray) -> "Scene":
         """The engagements `rows`, with the run order that they had among all."""
-        given = self.recordings
-        return replace(self, recordings=Recordings(given.conditions.take(rows), given.measured_time[rows],
-                                                   self.signals.take(rows)),
+        return replace(self, recordings=self.recordings.take(rows),
                        smooth={name: values[rows] for name, values in self.smooth.items()}, order=self.run[rows])
 
     def has(self, *names: str) -> bool:
@@ -136,8 +136,26 @@ class Scene:
         """Time scale in s of the lags of sensors."""
         return self.value("current_delay")
 
+    @cached_property
+    def channels(self) -> dict[str, tuple[np.ndarray, str]]:
+        """Further recorded channels in words: the mean (n,) of each engagement up to lock-up, and the unit."""
+        slipping = (self.time >= 0) & (self.time < self.recordings.measured_time[:, None])
+        found = {}
+        for name, channel in self.recordings.further.items():
+            words = name.replace("_", " ")
+            mean = (channel.values * slipping).sum(axis=1) / np.maximum(slipping.sum(axis=1), 1)
+            found[f"recorded {words}" if words in DEPENDENCES else words] = mean, channel.unit
+        return found
+
+    @property
+    def of_runs(self) -> tuple[str, ...]:
+        """What laws may depend on that is one number in an engagement."""
+        return ("motor speed", "run order", *self.channels)
+
     def constant_in_run(self, on: str) -> np.ndarray:
-        """The "run order" or the "motor speed" in rad/s of each engagement, (n,)."""
+        """One of `of_runs` in each engagement, (n,): the motor speed in rad/s, channels in their unit."""
+        if on in self.channels:
+            return self.channels[on][0]
         return self.run if on == "run order" else self.recordings.conditions.motor_speed
 
     @property

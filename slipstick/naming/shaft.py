@@ -189,8 +189,8 @@ class InputBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
-        return [*(("input torque", on) for on in _SIGNALS if self.scene.knows(on)),
-                *(("converter torque", on) for on in ("lag", "run order")),
+        return [*(("input torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
+                *(("converter torque", on) for on in ("lag", "run order", *self.scene.channels)),
                 *(("input speed sensor", on) for on in ("offset", "gain", "lag")),
                 *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")
                   if self.scene.knows(on))]
@@ -202,7 +202,7 @@ class InputBlock:
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
 
-        A law of the converter over the run order is relative.
+        A law of the converter but its lag is relative.
         """
         scene, (quantity, on) = self.scene, pair
         if quantity.endswith("sensor"):
@@ -210,7 +210,7 @@ class InputBlock:
         if quantity == "converter torque":
             return single(scene.lag * _LAGS, "s") if on == "lag" else over_runs(pair, scene, relative=True)
         unit = scene.typical_torque / scene.gear
-        if on in ("run order", "motor speed"):
+        if on in scene.of_runs:
             return over_runs(pair, scene, unit)
         return over(pair, self._knots_of(on), -unit * np.eye(self.fine))
 
@@ -239,7 +239,7 @@ class InputBlock:
         if quantity == "output torque sensor":
             return scene.torque_error(on, scene.smooth["output_torque"]) / scene.gear
         unit = scene.typical_torque / scene.gear
-        if on in ("run order", "motor speed"):
+        if on in scene.of_runs:
             size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"
                     else np.full(measured.shape, unit))
             return np.asarray(size[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])

@@ -94,7 +94,7 @@ class ValveBlock:
         return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
                 ("pressure sensor", "offset"), ("pressure sensor", "lag"),
                 *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
-                  for on in ("motor speed", "run order"))]
+                  for on in self.scene.of_runs)]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in bar of the pressure with the coefficients of a law; `predicted` (n, k) is the pressure.
@@ -104,7 +104,7 @@ class ValveBlock:
         scene, (quantity, on) = self.scene, pair
         if quantity == "pressure sensor":
             return scene.reading(quantity, on, predicted)
-        if on in ("motor speed", "run order"):
+        if on in scene.of_runs:
             # A line pressure times the prediction: the gain's own column leaves out the other laws.
             column = (predicted if quantity == "line pressure"
                       else self.columns(points, laws, predicted)[0][:, _BETWEEN[quantity]])
@@ -133,7 +133,7 @@ class ValveBlock:
         scene, (quantity, on) = self.scene, pair
         if quantity == "pressure sensor":
             return of_sensor(pair, scene)
-        if on in ("motor speed", "run order"):
+        if on in scene.of_runs:
             if quantity == "valve current":  # a coefficient is a relative bias, which is taken off the current
                 return over_runs(pair, scene, -scene.value("current_bias"))
             return over_runs(pair, scene, relative=True)

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -26,8 +26,7 @@ class Recordings:
 
     `measured_time` (n,) is in s. `run_order` (n,) is the position of each engagement in the test sequence, from 0;
     recordings read from a file have it in `conditions` as well. `further` maps names to channels beside the signals, of
-    the same shape. Raises `BadRecording`, whose messages number the
-    conditions from 0.
+    the same shape. Raises `BadRecording`, whose messages number the conditions from 0.
     """
 
     conditions: Conditions
@@ -61,10 +60,21 @@ class Recordings:
             if channel.values.shape != shape:
                 raise BadRecording(f"The further channel {name} has shape {channel.values.shape}, not {shape}",
                                    "Give further channels at the times of the signals, and only beside them")
+            gaps = np.argwhere(~np.isfinite(channel.values))
+            if len(gaps):
+                raise BadRecording(f"The further channel {name} of condition {gaps[0][0]} is not finite at sample "
+                                   f"{gaps[0][1]}", "Fill the gap, or leave out the channel")
 
     def __len__(self) -> int:
         """Number of conditions."""
         return len(self.conditions)
+
+    def take(self, rows: np.ndarray) -> "Recordings":
+        """The engagements `rows`, without a run order, which is that of all."""
+        further = {name: replace(one, values=one.values[rows]) for name, one in self.further.items()}
+        return replace(self, conditions=self.conditions.take(rows), measured_time=self.measured_time[rows],
+                       signals=None if self.signals is None else self.signals.take(rows), run_order=None,
+                       further=further)
 
     @classmethod
     def open(cls, path: Path | str, signals: Path | str | None = None,

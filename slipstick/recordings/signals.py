@@ -83,7 +83,7 @@ class Signals:
 class FurtherChannel:
     """A channel beside the signals, such as an oil temperature: `values` (n, k) in `unit` at the times of the signals.
 
-    The model does not use it; studies may.
+    The model does not use it; laws of a study may depend on it.
     """
 
     unit: str
