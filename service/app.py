@@ -11,6 +11,7 @@ from service.access import Access
 from service.bodies import BodyLimits
 from service.computations import Computations
 from service.failures import HeadRequests, UnexpectedErrors
+from service.following import Following
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
 from service.openapi import openapi_document
@@ -22,6 +23,7 @@ from service.routes import (
     fits,
     imports,
     index,
+    job_events,
     likelihood,
     propagate,
     recordings,
@@ -93,9 +95,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.settings = configuration
     app.state.computations = Computations(configuration.computations, configuration.waiting,
                                           configuration.waiting_seconds)
+    app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
-                   fits, reports, studies, study_laws, study_reports, umbridge):
+                   fits, job_events, reports, studies, study_laws, study_reports, umbridge):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)

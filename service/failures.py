@@ -50,4 +50,5 @@ class HeadRequests:
         async def without_body(message: Message) -> None:
             await send({**message, "body": b""} if message["type"] == "http.response.body" else message)
 
-        return await self.app({**scope, "method": "GET"}, receive, without_body)
+        # An endless response, such as a stream of events, has to know that nobody reads its body.
+        return await self.app({**scope, "method": "GET", "slipstick.head": True}, receive, without_body)

@@ -2,12 +2,15 @@
 
 import datetime
 import uuid
-from typing import Annotated, Any, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, TypeVar
 
 from dbos import WorkflowStatus
-from fastapi import Header, Path, Query
+from fastapi import Header, Path, Query, Request
 from pydantic import BaseModel, Field
+from starlette.concurrency import run_in_threadpool
 
+from service.following import Following
 from service.job_store import JobInput, JobStore, Queue
 from service.problem_details import Conflict
 from slipstick.storage.library import Library
@@ -17,6 +20,8 @@ Status = Literal["queued", "running", "done", "failed", "cancelled"]
 _STATUS: dict[str, Status] = {
     "DELAYED": "queued", "ENQUEUED": "queued", "PENDING": "running", "SUCCESS": "done", "ERROR": "failed",
     "MAX_RECOVERY_ATTEMPTS_EXCEEDED": "failed", "CANCELLED": "cancelled"}
+ENDED = ("done", "failed", "cancelled")
+"""The statuses of jobs that have ended."""
 _ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 
 Limit = Annotated[int, Query(ge=1, le=1000, description="Maximum number of jobs to return.")]
@@ -69,6 +74,20 @@ def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue) 
     if input_of(job) != job_input:
         raise Conflict(f"The Idempotency-Key '{key}' is in use for a {store.workflow} with a different request or "
                        "different data", "Repeat the original request, or use a different Idempotency-Key")
+    return job
+
+
+_J = TypeVar("_J", bound=Job)
+
+
+async def awaited(following: Following, request: Request, key: str, read: Callable[[], _J], seconds: int) -> _J:
+    """Return the job as soon as it has ended, or after `seconds` s; raises `Busy` if too many clients wait."""
+    if seconds == 0:
+        return await run_in_threadpool(read)
+    with following.place():
+        async for job in following.states(key, read, seconds):
+            if job.status in ENDED or await request.is_disconnected():
+                break
     return job
 
 

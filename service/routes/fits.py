@@ -11,10 +11,12 @@ from service.bodies import JsonRoute
 from service.computations import computes
 from service.fit_cost import fit_cost, queue_of, require_cost
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
+from service.following import FollowingDependency, Wait
 from service.job_store import JobInput, JobStore, Queue
 from service.jobs import (
     Limit,
     Offset,
+    awaited,
     bench_input,
     delete,
     finished_job,
@@ -62,7 +64,7 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
     """
     fit = submit(store, key, *_job(library, body, settings.fit_values))
     response.headers["Location"] = f"{store.address}/{fit.workflow_id}"
-    return _with_progress(store, fit)
+    return with_progress(store, fit)
 
 
 @router.get("", summary="List the fits", responses=error_responses(503))
@@ -73,9 +75,14 @@ def list_fits(store: FitStore,
 
 
 @router.get("/{id}", summary="Get the status of a fit", responses=error_responses(404, 503))
-def follow_fit(id: FitId, store: FitStore) -> FitWithProgress:
-    """Return the status of a fit, its progress after every generation, and its best candidate so far."""
-    return _with_progress(store, store.find(id))
+async def follow_fit(id: FitId, store: FitStore, following: FollowingDependency, request: Request,
+                     wait: Wait = 0) -> FitWithProgress:
+    """Return the status of a fit, its progress after every generation, and its best candidate so far.
+
+    With `wait`, the response comes when the fit has ended, or after this time.
+    """
+    return await awaited(following, request, f"{store.address}/{id}",
+                         lambda: with_progress(store, store.find(id)), wait)
 
 
 @router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503))
@@ -92,7 +99,7 @@ def fit_result(id: FitId, store: FitStore) -> FitResult:
 def cancel_fit(id: FitId, store: FitStore) -> FitWithProgress:
     """Cancel a queued or running fit. A fit that has ended is unchanged. The worker stops within a second."""
     store.cancel(id)
-    return _with_progress(store, store.find(id))
+    return with_progress(store, store.find(id))
 
 
 @router.delete("/{id}", summary="Delete a fit", status_code=204, responses=error_responses(404, 409, 503))
@@ -140,10 +147,11 @@ def _only_in_workers(points: np.ndarray, conditions: Any, /) -> np.ndarray:
 
 def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:
     """Return a fit without its progress and result."""
-    return Fit(**job_fields(store, fit, "result", "report", "pictures", "cancel"))
+    return Fit(**job_fields(store, fit, "result", "report", "pictures", "events", "cancel"))
 
 
-def _with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:
+def with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:
+    """Return a fit with its place in the queue and its progress."""
     progress = store.progress(fit.workflow_id)
     return FitWithProgress(**vars(without_progress(store, fit)), ahead=store.ahead(fit),
                            progress=None if progress is None else FitProgress(**progress))

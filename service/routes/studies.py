@@ -9,10 +9,12 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
 from service.computations import computes
+from service.following import FollowingDependency, Wait
 from service.job_store import JobInput, JobStore
 from service.jobs import (
     Limit,
     Offset,
+    awaited,
     bench_input,
     delete,
     finished_job,
@@ -59,7 +61,7 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
-    return _with_progress(store, study)
+    return with_progress(store, study)
 
 
 @router.get("", summary="List the studies", responses=error_responses(503))
@@ -70,9 +72,14 @@ def list_studies(store: StudyStore,
 
 
 @router.get("/{id}", summary="Get the status of a study", responses=error_responses(404, 503))
-def follow_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
-    """Return the status of a study and its progress: its stage, and what it is doing."""
-    return _with_progress(store, store.find(id))
+async def follow_study(id: StudyId, store: StudyStore, following: FollowingDependency, request: Request,
+                       wait: Wait = 0) -> StudyWithProgress:
+    """Return the status of a study and its progress: its stage, and what it is doing.
+
+    With `wait`, the response comes when the study has ended, or after this time.
+    """
+    return await awaited(following, request, f"{store.address}/{id}",
+                         lambda: with_progress(store, store.find(id)), wait)
 
 
 @router.get("/{id}/result", summary="Get the result of a study", responses=error_responses(404, 409, 503))
@@ -103,7 +110,7 @@ def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before
 def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
     """Cancel a queued or running study. A study that has ended is unchanged. The worker stops within a second."""
     store.cancel(id)
-    return _with_progress(store, store.find(id))
+    return with_progress(store, store.find(id))
 
 
 @router.delete("/{id}", summary="Delete a study", status_code=204, responses=error_responses(404, 409, 503))
@@ -125,10 +132,11 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
 
 def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
     """Return a study without its progress and result."""
-    return Study(**job_fields(store, study, "result", "laws", "report", "pictures", "model", "cancel"))
+    return Study(**job_fields(store, study, "result", "laws", "report", "pictures", "model", "events", "cancel"))
 
 
-def _with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
+def with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
+    """Return a study with its place in the queue and its progress."""
     progress = store.progress(study.workflow_id)
     return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study),
                              progress=None if progress is None else StudyProgress(**progress))

@@ -70,7 +70,7 @@ def served(shelf: Path, folder: Path) -> schemathesis.schemas.BaseSchema:
     """The document of an application on a copy of the folder `shelf`, and the way to it."""
     shutil.copytree(shelf, folder / "tables")
     app = create_app(Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite", hosts="*",
-                              answer_values=20_000, work_values=2_000_000))
+                              answer_values=20_000, work_values=2_000_000, follow_seconds=0.1))
     schema = schemathesis.openapi.from_asgi("/openapi.json", on_this_machine(app))
     schema.hook("map_path_parameters")(known_names)
     schema.hook("map_body")(known_model)
