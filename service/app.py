@@ -21,6 +21,7 @@ from service.routes import (
     deletion,
     evaluate,
     fits,
+    front,
     imports,
     index,
     job_events,
@@ -98,7 +99,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
-                   fits, job_events, reports, studies, study_laws, study_reports, umbridge):
+                   fits, job_events, reports, studies, study_laws, study_reports, umbridge, front):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)

@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
+from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
 from service.routes.tables import CurrentProfile, list_profiles
 from service.schemas import LibraryDependency
@@ -28,7 +29,7 @@ class BenchEntry(BaseModel):
     href: str = Field(description="Path of the bench.")
 
 
-class BenchList(BaseModel):
+class BenchList(Page):
     """A list of all benches."""
 
     benches: list[BenchEntry] = Field(description="The benches, sorted by name.")
@@ -88,9 +89,11 @@ async def _upload_body(request: Request) -> bytes:
 
 
 @router.get("", summary="List the benches", responses=error_responses())
-def list_benches(library: LibraryDependency) -> BenchList:
+def list_benches(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0) -> BenchList:
     """Return all benches; an invalid file is listed with the reason."""
-    return BenchList(benches=[_entry(library, name) for name in library.benches()])
+    names = library.benches()
+    return BenchList(benches=[_entry(library, name) for name in names[offset:offset + limit]], total=len(names),
+                     links=page_links(request, limit, offset, len(names)))
 
 
 @router.get("/{name}", summary="Describe a bench", responses=error_responses(404))

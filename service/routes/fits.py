@@ -1,21 +1,21 @@
 """Fits: submission, status, results and cancellation; the worker runs them."""
 
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 import orjson
 from dbos import WorkflowStatus
-from fastapi import APIRouter, Body, Depends, Request, Response
+from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.fit_cost import fit_cost, queue_of, require_cost
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
 from service.following import FollowingDependency, Wait
+from service.job_filter import JobFilter
 from service.job_store import JobInput, JobStore, Queue
 from service.jobs import (
-    Limit,
-    Offset,
     awaited,
     bench_input,
     delete,
@@ -23,10 +23,12 @@ from service.jobs import (
     idempotency_key_header,
     input_of,
     job_fields,
+    job_filter,
     job_id_path,
     output_of,
     submit,
 )
+from service.paging import Limit, Offset, page_links
 from service.problem_details import error_responses
 from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
@@ -45,6 +47,14 @@ def _fit_store(request: Request) -> JobStore:
 
 
 FitStore = Annotated[JobStore, Depends(_fit_store)]
+TableFilter = Annotated[str | None, Query(alias="table", description="Only fits of this table.")]
+
+
+def _wanted(jobs: Annotated[JobFilter, Depends(job_filter)], table: TableFilter = None) -> JobFilter:
+    return replace(jobs, table=table)
+
+
+Wanted = Annotated[JobFilter, Depends(_wanted)]
 FitId = Annotated[str, job_id_path("fit")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("fit")]
 
@@ -68,10 +78,11 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
 
 
 @router.get("", summary="List the fits", responses=error_responses(503))
-def list_fits(store: FitStore,
-              limit: Limit = 50, offset: Offset = 0) -> FitList:
-    """Return the fits, newest first, without their progress and results."""
-    return FitList(fits=[without_progress(store, fit) for fit in store.newest(limit, offset)])
+def list_fits(store: FitStore, request: Request, wanted: Wanted, limit: Limit = 50, offset: Offset = 0) -> FitList:
+    """Return the fits, newest first, without their progress and results; filters select some of them."""
+    found, total = store.newest(limit, offset, wanted), store.total(wanted)
+    return FitList(fits=[without_progress(store, fit) for fit in found], total=total,
+                   links=page_links(request, limit, offset, total))
 
 
 @router.get("/{id}", summary="Get the status of a fit", responses=error_responses(404, 503))

@@ -8,7 +8,8 @@ from starlette.concurrency import run_in_threadpool
 
 from service.bodies import JsonRoute
 from service.following import EventStream, Following, FollowingDependency, LastEventId, State
-from service.jobs import ENDED, Job
+from service.job_filter import ENDED
+from service.jobs import Job
 from service.problem_details import error_responses
 from service.routes import fits, studies
 

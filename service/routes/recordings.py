@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
+from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
 from service.routes.tables import (
     Conditions,
@@ -48,7 +49,7 @@ class RecordingsEntry(BaseModel):
     href: str = Field(description="Address of the description of the recordings.")
 
 
-class RecordingsList(BaseModel):
+class RecordingsList(Page):
     """A list of all recordings."""
 
     recordings: list[RecordingsEntry] = Field(description=f"The recordings, sorted by name. {SIMULATED}")
@@ -104,9 +105,12 @@ async def _upload_body(request: Request) -> tuple[Form, bytes]:
 
 
 @router.get("", summary="List the recordings", responses=error_responses())
-def list_recordings(library: LibraryDependency) -> RecordingsList:
+def list_recordings(library: LibraryDependency, request: Request, limit: Limit = 1000,
+                    offset: Offset = 0) -> RecordingsList:
     """Return all recordings; an invalid file is listed with the reason."""
-    return RecordingsList(recordings=[_entry(library, name) for name in library.recordings()])
+    names = library.recordings()
+    return RecordingsList(recordings=[_entry(library, name) for name in names[offset:offset + limit]], total=len(names),
+                          links=page_links(request, limit, offset, len(names)))
 
 
 @router.get("/{name}", summary="Describe recordings", responses=error_responses(404))

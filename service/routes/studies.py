@@ -10,10 +10,9 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.following import FollowingDependency, Wait
+from service.job_filter import JobFilter
 from service.job_store import JobInput, JobStore
 from service.jobs import (
-    Limit,
-    Offset,
     awaited,
     bench_input,
     delete,
@@ -21,10 +20,12 @@ from service.jobs import (
     idempotency_key_header,
     input_of,
     job_fields,
+    job_filter,
     job_id_path,
     output_of,
     submit,
 )
+from service.paging import Limit, Offset, page_links
 from service.problem_details import error_responses
 from service.schemas import LibraryDependency
 from service.study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
@@ -41,6 +42,7 @@ def _study_store(request: Request) -> JobStore:
 
 
 StudyStore = Annotated[JobStore, Depends(_study_store)]
+Wanted = Annotated[JobFilter, Depends(job_filter)]
 StudyId = Annotated[str, job_id_path("study")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]
 
@@ -65,10 +67,12 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
 
 
 @router.get("", summary="List the studies", responses=error_responses(503))
-def list_studies(store: StudyStore,
-                 limit: Limit = 50, offset: Offset = 0) -> StudyList:
-    """Return the studies, newest first, without their progress and results."""
-    return StudyList(studies=[without_progress(store, study) for study in store.newest(limit, offset)])
+def list_studies(store: StudyStore, request: Request, wanted: Wanted, limit: Limit = 50,
+                 offset: Offset = 0) -> StudyList:
+    """Return the studies, newest first, without their progress and results; filters select some of them."""
+    found, total = store.newest(limit, offset, wanted), store.total(wanted)
+    return StudyList(studies=[without_progress(store, study) for study in found], total=total,
+                     links=page_links(request, limit, offset, total))
 
 
 @router.get("/{id}", summary="Get the status of a study", responses=error_responses(404, 503))

@@ -3,10 +3,11 @@
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
+from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import error_responses
 from service.schemas import Digest, LibraryDependency
 from slipstick.bench.conditions import CONDITION_UNITS
@@ -63,7 +64,7 @@ class TableEntry(BaseModel):
     href: str = Field(description="Address of the description of the table.")
 
 
-class TableList(BaseModel):
+class TableList(Page):
     """A list of all tables."""
 
     tables: list[TableEntry] = Field(description="The tables, sorted by name.")
@@ -144,9 +145,11 @@ TableNamePath = Annotated[str, Path(description="Name of the table.",
 
 
 @router.get("", summary="List the tables", responses=error_responses())
-def list_tables(library: LibraryDependency) -> TableList:
+def list_tables(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0) -> TableList:
     """Return all tables. The content of each file is verified; an invalid file is listed with the reason."""
-    return TableList(tables=[_entry(library, name) for name in library.tables()])
+    names = library.tables()
+    return TableList(tables=[_entry(library, name) for name in names[offset:offset + limit]], total=len(names),
+                     links=page_links(request, limit, offset, len(names)))
 
 
 @router.get("/{name}", summary="Describe a table", responses=error_responses(404))

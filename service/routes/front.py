@@ -1,0 +1,44 @@
+"""The front page, and the stream that keeps its jobs up to date."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import HTMLResponse
+from starlette.responses import Response
+
+from service.bodies import JsonRoute
+from service.following import EventStream, FollowingDependency, LastEventId, State
+from service.front.first_steps import first_steps
+from service.front.holdings import holdings
+from service.front.jobs import Jobs
+from service.front.page import document
+from service.routes.fits import FitStore
+from service.routes.studies import StudyStore
+from service.schemas import LibraryDependency
+
+router = APIRouter(route_class=JsonRoute, include_in_schema=False)
+
+Count = Annotated[int, Query(ge=1, le=1000, description="Maximum number of ended jobs of each kind.")]
+_NO_SCRIPT = '<noscript><meta http-equiv="refresh" content="10"></noscript>'
+_SCRIPT = '<script src="/static/front/live.js" type="module"></script>'
+
+
+@router.get("/", response_class=HTMLResponse)
+def front_page(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore,
+               count: Count = 10) -> HTMLResponse:
+    """What the service holds, and what it is doing."""
+    jobs = Jobs(fits, studies, request.app.state.heartbeats)
+    total = len(fits.newest(1, 0)) + len(studies.newest(1, 0))
+    body = "\n".join([
+        "<h1>Test bench against simulation</h1>",
+        first_steps(library, jobs.heartbeats.alive(), total, str(request.base_url).rstrip("/")),
+        f'<div id="live" data-events="/events?count={count}">', jobs.html(count), "</div>", holdings(library)])
+    return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
+
+
+@router.get("/events")
+async def front_events(request: Request, fits: FitStore, studies: StudyStore, following: FollowingDependency,
+                       count: Count = 10, last: LastEventId = None) -> Response:
+    """The sections of the jobs as HTML, each time they change."""
+    jobs = Jobs(fits, studies, request.app.state.heartbeats)
+    return EventStream(following, f"/events/{count}", lambda: State(jobs.html(count), ended=False), last)
