@@ -14,6 +14,8 @@ from service.failures import HeadRequests, UnexpectedErrors
 from service.following import Following
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
+from service.metrics import RequestMetrics, StateMetrics
+from service.observation import Observed
 from service.openapi import openapi_document
 from service.retention import remove_for_ever
 from service.routes import (
@@ -26,6 +28,7 @@ from service.routes import (
     index,
     job_events,
     likelihood,
+    operation,
     propagate,
     recordings,
     reports,
@@ -64,7 +67,7 @@ a `remedy` (RFC 9457).
 
 **Tokens.** If the service has a token file, requests need a token, as `Authorization: Bearer TOKEN` or as the password
 of Basic authentication. Reading needs one of the role `read`; computations, uploads and jobs need `run`; the deletion
-of tables and recordings needs `admin`. Each role includes those before it. The health check needs no token. The
+of tables and recordings needs `admin`. Each role includes those before it. The health checks need no token. The
 operations of UM-Bridge need none either, and answer only the machine of the service.
 
 *The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
@@ -85,21 +88,26 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.state.fits = JobStore(client, "fit", "/v1/fits")
         app.state.studies = JobStore(client, "study", "/v1/studies")
         app.state.heartbeats = heartbeats = Heartbeats.at(configuration.jobs)
+        state = StateMetrics(app.state.fits, app.state.studies, heartbeats, app.state.computations, app.state.following)
+        metrics.registry.register(state)
         removal = asyncio.create_task(remove_for_ever(client, configuration))
         yield
         removal.cancel()
+        metrics.registry.unregister(state)
         heartbeats.engine.dispose()
         client.destroy()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings = configuration
+    metrics = app.state.metrics = RequestMetrics()
     app.state.computations = Computations(configuration.computations, configuration.waiting,
                                           configuration.waiting_seconds)
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
-                   fits, job_events, reports, studies, study_laws, study_reports, umbridge, front):
+                   fits, job_events, reports, studies, study_laws, study_reports, umbridge, front,
+                   operation):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
@@ -109,6 +117,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     tokens = tokens_of(configuration)
     app.add_middleware(Access, hosts=_host_names(configuration), tokens=tokens)
     app.add_middleware(BridgeErrors)
+    app.add_middleware(Observed, metrics=metrics)
     app.openapi = lambda: openapi_document(app, tokens is not None)  # type: ignore[method-assign]
     return app
 

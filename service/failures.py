@@ -51,4 +51,6 @@ class HeadRequests:
             await send({**message, "body": b""} if message["type"] == "http.response.body" else message)
 
         # An endless response, such as a stream of events, has to know that nobody reads its body.
-        return await self.app({**scope, "method": "GET", "slipstick.head": True}, receive, without_body)
+        inner = {**scope, "method": "GET", "slipstick.head": True}
+        await self.app(inner, receive, without_body)
+        scope["route"] = inner.get("route")

@@ -47,7 +47,7 @@ class State:
         return hashlib.sha256(self.text.encode()).hexdigest()[:16]
 
 
-@dataclass
+@dataclass(eq=False)
 class Following:
     """At most `most` clients that wait at the same time, each for at most `seconds` s."""
 

@@ -121,6 +121,11 @@ class JobStore:
         return [job.workflow_id for job in self.active()
                 if job.input is not None and job.input["args"][0].get(key) == name]
 
+    def states(self) -> list[tuple[str, str | None]]:
+        """Return state and queue of every job, as the database has them."""
+        jobs = self.client.list_workflows(name=self.workflow, load_input=False, load_output=False)
+        return [(job.status, job.queue_name) for job in jobs]
+
     def counts(self) -> tuple[int, int]:
         """Return the numbers of queued and of running jobs."""
         states = [job.status for job in self.client.list_workflows(

@@ -8,6 +8,7 @@ from types import FrameType
 import uvicorn
 
 from service.app import create_app
+from service.logs import log_config
 from service.protocol import Connection
 from service.settings import Settings
 
@@ -31,7 +32,8 @@ def make_server(settings: Settings, log_level: str = "info") -> Server:
     # Without WebSockets, a request to upgrade to one is answered like any other.
     app = create_app(settings)
     server = Server(uvicorn.Config(app, host=settings.host, port=settings.port, ws="none",
-                                   http=connection, log_level=log_level,  # type: ignore[arg-type]
+                                   http=connection,  # type: ignore[arg-type]
+                                   log_config=log_config(settings.log), log_level=log_level, access_log=False,
                                    timeout_graceful_shutdown=_GRACE_SECONDS))
     app.state.following.ending = lambda: server.should_exit
     return server
