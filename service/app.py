@@ -5,8 +5,9 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
-from service import pages, problem_details
+from service import npy, pages, problem_details
 from service.access import Access
 from service.bodies import BodyLimits
 from service.computations import Computations
@@ -18,6 +19,7 @@ from service.metrics import RequestMetrics, StateMetrics
 from service.observation import Observed
 from service.openapi import openapi_document
 from service.retention import remove_for_ever
+from service.revalidation import NotModified, not_modified
 from service.routes import (
     benches,
     deletion,
@@ -45,6 +47,8 @@ from service.umbridge.errors import BridgeErrors
 from slipstick import __version__
 from slipstick.storage.library import Library
 
+_NOT_COMPRESSED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, npy.MEDIA_TYPE, "application/octet-stream")
+"""Random digits of arrays hardly shrink, and events must not wait in a buffer."""
 _DESCRIPTION = """
 Slipstick compares a simulation model of a wet friction clutch with test-bench recordings. The service
 
@@ -111,6 +115,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
+    app.add_exception_handler(NotModified, not_modified)
+    app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5, exclude_content_types=_NOT_COMPRESSED)
     app.add_middleware(BodyLimits, settings=configuration)
     app.add_middleware(HeadRequests)
     app.add_middleware(UnexpectedErrors)

@@ -123,6 +123,11 @@ def finished_job(store: JobStore, id: str) -> WorkflowStatus:
     return job
 
 
+def version_of(*jobs: WorkflowStatus) -> str:
+    """Return what changes if one of these finished jobs is replaced by another one of the same id."""
+    return " ".join(f"{job.workflow_id} {job.completed_at}" for job in jobs)
+
+
 def output_of(job: WorkflowStatus) -> dict[str, Any]:
     """Return the output of a finished job: `result`, `figure_data`, `seconds`, `processor_seconds`."""
     assert job.output is not None

@@ -9,6 +9,7 @@ from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
 from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.tables import CurrentProfile, list_profiles
 from service.schemas import LibraryDependency
 from slipstick.bench import TEMPLATE, Bench, parameters
@@ -96,10 +97,12 @@ def list_benches(library: LibraryDependency, request: Request, limit: Limit = 10
                      links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe a bench", responses=error_responses(404))
-def describe_bench(name: BenchNamePath, library: LibraryDependency) -> BenchDescription:
+@router.get("/{name}", summary="Describe a bench", responses=error_responses(404) | NOT_MODIFIED)
+def describe_bench(name: BenchNamePath, library: LibraryDependency, client: RevalidationDependency) -> BenchDescription:
     """Return parameters with their priors, torque converter, sensors and current profiles of a bench."""
-    return _describe(name, library.bench(name))
+    bench = library.bench(name)
+    client.require_change(bench.digest, bench.sensing_digest, bench.conditions.digest, bench.title, bench.source)
+    return _describe(name, bench)
 
 
 @router.post("", summary="Upload a bench", status_code=201, openapi_extra=_UPLOAD_BODY,

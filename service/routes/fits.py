@@ -27,9 +27,11 @@ from service.jobs import (
     job_id_path,
     output_of,
     submit,
+    version_of,
 )
 from service.paging import Limit, Offset, page_links
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
 from slipstick.inference import machine_problem, simulated_problem, table_problem
@@ -96,10 +98,11 @@ async def follow_fit(id: FitId, store: FitStore, following: FollowingDependency,
                          lambda: with_progress(store, store.find(id)), wait)
 
 
-@router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503))
-def fit_result(id: FitId, store: FitStore) -> FitResult:
+@router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503) | NOT_MODIFIED)
+def fit_result(id: FitId, store: FitStore, client: RevalidationDependency) -> FitResult:
     """Return the fitted distributions, their likelihood and diagnostics; 409 unless the fit is done."""
     fit = finished_job(store, id)
+    client.require_change(version_of(fit))
     job_input, output = input_of(fit), output_of(fit)
     return FitResult(id=id, **{name: job_input[name] for name in ("table", "table_digest", "recordings",
                                                                   "recordings_digest")},

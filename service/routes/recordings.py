@@ -9,6 +9,7 @@ from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
 from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.tables import (
     Conditions,
     ConditionUnits,
@@ -113,10 +114,13 @@ def list_recordings(library: LibraryDependency, request: Request, limit: Limit =
                           links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe recordings", responses=error_responses(404))
-def describe_recordings(name: RecordingsNamePath, library: LibraryDependency) -> RecordingsDescription:
+@router.get("/{name}", summary="Describe recordings", responses=error_responses(404) | NOT_MODIFIED)
+def describe_recordings(name: RecordingsNamePath, library: LibraryDependency,
+                        client: RevalidationDependency) -> RecordingsDescription:
     """Return the measured shifting times, the conditions, and a description of the recorded signals."""
-    return describe(name, library.measured(name))
+    recordings = library.measured(name)
+    client.require_change(recordings.digest, recordings.description)  # the digest is one of the numbers only
+    return describe(name, recordings)
 
 
 @router.post("", summary="Upload recordings", status_code=201, openapi_extra=_UPLOAD_BODY,

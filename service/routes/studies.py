@@ -24,9 +24,11 @@ from service.jobs import (
     job_id_path,
     output_of,
     submit,
+    version_of,
 )
 from service.paging import Limit, Offset, page_links
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import LibraryDependency
 from service.study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
 from slipstick.naming.study import scene_of
@@ -86,10 +88,12 @@ async def follow_study(id: StudyId, store: StudyStore, following: FollowingDepen
                          lambda: with_progress(store, store.find(id)), wait)
 
 
-@router.get("/{id}/result", summary="Get the result of a study", responses=error_responses(404, 409, 503))
-def study_result(id: StudyId, store: StudyStore) -> FinishedStudy:
+@router.get("/{id}/result", summary="Get the result of a study",
+            responses=error_responses(404, 409, 503) | NOT_MODIFIED)
+def study_result(id: StudyId, store: StudyStore, client: RevalidationDependency) -> FinishedStudy:
     """Return what is missing, its measured law, the evidence for it and what it is worth; 409 unless it is done."""
     study = finished_job(store, id)
+    client.require_change(version_of(study))
     job_input, output = input_of(study), output_of(study)
     return FinishedStudy(id=id, recordings=job_input["recordings"], recordings_digest=job_input["recordings_digest"],
                          **{name: output[name] for name in ("result", "seconds", "processor_seconds")})

@@ -9,12 +9,13 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute
 from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import Digest, LibraryDependency
 from slipstick.bench.conditions import CONDITION_UNITS
 from slipstick.errors import SlipstickError
 from slipstick.machine import Cases
 from slipstick.storage.library import Library
-from slipstick.table import Grid, HeldOut, Surrogate
+from slipstick.table import Grid, HeldOut, Surrogate, Table
 from slipstick.table.subject import Setting
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
@@ -152,10 +153,17 @@ def list_tables(library: LibraryDependency, request: Request, limit: Limit = 100
                      links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe a table", responses=error_responses(404))
-def describe_table(name: TableNamePath, library: LibraryDependency) -> TableDescription:
+@router.get("/{name}", summary="Describe a table", responses=error_responses(404) | NOT_MODIFIED)
+def describe_table(name: TableNamePath, library: LibraryDependency,
+                   client: RevalidationDependency) -> TableDescription:
     """Return the axes with their units, the digests, the simulated model, the accuracy and the conditions."""
     table = library.table(name)
+    client.require_change(table.digest, table.origin)
+    return describe(name, table)
+
+
+def describe(name: str, table: Table) -> TableDescription:
+    """Return the table `name` as the service describes it."""
     return TableDescription(
         name=name, kind=table.kind, digest=table.digest, model_digest=table.model.digest,
         conditions_digest=table.conditions.digest, origin=table.origin,
