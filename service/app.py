@@ -34,6 +34,7 @@ from service.routes import (
     propagate,
     recordings,
     reports,
+    residuals,
     studies,
     study_laws,
     study_reports,
@@ -110,7 +111,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
-                   fits, job_events, reports, studies, study_laws, study_reports, umbridge, front,
+                   fits, job_events, reports, residuals, studies, study_laws, study_reports, umbridge, front,
                    operation):
         app.include_router(module.router)
     pages.install(app)

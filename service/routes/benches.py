@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
@@ -89,11 +90,15 @@ async def _upload_body(request: Request) -> bytes:
     return await request.body()
 
 
-@router.get("", summary="List the benches", responses=error_responses())
-def list_benches(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0) -> BenchList:
+@router.get("", summary="List the benches", response_model=BenchList, responses=error_responses() | CSV_RESPONSE)
+def list_benches(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
+                 form: TableFormQuery = None) -> BenchList | Response:
     """Return all benches; an invalid file is listed with the reason."""
     names = library.benches()
-    return BenchList(benches=[_entry(library, name) for name in names[offset:offset + limit]], total=len(names),
+    benches = [_entry(library, name) for name in names[offset:offset + limit]]
+    if wants_csv(request, form):
+        return entries_csv(benches, BenchEntry, "benches")
+    return BenchList(benches=benches, total=len(names),
                      links=page_links(request, limit, offset, len(names)))
 
 

@@ -10,6 +10,7 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from service.fit_cost import fit_cost, queue_of, require_cost
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
 from service.following import FollowingDependency, Wait
@@ -79,11 +80,15 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
     return with_progress(store, fit)
 
 
-@router.get("", summary="List the fits", responses=error_responses(503))
-def list_fits(store: FitStore, request: Request, wanted: Wanted, limit: Limit = 50, offset: Offset = 0) -> FitList:
+@router.get("", summary="List the fits", response_model=FitList, responses=error_responses(503) | CSV_RESPONSE)
+def list_fits(store: FitStore, request: Request, wanted: Wanted, limit: Limit = 50, offset: Offset = 0,
+              form: TableFormQuery = None) -> FitList | Response:
     """Return the fits, newest first, without their progress and results; filters select some of them."""
     found, total = store.newest(limit, offset, wanted), store.total(wanted)
-    return FitList(fits=[without_progress(store, fit) for fit in found], total=total,
+    fits = [without_progress(store, fit) for fit in found]
+    if wants_csv(request, form):
+        return entries_csv(fits, Fit, "fits")
+    return FitList(fits=fits, total=total,
                    links=page_links(request, limit, offset, total))
 
 
@@ -161,7 +166,7 @@ def _only_in_workers(points: np.ndarray, conditions: Any, /) -> np.ndarray:
 
 def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:
     """Return a fit without its progress and result."""
-    return Fit(**job_fields(store, fit, "result", "report", "pictures", "events", "cancel"))
+    return Fit(**job_fields(store, fit, "result", "residuals", "report", "pictures", "events", "cancel"))
 
 
 def with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:

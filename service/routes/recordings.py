@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
@@ -105,12 +106,16 @@ async def _upload_body(request: Request) -> tuple[Form, bytes]:
     return _FORMS[require_media_type(request, *_FORMS)], await request.body()
 
 
-@router.get("", summary="List the recordings", responses=error_responses())
-def list_recordings(library: LibraryDependency, request: Request, limit: Limit = 1000,
-                    offset: Offset = 0) -> RecordingsList:
+@router.get("", summary="List the recordings", response_model=RecordingsList,
+            responses=error_responses() | CSV_RESPONSE)
+def list_recordings(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
+                    form: TableFormQuery = None) -> RecordingsList | Response:
     """Return all recordings; an invalid file is listed with the reason."""
     names = library.recordings()
-    return RecordingsList(recordings=[_entry(library, name) for name in names[offset:offset + limit]], total=len(names),
+    recordings = [_entry(library, name) for name in names[offset:offset + limit]]
+    if wants_csv(request, form):
+        return entries_csv(recordings, RecordingsEntry, "recordings")
+    return RecordingsList(recordings=recordings, total=len(names),
                           links=page_links(request, limit, offset, len(names)))
 
 

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from service.following import FollowingDependency, Wait
 from service.job_filter import JobFilter
 from service.job_store import JobInput, JobStore
@@ -68,12 +69,16 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     return with_progress(store, study)
 
 
-@router.get("", summary="List the studies", responses=error_responses(503))
+@router.get("", summary="List the studies", response_model=StudyList,
+            responses=error_responses(503) | CSV_RESPONSE)
 def list_studies(store: StudyStore, request: Request, wanted: Wanted, limit: Limit = 50,
-                 offset: Offset = 0) -> StudyList:
+                 offset: Offset = 0, form: TableFormQuery = None) -> StudyList | Response:
     """Return the studies, newest first, without their progress and results; filters select some of them."""
     found, total = store.newest(limit, offset, wanted), store.total(wanted)
-    return StudyList(studies=[without_progress(store, study) for study in found], total=total,
+    studies = [without_progress(store, study) for study in found]
+    if wants_csv(request, form):
+        return entries_csv(studies, Study, "studies")
+    return StudyList(studies=studies, total=total,
                      links=page_links(request, limit, offset, total))
 
 

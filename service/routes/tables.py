@@ -3,10 +3,11 @@
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
@@ -145,11 +146,15 @@ TableNamePath = Annotated[str, Path(description="Name of the table.",
                                     openapi_examples={"nominal": {"summary": "The nominal table", "value": "nominal"}})]
 
 
-@router.get("", summary="List the tables", responses=error_responses())
-def list_tables(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0) -> TableList:
+@router.get("", summary="List the tables", response_model=TableList, responses=error_responses() | CSV_RESPONSE)
+def list_tables(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
+                form: TableFormQuery = None) -> TableList | Response:
     """Return all tables. The content of each file is verified; an invalid file is listed with the reason."""
     names = library.tables()
-    return TableList(tables=[_entry(library, name) for name in names[offset:offset + limit]], total=len(names),
+    tables = [_entry(library, name) for name in names[offset:offset + limit]]
+    if wants_csv(request, form):
+        return entries_csv(tables, TableEntry, "tables")
+    return TableList(tables=tables, total=len(names),
                      links=page_links(request, limit, offset, len(names)))
 
 
