@@ -14,7 +14,7 @@ from service.routes import fits, studies
 from service.study_schemas import Study, StudyWithProgress
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import paragraph
-from slipstick.report.words import duration, fitted, listed
+from slipstick.report.words import fitted, listed
 from slipstick.study.progress import StudyProgress
 
 _STAGES = {"search": "searching", "refine": "refining the best candidate", "intervals": "computing intervals",
@@ -76,12 +76,19 @@ def _doing(job: Active) -> str:
             return paragraph(f"Stage {1 + (stage == 'confirm')} of 2: {doing}", "doing")
         case FitProgress(stage="search", done=done, seconds_left=left):
             share = f"{100 * done:.0f} %"
-            rest = "" if left is None else f", at most {duration(float(f'{left:.2g}'))} left"
+            rest = "" if left is None else f", at most {_rounded(left)} left"
             return (f'<progress value="{done:.3f}" aria-label="Search of {escape(job.id)}">{share}</progress>'
                     + paragraph(f"Searching: {share}{rest}", "doing"))
         case FitProgress(stage=stage):
             return paragraph(f"Search complete, {_STAGES[stage]}", "doing")
     return paragraph("Starting", "doing")
+
+
+def _rounded(seconds: float) -> str:
+    """Return a time that is an estimate: whole seconds, minutes from two on, tenths of hours."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
 def _ended(store: JobStore, job: Fit | Study) -> Entry:
@@ -99,4 +106,9 @@ def _ended(store: JobStore, job: Fit | Study) -> Entry:
 def _answer(store: JobStore, id: str, ended: str) -> str:
     """What a job found, in a sentence. Read once, since results are large; `ended` tells jobs of the same id apart."""
     output = output_of(finished_job(store, id))
-    return str(output["result"]["sentence"]) if store.workflow == "study" else fitted(output["physical"])
+    if store.workflow == "study":
+        return str(output["result"]["sentence"])
+    bound = [in_words(remark["unknown"]) for remark in output["result"]["remarks"] if remark.get("at_bound")]
+    at_bound = f"; {listed(bound)} at {'its bound' if len(bound) == 1 else 'their bounds'}" if bound else ""
+    values = fitted(output["physical"]) + at_bound
+    return values[0].upper() + values[1:]
