@@ -51,6 +51,11 @@ def group(title: str, entries: Sequence[Entry], empty: str, *links: Link) -> str
             f"{body}\n" + (f'<p class="links">{below}</p>\n' if below else "") + "</section>")
 
 
+def listings(address: str) -> list[Link]:
+    """Return links to the whole list at `address`, for programs."""
+    return [Link("All as JSON", address), Link("All as CSV", f"{address}?format=csv")]
+
+
 def moment(time: datetime.datetime | None) -> str:
     """Return a time in words, to the minute."""
     return "" if time is None else f"{time:%Y-%m-%d %H:%M} UTC"

@@ -11,17 +11,18 @@ _JSON = "--header 'Content-Type: application/json'"
 
 def first_steps(library: Library, workers: int, jobs: int, address: str) -> str:
     """Return the steps that are left as HTML, empty if there are none; `address` is that of the service."""
-    recordings, steps = library.recordings(), []
-    if not library.benches():
+    recordings, benches, steps = library.recordings(), library.benches(), []
+    bench = (benches or ["mine"])[-1]
+    if not benches:
         steps.append(("Write a bench: parameters, sensors and conditions of your test bench in one file.",
                       "python -m worker bench new tables/mine.toml"))
     if not library.tables():
         steps.append(("Build a table of shifting times of the bench. It takes about a minute.",
-                      "python -m worker build"))
+                      f"python -m worker build --bench tables/{bench}.toml --out tables/nominal.h5"))
     if not recordings:
         steps.append(("Upload recordings: one row for each engagement, or an HDF5 file with signals.",
                       f"curl --data-binary @mine.csv --header 'Content-Type: text/csv' '{address}/v1/recordings?name="
-                      "mine&bench=heavy'"))
+                      f"mine&bench={bench}'"))
     if not workers:
         steps.append(("Start a worker, which runs fits and studies.", "python -m worker serve-jobs"))
     if not jobs:
@@ -30,7 +31,7 @@ def first_steps(library: Library, workers: int, jobs: int, address: str) -> str:
                       f"curl --data '{{\"recordings\": \"{name}\"}}' {_JSON} {address}/v1/studies"))
     if not steps:
         return ""
-    items = "\n".join(f'<li>{paragraph(text)}<pre tabindex="0"><code>{escape(command)}</code></pre></li>'
+    items = "\n".join(f'<li>{paragraph(text)}<pre><code>{escape(command)}</code></pre></li>'
                       for text, command in steps)
     docs = Link("The API page", "/docs").html()
     return (f'<section id="next" aria-labelledby="next-title"><h2 id="next-title">What to do next</h2>\n<ol '

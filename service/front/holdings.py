@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from service.front.elements import Entry, group, plural
+from service.front.elements import Entry, group, listings, plural
 from slipstick.errors import SlipstickError
 from slipstick.machine import Measurements
 from slipstick.pictures import units
@@ -16,11 +16,11 @@ def holdings(library: Library) -> str:
     """Return the sections of the files as HTML."""
     return "\n".join([
         group("Tables", [_entry("tables", name, library, _table) for name in library.tables()],
-              "There is no table yet."),
+              "There is no table yet.", *listings("/v1/tables")),
         group("Recordings", [_entry("recordings", name, library, _recordings) for name in library.recordings()],
-              "There are no recordings yet."),
+              "There are no recordings yet.", *listings("/v1/recordings")),
         group("Benches", [_entry("benches", name, library, _bench) for name in library.benches()],
-              "There is no bench yet.")])
+              "There is no bench yet.", *listings("/v1/benches"))])
 
 
 def _entry(kind: str, name: str, library: Library, about: Callable[[Library, str], str]) -> Entry:

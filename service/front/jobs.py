@@ -5,7 +5,7 @@ from functools import lru_cache
 from html import escape
 
 from service.fit_schemas import Fit, FitProgress, FitWithProgress
-from service.front.elements import Entry, Link, group, moment, plural
+from service.front.elements import Entry, Link, group, listings, moment, plural
 from service.heartbeats import Heartbeats
 from service.job_filter import ENDED, JobFilter
 from service.job_store import JobStore
@@ -32,8 +32,11 @@ class Jobs:
     studies: JobStore
     heartbeats: Heartbeats
 
-    def html(self, count: int) -> str:
-        """Return the sections of the jobs: all that run and wait, and of each kind the `count` newest that ended."""
+    def html(self, count: int, steps: str) -> str:
+        """Return the sections of the jobs: all that run and wait, and of each kind the `count` newest that ended.
+
+        `steps` is HTML that comes before the jobs.
+        """
         active: list[Active] = [fits.with_progress(self.fits, job) for job in self.fits.active()]
         active += [studies.with_progress(self.studies, job) for job in self.studies.active()]
         active.sort(key=lambda job: (job.status != "running", job.ahead or 0))
@@ -41,7 +44,7 @@ class Jobs:
         return "\n".join([
             f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
             f"{running} running · {len(active) - running} waiting</p>",
-            _NO_WORKER if active and not alive else "",
+            _NO_WORKER if active and not alive else "", steps,
             group("Jobs", [_active(job) for job in active], "No job is running or waiting."),
             self._ended(self.studies, "Studies", count), self._ended(self.fits, "Fits", count)])
 
@@ -51,7 +54,7 @@ class Jobs:
         older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
         return group(title, [_ended(store, make(store, job)) for job in jobs[:count]],
                      f"No {store.workflow} has ended yet.",
-                     *([older] if len(jobs) > count else []), Link("All as JSON", store.address))
+                     *([older] if len(jobs) > count else []), *listings(store.address))
 
 
 def _subject(job: Fit | Study) -> str:
@@ -99,7 +102,8 @@ def _ended(store: JobStore, job: Fit | Study) -> Entry:
         return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])
     answer = paragraph(_answer(store, job.id, str(job.ended)), "answer")
     return Entry(job.id, job.links["report"], about, "", answer, [
-        Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"])])
+        Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
+        *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
 @lru_cache(maxsize=1000)

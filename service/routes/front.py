@@ -12,9 +12,12 @@ from service.front.first_steps import first_steps
 from service.front.holdings import holdings
 from service.front.jobs import Jobs
 from service.front.page import document
+from service.heartbeats import Heartbeats
+from service.job_store import JobStore
 from service.routes.fits import FitStore
 from service.routes.studies import StudyStore
 from service.schemas import LibraryDependency
+from slipstick.storage.library import Library
 
 router = APIRouter(route_class=JsonRoute, include_in_schema=False)
 
@@ -27,18 +30,24 @@ _SCRIPT = '<script src="/static/front/live.js" type="module"></script>'
 def front_page(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore,
                count: Count = 10) -> HTMLResponse:
     """What the service holds, and what it is doing."""
-    jobs = Jobs(fits, studies, request.app.state.heartbeats)
-    total = len(fits.newest(1, 0)) + len(studies.newest(1, 0))
-    body = "\n".join([
-        "<h1>Test bench against simulation</h1>",
-        first_steps(library, jobs.heartbeats.alive(), total, str(request.base_url).rstrip("/")),
-        f'<div id="live" data-events="/events?count={count}">', jobs.html(count), "</div>", holdings(library)])
+    jobs = _jobs(request, library, fits, studies, count)
+    body = "\n".join(["<h1>Test bench against simulation</h1>",
+                      f'<div id="live" data-events="/events?count={count}">', jobs, "</div>", holdings(library)])
     return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
 
 
 @router.get("/events")
-async def front_events(request: Request, fits: FitStore, studies: StudyStore, following: FollowingDependency,
-                       count: Count = 10, last: LastEventId = None) -> Response:
+async def front_events(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore,
+                       following: FollowingDependency, count: Count = 10, last: LastEventId = None) -> Response:
     """The sections of the jobs as HTML, each time they change."""
-    jobs = Jobs(fits, studies, request.app.state.heartbeats)
-    return EventStream(following, f"/events/{count}", lambda: State(jobs.html(count), ended=False), last)
+    def state() -> State:
+        return State(_jobs(request, library, fits, studies, count), ended=False)
+
+    return EventStream(following, f"{request.base_url}events/{count}", state, last)
+
+
+def _jobs(request: Request, library: Library, fits: JobStore, studies: JobStore, count: int) -> str:
+    heartbeats: Heartbeats = request.app.state.heartbeats
+    total = len(fits.newest(1, 0)) + len(studies.newest(1, 0))
+    steps = first_steps(library, heartbeats.alive(), total, str(request.base_url).rstrip("/"))
+    return Jobs(fits, studies, heartbeats).html(count, steps)

@@ -66,7 +66,7 @@ def test_the_page_lists_files_and_jobs_and_the_steps_that_are_left(client: httpx
     for said in ("0 workers alive · 0 running · 2 waiting", "No worker is alive", "Next in its queue",
                  "1 job before it in its queue", "two cancelled"):
         assert said in found
-    assert "/v1/studies" not in found  # the step is done
+    assert "--data" not in found  # the step is done
 
 
 def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
