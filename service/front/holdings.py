@@ -15,23 +15,23 @@ from slipstick.table import Axis, Surrogate
 def holdings(library: Library) -> str:
     """Return the sections of the files as HTML."""
     return "\n".join([
-        group("Tables", [_entry("tables", name, library, _table) for name in library.tables()],
+        group("Tables", [_entry("tables", name, library, about_table) for name in library.tables()],
               "There is no table yet.", *listings("/v1/tables")),
-        group("Recordings", [_entry("recordings", name, library, _recordings) for name in library.recordings()],
+        group("Recordings", [_entry("recordings", name, library, about_recordings) for name in library.recordings()],
               "There are no recordings yet.", *listings("/v1/recordings")),
-        group("Benches", [_entry("benches", name, library, _bench) for name in library.benches()],
+        group("Benches", [_entry("benches", name, library, about_bench) for name in library.benches()],
               "There is no bench yet.", *listings("/v1/benches"))])
 
 
 def _entry(kind: str, name: str, library: Library, about: Callable[[Library, str], str]) -> Entry:
-    href = f"/v1/{kind}/{name}"
     try:
-        return Entry(name, href, about(library, name))
+        return Entry(name, f"/{kind}/{name}", about(library, name))
     except SlipstickError as error:
-        return Entry(name, href, str(error), "invalid")
+        return Entry(name, f"/v1/{kind}/{name}", str(error), "invalid")
 
 
-def _table(library: Library, name: str) -> str:
+def about_table(library: Library, name: str) -> str:
+    """Return what a table holds, in a sentence."""
     table = library.table(name)
     axes = listed([f"{in_words(axis.name)} ({_range(axis)})" for axis in table.axes])
     if isinstance(table, Surrogate):
@@ -48,7 +48,8 @@ def _range(axis: Axis) -> str:
     return units.with_unit(f"{units.number(factor * lower)} to {units.number(factor * upper)}", unit)
 
 
-def _recordings(library: Library, name: str) -> str:
+def about_recordings(library: Library, name: str) -> str:
+    """Return what recordings hold, in a sentence."""
     found = library.measured(name)
     if isinstance(found, Measurements):
         return f"{plural(len(found), 'measurement')} of {in_words(found.output.name)} in {found.output.unit}"
@@ -57,6 +58,7 @@ def _recordings(library: Library, name: str) -> str:
     return f"{plural(len(found), 'engagement')} {signals}{description}"
 
 
-def _bench(library: Library, name: str) -> str:
+def about_bench(library: Library, name: str) -> str:
+    """Return what a bench is, in a sentence."""
     bench = library.bench(name)
     return f"{bench.title}, {plural(len(bench.conditions), 'condition')}"

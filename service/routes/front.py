@@ -8,14 +8,18 @@ from starlette.responses import Response
 
 from service.bodies import JsonRoute
 from service.following import EventStream, FollowingDependency, LastEventId, State
+from service.front.details import bench_page, recordings_page, table_page
 from service.front.first_steps import first_steps
-from service.front.holdings import holdings
+from service.front.holdings import about_bench, about_recordings, about_table, holdings
 from service.front.jobs import Jobs
 from service.front.page import document
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore
+from service.routes.benches import BenchNamePath
 from service.routes.fits import FitStore
+from service.routes.recordings import RecordingsNamePath
 from service.routes.studies import StudyStore
+from service.routes.tables import TableNamePath
 from service.schemas import LibraryDependency
 from slipstick.storage.library import Library
 
@@ -44,6 +48,27 @@ async def front_events(request: Request, library: LibraryDependency, fits: FitSt
         return State(_jobs(request, library, fits, studies, count), ended=False)
 
     return EventStream(following, f"{request.base_url}events/{count}", state, last)
+
+
+@router.get("/tables/{name}", response_class=HTMLResponse)
+def table_details(name: TableNamePath, library: LibraryDependency) -> HTMLResponse:
+    """The page of a table."""
+    found = library.table(name)
+    return HTMLResponse(document(name, table_page(name, found, about_table(library, name))))
+
+
+@router.get("/recordings/{name}", response_class=HTMLResponse)
+def recordings_details(name: RecordingsNamePath, library: LibraryDependency) -> HTMLResponse:
+    """The page of recordings."""
+    found = library.measured(name)
+    return HTMLResponse(document(name, recordings_page(name, found, about_recordings(library, name))))
+
+
+@router.get("/benches/{name}", response_class=HTMLResponse)
+def bench_details(name: BenchNamePath, library: LibraryDependency) -> HTMLResponse:
+    """The page of a bench."""
+    found = library.bench(name)
+    return HTMLResponse(document(name, bench_page(name, found, about_bench(library, name))))
 
 
 def _jobs(request: Request, library: Library, fits: JobStore, studies: JobStore, count: int) -> str:

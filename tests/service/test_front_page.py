@@ -80,6 +80,29 @@ def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
         problem(client.get("/", params=wrong), 422)
 
 
+@pytest.mark.parametrize(("path", "said"), [
+    ("tables/nominal", ("pressure bias 1.6 bar 0.5 to 1.5 9", "motor speed [rad/s]", "215 5 198.97 14 80")),
+    ("recordings/measured", ("shifting time [s]", "0 0 104.72 6 20 0.3028")),
+    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m^2]", "215 5"))])
+def test_files_have_pages_with_their_conditions(client: httpx.Client, path: str, said: tuple[str, ...]) -> None:
+    page = client.get(f"/{path}")
+    assert page.headers["Content-Type"] == "text/html; charset=utf-8"
+    found = " ".join(re.sub("<[^>]+>", " ", page.text).split())
+    for words in said:
+        assert words in found, found[:3000]
+    problem(client.get(f"/{path}x"), 404)
+    assert f'href="/{path}"' in client.get("/").text
+
+
+def test_a_page_has_some_conditions_and_the_number_of_the_others(client: httpx.Client,
+                                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.front.details._MOST", 10)
+    found = client.get("/recordings/measured").text
+    assert "<th>9</th>" in found
+    assert "<th>10</th>" not in found
+    assert "206 more are in the description as JSON" in found
+
+
 def test_names_are_text_not_markup(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
     client.post("/v1/studies", json={}, headers={"Idempotency-Key": "one"})
     monkeypatch.setattr("service.front.jobs._subject", lambda job: "<script>alert(1)</script>")
