@@ -86,7 +86,8 @@ def start() -> None:
     for name, value in seconds.items():
         print(f"  {name:40} {value:7.1f} s")
     query = "?" + "&".join(f"{which}={output['id']}" for which, output in refits.items()) if refits else ""
-    print(f"\nOpen in a browser\n  {ADDRESS}{fit['links']['report']}    report of the fit"
+    print(f"\nOpen in a browser\n  {ADDRESS}    all that the service holds and does"
+          f"\n  {ADDRESS}{fit['links']['report']}    report of the fit"
           f"\n  {ADDRESS}{study['links']['report']}{query}    report of the study, "
           f"with the fits before and after\n  {ADDRESS}/docs    REST API reference, to try out"
           f"\n\nThe recordings are simulated test-bench data, because those of the paper are not public."

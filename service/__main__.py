@@ -2,18 +2,53 @@
 
 import argparse
 import sys
+import textwrap
 
+from pydantic import ValidationError
+
+from service.settings import Settings
 from service.tokens import ROLES, new_token
+from slipstick import __version__
 from slipstick.errors import SlipstickError
+
+_DESCRIPTION = """\
+Serve tables, recordings, fits and studies over REST until SIGTERM or Ctrl-C.
+
+  http://127.0.0.1:8000/       what the service holds and does
+  http://127.0.0.1:8000/docs   every operation, with examples to try
+"""
+_EXAMPLES = """\
+examples:
+  python -m service
+  SLIPSTICK_PORT=9000 SLIPSTICK_LOG=text python -m service
+  SLIPSTICK_HOST=0.0.0.0 SLIPSTICK_HOSTS=bench.example SLIPSTICK_TOKENS=tokens.txt python -m service
+
+Fits and studies also need a worker on the same job database: python -m worker serve-jobs
+More: docs/settings.md, docs/operations.md, docs/rest.md"""
+_WIDTH = 100
+
+
+def _epilog() -> str:
+    """Return the settings with their defaults, and examples."""
+    lines = ["settings (environment variables, with their defaults):"]
+    for name, field in Settings.model_fields.items():
+        default = "" if field.default is None else f" = {field.default}"
+        lines.append(f"  SLIPSTICK_{name.upper()}{default}")
+        lines += textwrap.wrap(field.description or "", _WIDTH, initial_indent=8 * " ", subsequent_indent=8 * " ")
+    return "\n".join([*lines, "", _EXAMPLES])
 
 
 def main() -> int:
-    """Serve until SIGTERM or SIGINT, or make a token; return 1 for every `SlipstickError`."""
-    parser = argparse.ArgumentParser(prog="python -m service", description="Serve tables, recordings, fits and studies "
-                                     "over REST. docs/settings.md lists the settings, which are environment variables.")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
-    token = commands.add_parser("token", help="make a token, instead of serving: its line of the token file on "
-                                "standard output, the token itself on standard error")
+    """Serve until SIGTERM or SIGINT, or make a token; return 1 for every `SlipstickError` and invalid setting."""
+    parser = argparse.ArgumentParser(
+        prog="python -m service", description=_DESCRIPTION, epilog=_epilog(),
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--version", action="version", version=f"Slipstick {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands (without one: serve)")
+    token = commands.add_parser(
+        "token", help="make a token for a user of the service", description="Make a token: its line of the token file "
+        "on standard output, the token itself, which is shown this once, on standard error.",
+        epilog="example: python -m service token alice run >> tokens.txt")
     token.add_argument("name", help="name of its owner, which appears in the log")
     token.add_argument("role", choices=ROLES, help="what its owner may do; each role includes those before it")
     arguments = parser.parse_args()
@@ -24,11 +59,15 @@ def main() -> int:
             print(line)
         else:
             from service.server import make_server  # takes seconds, which a token need not wait for
-            from service.settings import Settings
 
             make_server(Settings()).run()
     except SlipstickError as error:
         print(f"error: {error}", file=sys.stderr)
+        return 1
+    except ValidationError as error:
+        for one in error.errors():
+            print(f"error: SLIPSTICK_{str(one['loc'][0]).upper()} is invalid: {one['msg']}. `python -m service --help` "
+                  "describes it.", file=sys.stderr)
         return 1
     return 0
 

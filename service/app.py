@@ -5,27 +5,36 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
-from service import pages, problem_details
+from service import npy, pages, problem_details
 from service.access import Access
 from service.bodies import BodyLimits
 from service.computations import Computations
 from service.failures import HeadRequests, UnexpectedErrors
+from service.following import Following
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore, connect
+from service.metrics import RequestMetrics, StateMetrics
+from service.observation import Observed
 from service.openapi import openapi_document
 from service.retention import remove_for_ever
+from service.revalidation import NotModified, not_modified
 from service.routes import (
     benches,
     deletion,
     evaluate,
     fits,
+    front,
     imports,
     index,
+    job_events,
     likelihood,
+    operation,
     propagate,
     recordings,
     reports,
+    residuals,
     studies,
     study_laws,
     study_reports,
@@ -39,6 +48,8 @@ from service.umbridge.errors import BridgeErrors
 from slipstick import __version__
 from slipstick.storage.library import Library
 
+_NOT_COMPRESSED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, npy.MEDIA_TYPE, "application/octet-stream")
+"""Random digits of arrays hardly shrink, and events must not wait in a buffer."""
 _DESCRIPTION = """
 Slipstick compares a simulation model of a wet friction clutch with test-bench recordings. The service
 
@@ -61,7 +72,7 @@ a `remedy` (RFC 9457).
 
 **Tokens.** If the service has a token file, requests need a token, as `Authorization: Bearer TOKEN` or as the password
 of Basic authentication. Reading needs one of the role `read`; computations, uploads and jobs need `run`; the deletion
-of tables and recordings needs `admin`. Each role includes those before it. The health check needs no token. The
+of tables and recordings needs `admin`. Each role includes those before it. The health checks need no token. The
 operations of UM-Bridge need none either, and answer only the machine of the service.
 
 *The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
@@ -82,29 +93,38 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.state.fits = JobStore(client, "fit", "/v1/fits")
         app.state.studies = JobStore(client, "study", "/v1/studies")
         app.state.heartbeats = heartbeats = Heartbeats.at(configuration.jobs)
+        state = StateMetrics(app.state.fits, app.state.studies, heartbeats, app.state.computations, app.state.following)
+        metrics.registry.register(state)
         removal = asyncio.create_task(remove_for_ever(client, configuration))
         yield
         removal.cancel()
+        metrics.registry.unregister(state)
         heartbeats.engine.dispose()
         client.destroy()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
     app.state.settings = configuration
+    metrics = app.state.metrics = RequestMetrics()
     app.state.computations = Computations(configuration.computations, configuration.waiting,
                                           configuration.waiting_seconds)
+    app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
-                   fits, reports, studies, study_laws, study_reports, umbridge):
+                   fits, job_events, reports, residuals, studies, study_laws, study_reports, umbridge, front,
+                   operation):
         app.include_router(module.router)
     pages.install(app)
     problem_details.install(app)
+    app.add_exception_handler(NotModified, not_modified)
+    app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5, exclude_content_types=_NOT_COMPRESSED)
     app.add_middleware(BodyLimits, settings=configuration)
     app.add_middleware(HeadRequests)
     app.add_middleware(UnexpectedErrors)
     tokens = tokens_of(configuration)
     app.add_middleware(Access, hosts=_host_names(configuration), tokens=tokens)
     app.add_middleware(BridgeErrors)
+    app.add_middleware(Observed, metrics=metrics)
     app.openapi = lambda: openapi_document(app, tokens is not None)  # type: ignore[method-assign]
     return app
 

@@ -13,6 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service import problem_details
 from service.computations import Client, Computations
 from service.query import QueryNames
+from service.revalidation import headers_of
 from service.settings import Settings
 from slipstick.errors import SlipstickError
 
@@ -109,10 +110,13 @@ class JsonRoute(APIRoute):
             if self.body_field is not None:
                 require_media_type(request, "application/json")
             strict_request = _StrictRequest(request.scope, request.receive)
-            if not getattr(self.endpoint, "computes", False):
-                return await handler(strict_request)
-            await strict_request.body()
-            return await _compute(handler, strict_request)
+            if getattr(self.endpoint, "computes", False):
+                await strict_request.body()
+                response = await _compute(handler, strict_request)
+            else:
+                response = await handler(strict_request)
+            response.headers.update(headers_of(request))
+            return response
 
         return strict
 

@@ -28,7 +28,7 @@ class Computations:
 
     def __init__(self, most: int, most_waiting: int, seconds: float) -> None:
         self.places, self.most_waiting, self.seconds = asyncio.Semaphore(most), most_waiting, seconds
-        self.waiting = 0
+        self.most, self.running, self.waiting = most, 0, 0
 
     @asynccontextmanager
     async def place(self) -> AsyncIterator[None]:
@@ -42,9 +42,11 @@ class Computations:
             raise Busy(f"No computation ended within {self.seconds:g} s") from None
         finally:
             self.waiting -= 1
+        self.running += 1
         try:
             yield
         finally:
+            self.running -= 1
             self.places.release()
 
 

@@ -50,4 +50,7 @@ class HeadRequests:
         async def without_body(message: Message) -> None:
             await send({**message, "body": b""} if message["type"] == "http.response.body" else message)
 
-        return await self.app({**scope, "method": "GET"}, receive, without_body)
+        # An endless response, such as a stream of events, has to know that nobody reads its body.
+        inner = {**scope, "method": "GET", "slipstick.head": True}
+        await self.app(inner, receive, without_body)
+        scope["route"] = inner.get("route")

@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import BaseModel, Field
 
 from service.jobs import Ahead, Job
+from service.paging import Page
 from service.schemas import (
     BenchName,
     MassOutside,
@@ -141,7 +142,7 @@ class FitWithProgress(Fit):
     progress: FitProgress | None = Field(description="Progress and best candidate; null before the first generation.")
 
 
-class FitList(BaseModel):
+class FitList(Page):
     """A list of fits."""
 
     fits: list[Fit] = Field(description="The fits, newest first.")

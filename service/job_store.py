@@ -14,6 +14,7 @@ from typing import Any, Literal
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
 from sqlalchemy import Engine, event, make_url
 
+from service.job_filter import ACTIVE, JobFilter
 from service.problem_details import Conflict
 from slipstick.errors import UnknownName
 
@@ -23,6 +24,7 @@ Queue = Literal["short", "long"]
 APPLICATION = "slipstick"
 
 JobInput = dict[str, Any]
+_ALL = JobFilter()
 
 
 @event.listens_for(Engine, "connect")
@@ -71,10 +73,26 @@ class JobStore:
             raise UnknownName(f"There is no {self.workflow} '{id}'", f"GET {self.address} returns the existing ids")
         return jobs[0]
 
-    def newest(self, limit: int, offset: int) -> list[WorkflowStatus]:
-        """Return the jobs, newest first, without their outputs."""
+    def newest(self, limit: int, offset: int, wanted: JobFilter = _ALL) -> list[WorkflowStatus]:
+        """Return the wanted jobs, newest first, without their outputs."""
+        if wanted.reads_inputs:
+            return self._selected(wanted)[offset:offset + limit]
         return self.client.list_workflows(name=self.workflow, sort_desc=True, limit=limit, offset=offset,
-                                          load_output=False)
+                                          load_output=False, **wanted.query)
+
+    def total(self, wanted: JobFilter = _ALL) -> int:
+        """Return the number of wanted jobs."""
+        if wanted.reads_inputs:
+            return len(self._selected(wanted))
+        return len(self.client.list_workflows(name=self.workflow, load_input=False, load_output=False, **wanted.query))
+
+    def active(self) -> list[WorkflowStatus]:
+        """Return the queued and running jobs in the order of submission."""
+        return self.client.list_workflows(name=self.workflow, load_output=False, **JobFilter(status=ACTIVE).query)
+
+    def _selected(self, wanted: JobFilter) -> list[WorkflowStatus]:
+        jobs = self.client.list_workflows(name=self.workflow, sort_desc=True, load_output=False, **wanted.query)
+        return [job for job in jobs if job.input is not None and wanted.selects(job.input["args"][0])]
 
     def progress(self, id: str) -> dict[str, Any] | None:
         """Return the latest progress that the worker reported for the job, or None if it reported none."""
@@ -100,8 +118,13 @@ class JobStore:
 
     def ids_using(self, key: str, name: str) -> list[str]:
         """Return the ids of the queued and running jobs whose input `key` (`table`, `recordings`) is `name`."""
-        jobs = self.client.list_workflows(name=self.workflow, status=["ENQUEUED", "PENDING"], load_output=False)
-        return [job.workflow_id for job in jobs if job.input is not None and job.input["args"][0].get(key) == name]
+        return [job.workflow_id for job in self.active()
+                if job.input is not None and job.input["args"][0].get(key) == name]
+
+    def states(self) -> list[tuple[str, str | None]]:
+        """Return state and queue of every job, as the database has them."""
+        jobs = self.client.list_workflows(name=self.workflow, load_input=False, load_output=False)
+        return [(job.status, job.queue_name) for job in jobs]
 
     def counts(self) -> tuple[int, int]:
         """Return the numbers of queued and of running jobs."""

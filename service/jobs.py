@@ -2,25 +2,21 @@
 
 import datetime
 import uuid
-from typing import Annotated, Any, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, TypeVar
 
 from dbos import WorkflowStatus
-from fastapi import Header, Path, Query
+from fastapi import Header, Path, Query, Request
 from pydantic import BaseModel, Field
+from starlette.concurrency import run_in_threadpool
 
+from service.following import Following
+from service.job_filter import ENDED, STATUS, JobFilter, Status
 from service.job_store import JobInput, JobStore, Queue
 from service.problem_details import Conflict
 from slipstick.storage.library import Library
 
-Status = Literal["queued", "running", "done", "failed", "cancelled"]
-
-_STATUS: dict[str, Status] = {
-    "DELAYED": "queued", "ENQUEUED": "queued", "PENDING": "running", "SUCCESS": "done", "ERROR": "failed",
-    "MAX_RECOVERY_ATTEMPTS_EXCEEDED": "failed", "CANCELLED": "cancelled"}
 _ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
-
-Limit = Annotated[int, Query(ge=1, le=1000, description="Maximum number of jobs to return.")]
-Offset = Annotated[int, Query(ge=0, le=2**53, description="Number of newest jobs to skip.")]
 
 
 class Job(BaseModel):
@@ -40,6 +36,21 @@ class Job(BaseModel):
                     "while it is queued.")
     ended: datetime.datetime | None = Field(description="Time at which the job ended (UTC); null before that.")
     links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
+
+
+StatusFilter = Annotated[list[Status] | None, Query(
+    alias="status", description="Only jobs with this status; repeat the parameter for several.", max_length=5)]
+RecordingsFilter = Annotated[str | None, Query(alias="recordings", description="Only jobs of these recordings.")]
+SinceFilter = Annotated[datetime.datetime | None, Query(
+    alias="since", description="Only jobs submitted at this time or later, such as 2026-09-21T14:00:00Z.")]
+
+
+def job_filter(status: StatusFilter = None, recordings: RecordingsFilter = None,
+               since: SinceFilter = None) -> JobFilter:
+    """The filter of a list of jobs. A time without offset is UTC."""
+    if since is not None and since.tzinfo is None:
+        since = since.replace(tzinfo=datetime.UTC)
+    return JobFilter(status, since, recordings)
 
 
 Ahead = Annotated[int | None, Field(description="Number of jobs before this one in its queue, that of short or that of "
@@ -72,9 +83,23 @@ def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue) 
     return job
 
 
+_J = TypeVar("_J", bound=Job)
+
+
+async def awaited(following: Following, request: Request, key: str, read: Callable[[], _J], seconds: int) -> _J:
+    """Return the job as soon as it has ended, or after `seconds` s; raises `Busy` if too many clients wait."""
+    if seconds == 0:
+        return await run_in_threadpool(read)
+    with following.place():
+        async for job in following.states(key, read, seconds):
+            if job.status in ENDED or await request.is_disconnected():
+                break
+    return job
+
+
 def delete(store: JobStore, id: str) -> None:
     """Delete a job that has ended; raises `UnknownName`, and `Conflict` if it is queued or running."""
-    status = _STATUS[store.find(id).status]
+    status = STATUS[store.find(id).status]
     if status in ("queued", "running"):
         raise Conflict(f"The {store.workflow} '{id}' is {status}", f"POST {store.address}/{id}/cancel first")
     store.delete(id)
@@ -91,11 +116,16 @@ def finished_job(store: JobStore, id: str) -> WorkflowStatus:
     """Return a finished job with its output; raises `UnknownName`, and `Conflict` if the job is not done."""
     job = store.find(id)
     if job.status != "SUCCESS":
-        status = _STATUS[job.status]
+        status = STATUS[job.status]
         remedy = "Repeat this request when its status is `done`" if status in ("queued", "running") else \
             "Submit it again with a different Idempotency-Key"
         raise Conflict(f"The {store.workflow} '{id}' has no result: its status is `{status}`", remedy)
     return job
+
+
+def version_of(*jobs: WorkflowStatus) -> str:
+    """Return what changes if one of these finished jobs is replaced by another one of the same id."""
+    return " ".join(f"{job.workflow_id} {job.completed_at}" for job in jobs)
 
 
 def output_of(job: WorkflowStatus) -> dict[str, Any]:
@@ -113,7 +143,7 @@ def bench_input(library: Library, name: str | None) -> dict[str, Any]:
 
 def job_fields(store: JobStore, job: WorkflowStatus, *links: str) -> dict[str, Any]:
     """Return the fields of `Job` and of the job's input, with `links` to the named sub-resources."""
-    status, address = _STATUS[job.status], f"{store.address}/{job.workflow_id}"
+    status, address = STATUS[job.status], f"{store.address}/{job.workflow_id}"
     queued = "Waiting for a worker. If none is running, start one with `python -m worker serve-jobs`"
     running = (f"If its worker '{job.executor_id}' stops, another one takes over within 10 s; /v1/health says how many "
                "are alive. Start one with `python -m worker serve-jobs`")

@@ -13,6 +13,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
+from service import request_ids
 from slipstick import errors
 
 MEDIA_TYPE = "application/problem+json"
@@ -144,12 +145,15 @@ class ProblemDetails(BaseModel):
                         examples=["Did you mean 'nominal'? Known: calibrated, nominal"])
     errors: list[RequestFieldError] = Field(
         default_factory=list, description=f"Validation errors of the request, at most {_MOST_ERRORS}.")
+    request_id: str | None = Field(default=None, description="Id of the request, which the log of the service has as "
+                                                             "well.")
     errors_left_out: int = Field(default=0, description="Number of further validation errors that are not listed.")
 
 
 def problem_response(problem: ProblemDetails, headers: dict[str, str] | None = None) -> Response:
     """Return the problem as a response."""
     # Escaped ASCII, because a lone surrogate that is quoted from the request cannot be encoded in UTF-8.
+    problem = problem.model_copy(update={"request_id": request_ids.current.get()})
     content = problem.model_dump_json(ensure_ascii=True, exclude_defaults=True)
     retry = {"Retry-After": str(RETRY_SECONDS)} if problem.status == 503 else {}
     return Response(content, problem.status, {**retry, **(headers or {})}, media_type=MEDIA_TYPE)
@@ -200,12 +204,13 @@ def internal_error_response() -> Response:
     return problem_response(_internal_error())
 
 
-def malformed_request() -> ProblemDetails:
-    """The problem of bytes that are no HTTP request."""
+def malformed_request(id: str) -> ProblemDetails:
+    """The problem of bytes that are no HTTP request, which gets the id `id`."""
     return ProblemDetails(type=_urn("MalformedRequest"), title="Malformed request", status=400,
                           detail="The connection received bytes that are no valid HTTP/1.1 request",
                           remedy="Send HTTP/1.1 with a request line and headers of at most 64 KiB; for https, place a "
-                                 "reverse proxy in front of the service")
+                                 "reverse proxy in front of the service",
+                          request_id=id)
 
 
 def _internal_error() -> ProblemDetails:

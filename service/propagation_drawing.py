@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import orjson
 from fastapi import Query, Request, Response
 
+from service.csv_form import CSV, condition_columns, csv_response
 from service.pictures import preferred
 from service.schemas import require_size
 from slipstick.pictures import propagation
@@ -15,19 +16,21 @@ from slipstick.table.subject import Setting, columns
 if TYPE_CHECKING:
     from service.routes.propagate import PropagateRequest
 
-Form = Literal["json", "svg", "png", "html"]
-_MEDIA_TYPES: dict[Form, str] = {"json": "application/json", "svg": "image/svg+xml", "png": "image/png",
-                                 "html": "text/html"}
+Form = Literal["json", "csv", "svg", "png", "html"]
+_MEDIA_TYPES: dict[Form, str] = {"json": "application/json", "csv": CSV, "svg": "image/svg+xml",
+                                 "png": "image/png", "html": "text/html"}
 _ACCEPTED: dict[str, Form] = {**{media_type: form for form, media_type in _MEDIA_TYPES.items()},
                               "image/*": "svg", "*/*": "json"}
 _POINTS = 161  # of a density, if the request asks for none
 
 CONTENT: dict[str, dict[str, Any]] = {
+    CSV: {"schema": {"type": "string"}},
     "image/svg+xml": {"schema": {"type": "string"}}, "text/html": {"schema": {"type": "string"}},
     "image/png": {"schema": {"type": "string", "format": "binary"}}}
 """OpenAPI description of the drawn answers."""
 FormatQuery = Annotated[Form | None, Query(
-    description="Form of the answer: `json` for numbers, `svg` or `png` for a picture, `html` for a page with a table. "
+    description="Form of the answer: `json` for numbers, `csv` for a row for each condition, `svg` or `png` for a "
+                "picture, `html` for a page with a table. "
                 f"At most {propagation.MOST} conditions are drawn. By default the Accept header decides.")]
 
 
@@ -41,6 +44,20 @@ def drawable(body: "PropagateRequest", conditions: int) -> "PropagateRequest":
     require_size(conditions, propagation.MOST, "conditions in a picture", "Select conditions, or request JSON")
     points = 0 if body.output_std == 0 else body.density_points or _POINTS
     return body.model_copy(update={"density_points": points, "coefficients": False})
+
+
+def tabulated(answer: Response, request: dict[str, Any], conditions: Setting) -> Response:
+    """The JSON `answer` as CSV with a row for each condition, without densities and coefficients."""
+    content = orjson.loads(answer.body)
+    rows = content["conditions"]
+    table: dict[str, list[Any]] = {"condition": [row["condition"] for row in rows],
+                                   **condition_columns(columns(conditions))}  # type: ignore[dict-item]
+    table |= {f"{name} [s]": [row[name] for row in rows] for name in ("mean", "std", "error")}
+    table |= {f"quantile {probability:g} [s]": [row["quantiles"][place] for row in rows]
+              for place, probability in enumerate(request["quantiles"])}
+    table |= {f"{name} of {axis['name']}": [row[name] and row[name][place] for row in rows]
+              for name in ("first_order", "total") for place, axis in enumerate(content["axes"])}
+    return csv_response({**table, "reason": [row["reason"] for row in rows]}, "propagation")
 
 
 def drawn(answer: Response, request: dict[str, Any], conditions: Setting, form: Form) -> Response:

@@ -6,6 +6,7 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from service import request_ids
 from service.problem_details import MEDIA_TYPE, malformed_request
 
 
@@ -52,8 +53,10 @@ class Connection(H11Protocol):
     def send_400_response(self, msg: str) -> None:
         """Answer bytes that are no HTTP request, and close the connection."""
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):  # otherwise a response has begun
-            body = malformed_request().model_dump_json(exclude_defaults=True).encode()
-            headers = [("Content-Type", MEDIA_TYPE), ("Content-Length", str(len(body))), ("Connection", "close")]
+            id = request_ids.request_id("")
+            body = malformed_request(id).model_dump_json(exclude_defaults=True).encode()
+            headers = [("Content-Type", MEDIA_TYPE), ("Content-Length", str(len(body))), ("Connection", "close"),
+                       (request_ids.HEADER, id)]
             for event in (h11.Response(status_code=400, headers=headers), h11.Data(data=body), h11.EndOfMessage()):
                 self.transport.write(self.conn.send(event) or b"")
         self.transport.close()

@@ -8,6 +8,7 @@ from types import FrameType
 import uvicorn
 
 from service.app import create_app
+from service.logs import log_config
 from service.protocol import Connection
 from service.settings import Settings
 
@@ -29,6 +30,10 @@ def make_server(settings: Settings, log_level: str = "info") -> Server:
     """Return a server of the application at the address in the settings; port 0 takes any free port."""
     connection = functools.partial(Connection, seconds=settings.body_seconds)
     # Without WebSockets, a request to upgrade to one is answered like any other.
-    return Server(uvicorn.Config(create_app(settings), host=settings.host, port=settings.port, ws="none",
-                                 http=connection, log_level=log_level,  # type: ignore[arg-type]
-                                 timeout_graceful_shutdown=_GRACE_SECONDS))
+    app = create_app(settings)
+    server = Server(uvicorn.Config(app, host=settings.host, port=settings.port, ws="none",
+                                   http=connection,  # type: ignore[arg-type]
+                                   log_config=log_config(settings.log), log_level=log_level, access_log=False,
+                                   timeout_graceful_shutdown=_GRACE_SECONDS))
+    app.state.following.ending = lambda: server.should_exit
+    return server

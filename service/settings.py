@@ -23,6 +23,8 @@ class Settings(BaseSettings):
                        description="Host names under which the service answers, separated by commas; `*` for all.")
     tokens: Path | Literal["off"] | None = Field(
         default=None, description="File of the tokens; required beyond the loopback address, unless it is `off`.")
+    log: Literal["json", "text"] = Field(default="json", description="Form of the log on standard error: a JSON object "
+                                                                     "for each line, or text.")
     body_bytes: int = Field(default=64 << 20, gt=0, description="Maximum size of a request body in bytes.")
     json_bytes: int = Field(default=2 << 20, gt=0, description="Maximum size of a JSON body in bytes; larger "
                                                                "arrays fit as .npy.")
@@ -33,6 +35,10 @@ class Settings(BaseSettings):
     computations: int = Field(default=2, gt=0, description="Maximum number of requests that compute at once.")
     waiting: int = Field(default=64, ge=0, description="Maximum number of requests that wait to compute.")
     waiting_seconds: float = Field(default=30.0, gt=0, description="Maximum time in s to wait for a computation.")
+    followers: int = Field(default=200, ge=0, description="Maximum number of clients that wait for jobs at once, by "
+                                                         "events or by `wait`.")
+    follow_seconds: float = Field(default=300.0, gt=0, description="Maximum time in s of an event stream or of a "
+                                                                   "`wait` for a job; clients then ask again.")
     folder_bytes: int = Field(default=16 << 30, gt=0, description="Maximum size in bytes of the folder of the tables "
                                                                   "after an upload.")
     engagements: int = Field(default=20_000, gt=0, description="Maximum number of engagements of uploaded recordings.")

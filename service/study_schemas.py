@@ -6,6 +6,7 @@ import orjson
 from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
 from service.jobs import Ahead, Job
+from service.paging import Page
 from service.schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 from slipstick.study import StudyResult, StudySettings
 from slipstick.study.progress import StudyProgress
@@ -44,7 +45,7 @@ class StudyWithProgress(Study):
     progress: StudyProgress | None = Field(description="Progress; null before the first step.")
 
 
-class StudyList(BaseModel):
+class StudyList(Page):
     """A list of studies."""
 
     studies: list[Study] = Field(description="The studies, newest first.")

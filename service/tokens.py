@@ -28,7 +28,7 @@ _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
 _LINE = re.compile(rf"(?P<name>{_NAME})\s+(?P<role>{'|'.join(ROLES)})\s+(?P<digest>[0-9a-f]{{64}})")
 READING = ("GET", "HEAD", "OPTIONS")
 """Methods that change nothing."""
-_OPEN = ("/docs", "/openapi.json", "/v1/health")
+_OPEN = ("/docs", "/openapi.json", "/v1/health", "/v1/live", "/v1/ready")
 _REMEDY = "Write each line as `python -m service token NAME ROLE` prints it"
 
 
@@ -51,7 +51,7 @@ class Caller:
 def required_role(method: str, path: str) -> Role | None:
     """Return the role that a request needs; None if it needs no token.
 
-    Without token are the documentation, the health check, which a supervisor asks, and UM-Bridge, whose clients cannot
+    Without token are the documentation, the health checks, which a supervisor asks, and UM-Bridge, whose clients cannot
     send one and which answers this machine only (`require_loopback`).
     """
     if path.startswith(f"{PREFIX}/"):

@@ -78,7 +78,8 @@ MAY_IMPORT = {
                                  "slipstick.recordings.signals slipstick.report",
     "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
                               "slipstick.report slipstick.study",
-    "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson sqlalchemy dbos slipstick",
+    "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson prometheus_client sqlalchemy "
+               "dbos slipstick",
     "worker": "numpy scipy dbos sqlalchemy slipstick",
 }
 FORBIDDEN = {"service": ("slipstick.clutch.ensemble",)}  # the service simulates through `slipstick.inference` only

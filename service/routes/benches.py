@@ -7,7 +7,10 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.tables import CurrentProfile, list_profiles
 from service.schemas import LibraryDependency
 from slipstick.bench import TEMPLATE, Bench, parameters
@@ -28,7 +31,7 @@ class BenchEntry(BaseModel):
     href: str = Field(description="Path of the bench.")
 
 
-class BenchList(BaseModel):
+class BenchList(Page):
     """A list of all benches."""
 
     benches: list[BenchEntry] = Field(description="The benches, sorted by name.")
@@ -87,16 +90,24 @@ async def _upload_body(request: Request) -> bytes:
     return await request.body()
 
 
-@router.get("", summary="List the benches", responses=error_responses())
-def list_benches(library: LibraryDependency) -> BenchList:
+@router.get("", summary="List the benches", response_model=BenchList, responses=error_responses() | CSV_RESPONSE)
+def list_benches(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
+                 form: TableFormQuery = None) -> BenchList | Response:
     """Return all benches; an invalid file is listed with the reason."""
-    return BenchList(benches=[_entry(library, name) for name in library.benches()])
+    names = library.benches()
+    benches = [_entry(library, name) for name in names[offset:offset + limit]]
+    if wants_csv(request, form):
+        return entries_csv(benches, BenchEntry, "benches")
+    return BenchList(benches=benches, total=len(names),
+                     links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe a bench", responses=error_responses(404))
-def describe_bench(name: BenchNamePath, library: LibraryDependency) -> BenchDescription:
+@router.get("/{name}", summary="Describe a bench", responses=error_responses(404) | NOT_MODIFIED)
+def describe_bench(name: BenchNamePath, library: LibraryDependency, client: RevalidationDependency) -> BenchDescription:
     """Return parameters with their priors, torque converter, sensors and current profiles of a bench."""
-    return _describe(name, library.bench(name))
+    bench = library.bench(name)
+    client.require_change(bench.digest, bench.sensing_digest, bench.conditions.digest, bench.title, bench.source)
+    return _describe(name, bench)
 
 
 @router.post("", summary="Upload a bench", status_code=201, openapi_extra=_UPLOAD_BODY,

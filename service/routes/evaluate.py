@@ -11,6 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from service import npy
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
+from service.csv_form import CSV, TableForm, condition_columns, csv_response, wants_csv
+from service.descriptions import Description, descriptions
 from service.problem_details import MalformedBody, error_responses
 from service.schemas import (
     AxisUnit,
@@ -28,8 +30,10 @@ from service.schemas import (
     require_size,
     select_conditions,
 )
+from service.settings import Settings
 from slipstick.errors import InvalidValue
-from slipstick.table import Outside
+from slipstick.table import Outside, Table
+from slipstick.table.subject import columns
 from slipstick.uncertainty import count_outside
 
 _Body = TypeVar("_Body", bound=BaseModel)
@@ -43,6 +47,7 @@ class EvaluateOptions(StrictModel):
     bench: TableBench = None
     conditions: ConditionList = None
     outside: OutsidePolicy = "clip"
+    describe: bool = Field(default=True, description="Whether JSON contains the conditions in words.")
 
 
 class EvaluateRequest(EvaluateOptions):
@@ -66,6 +71,9 @@ class NpyQuery(StrictModel):
                                                                    "for a .npy body.")
     outside: Outside | None = Field(default=None, description="Policy for points outside the table, `clip` by default. "
                                                               "Only for a .npy body.")
+    format: TableForm | None = Field(default=None, description="Form of the answer: `json`, or `csv` with a row for "
+                                                               "each point and condition. By default the Accept header "
+                                                               "decides.")
 
 
 class EvaluateResponse(BaseModel):
@@ -77,6 +85,7 @@ class EvaluateResponse(BaseModel):
     outside: OutsidePolicy
     points_outside: int = Field(description="Number of points outside the table, to which `outside` was applied.")
     conditions: list[int] = Field(description="Indices of the conditions, in the order of the columns.")
+    described: list[Description] | None = Field(description="The conditions in words; null if the request says so.")
     shifting_time: list[list[float | None]] = Field(
         description="Shifting times in s, with one row per point and one column per condition. Null if the engagement "
                     "does not lock, or if the point lies outside the table and `outside` is `nan`.")
@@ -95,7 +104,8 @@ async def _read_body(request: Request) -> tuple[str, bytes]:
 
 
 @router.post("", summary="Evaluate a table", openapi_extra=_REQUEST_BODY, response_model=EvaluateResponse,
-             responses=error_responses(404, 408, 413, 415, 503) | {200: {"content": {npy.MEDIA_TYPE: _BINARY}}})
+             responses=error_responses(404, 408, 413, 415, 503) | {
+                 200: {"content": {npy.MEDIA_TYPE: _BINARY, CSV: {"schema": {"type": "string"}}}}})
 @computes
 def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_body)],
              query: Annotated[NpyQuery, Query()], library: LibraryDependency,
@@ -106,14 +116,15 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
     is a float64 array of shape (points, axes) written by numpy.save, and the options are query parameters. With Accept
     application/x-npy, the response body is an array of shape (points, conditions) in s, and the headers
     Slipstick-Table-Digest and Slipstick-Points-Outside contain the digest of the table and the number of points
-    outside.
+    outside. With `?format=csv` or Accept text/csv, the response has a row for each point and condition.
     """
     media_type, content = body
     options: EvaluateOptions
     points: np.ndarray | list[Any]
     if media_type == npy.MEDIA_TYPE:
-        options, points = EvaluateOptions(**query.model_dump(exclude_none=True)), npy.load(content)
-    elif query.model_fields_set:
+        options, points = EvaluateOptions(
+            **query.model_dump(exclude_none=True, exclude={"format"})), npy.load(content)
+    elif query.model_fields_set - {"format"}:
         raise InvalidValue("Query parameters cannot be combined with a JSON body", "Move them into the body")
     else:
         options, points = _parse(content)
@@ -126,11 +137,35 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
     times = selected.interpolate(points, options.outside)
     outside = count_outside(points, table.lower, table.upper)
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
-    if npy.MEDIA_TYPE in request.headers.get("accept", ""):
+    if wants_csv(request, query.format):
+        return _csv(points, times, selected, conditions, settings, headers)
+    if query.format is None and npy.MEDIA_TYPE in request.headers.get("accept", ""):
         return Response(npy.dump(times), headers=headers, media_type=npy.MEDIA_TYPE)
     return json_response({"table": options.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
                           "outside": options.outside, "points_outside": outside, "conditions": conditions,
+                          "described": _described(table, conditions) if options.describe else None,
                           "shifting_time": times}, headers)
+
+
+def _described(table: Table, conditions: list[int]) -> list[str]:
+    words = descriptions(table.conditions)
+    return [words[number] for number in conditions]
+
+
+def _csv(points: np.ndarray, times: np.ndarray, table: Table, conditions: list[int], settings: Settings,
+         headers: dict[str, str]) -> Response:
+    """The shifting times with a row for each point and condition; raises `TooLarge`."""
+    count, given = len(conditions), condition_columns(columns(table.conditions))
+    width = 3 + len(table.axes) + len(given)
+    require_size(times.size * width, settings.answer_values, "values in the response",
+                 "Send fewer points per request, select conditions, or request .npy")
+    output = table.output
+    return csv_response({
+        "point": np.repeat(np.arange(len(points)), count).tolist(),
+        **{axis.name: np.repeat(column, count).tolist() for axis, column in zip(table.axes, points.T, strict=True)},
+        "condition": conditions * len(points), **{name: list(column) * len(points) for name, column in given.items()},
+        f"{output.name} [{output.unit}]": ["" if np.isnan(time) else time for time in times.ravel().tolist()],
+    }, "evaluation", headers)
 
 
 def _parse(content: bytes) -> tuple[EvaluateOptions, list[Any]]:

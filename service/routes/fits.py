@@ -1,31 +1,38 @@
 """Fits: submission, status, results and cancellation; the worker runs them."""
 
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 import orjson
 from dbos import WorkflowStatus
-from fastapi import APIRouter, Body, Depends, Request, Response
+from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from service.fit_cost import fit_cost, queue_of, require_cost
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
+from service.following import FollowingDependency, Wait
+from service.job_filter import JobFilter
 from service.job_store import JobInput, JobStore, Queue
 from service.jobs import (
-    Limit,
-    Offset,
+    awaited,
     bench_input,
     delete,
     finished_job,
     idempotency_key_header,
     input_of,
     job_fields,
+    job_filter,
     job_id_path,
     output_of,
     submit,
+    version_of,
 )
+from service.paging import Limit, Offset, page_links
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
 from slipstick.inference import machine_problem, simulated_problem, table_problem
@@ -43,6 +50,14 @@ def _fit_store(request: Request) -> JobStore:
 
 
 FitStore = Annotated[JobStore, Depends(_fit_store)]
+TableFilter = Annotated[str | None, Query(alias="table", description="Only fits of this table.")]
+
+
+def _wanted(jobs: Annotated[JobFilter, Depends(job_filter)], table: TableFilter = None) -> JobFilter:
+    return replace(jobs, table=table)
+
+
+Wanted = Annotated[JobFilter, Depends(_wanted)]
 FitId = Annotated[str, job_id_path("fit")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("fit")]
 
@@ -62,26 +77,37 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
     """
     fit = submit(store, key, *_job(library, body, settings.fit_values))
     response.headers["Location"] = f"{store.address}/{fit.workflow_id}"
-    return _with_progress(store, fit)
+    return with_progress(store, fit)
 
 
-@router.get("", summary="List the fits", responses=error_responses(503))
-def list_fits(store: FitStore,
-              limit: Limit = 50, offset: Offset = 0) -> FitList:
-    """Return the fits, newest first, without their progress and results."""
-    return FitList(fits=[without_progress(store, fit) for fit in store.newest(limit, offset)])
+@router.get("", summary="List the fits", response_model=FitList, responses=error_responses(503) | CSV_RESPONSE)
+def list_fits(store: FitStore, request: Request, wanted: Wanted, limit: Limit = 50, offset: Offset = 0,
+              form: TableFormQuery = None) -> FitList | Response:
+    """Return the fits, newest first, without their progress and results; filters select some of them."""
+    found, total = store.newest(limit, offset, wanted), store.total(wanted)
+    fits = [without_progress(store, fit) for fit in found]
+    if wants_csv(request, form):
+        return entries_csv(fits, Fit, "fits")
+    return FitList(fits=fits, total=total,
+                   links=page_links(request, limit, offset, total))
 
 
 @router.get("/{id}", summary="Get the status of a fit", responses=error_responses(404, 503))
-def follow_fit(id: FitId, store: FitStore) -> FitWithProgress:
-    """Return the status of a fit, its progress after every generation, and its best candidate so far."""
-    return _with_progress(store, store.find(id))
+async def follow_fit(id: FitId, store: FitStore, following: FollowingDependency, request: Request,
+                     wait: Wait = 0) -> FitWithProgress:
+    """Return the status of a fit, its progress after every generation, and its best candidate so far.
+
+    With `wait`, the response comes when the fit has ended, or after this time.
+    """
+    return await awaited(following, request, f"{store.address}/{id}",
+                         lambda: with_progress(store, store.find(id)), wait)
 
 
-@router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503))
-def fit_result(id: FitId, store: FitStore) -> FitResult:
+@router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503) | NOT_MODIFIED)
+def fit_result(id: FitId, store: FitStore, client: RevalidationDependency) -> FitResult:
     """Return the fitted distributions, their likelihood and diagnostics; 409 unless the fit is done."""
     fit = finished_job(store, id)
+    client.require_change(version_of(fit))
     job_input, output = input_of(fit), output_of(fit)
     return FitResult(id=id, **{name: job_input[name] for name in ("table", "table_digest", "recordings",
                                                                   "recordings_digest")},
@@ -92,7 +118,7 @@ def fit_result(id: FitId, store: FitStore) -> FitResult:
 def cancel_fit(id: FitId, store: FitStore) -> FitWithProgress:
     """Cancel a queued or running fit. A fit that has ended is unchanged. The worker stops within a second."""
     store.cancel(id)
-    return _with_progress(store, store.find(id))
+    return with_progress(store, store.find(id))
 
 
 @router.delete("/{id}", summary="Delete a fit", status_code=204, responses=error_responses(404, 409, 503))
@@ -140,10 +166,11 @@ def _only_in_workers(points: np.ndarray, conditions: Any, /) -> np.ndarray:
 
 def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:
     """Return a fit without its progress and result."""
-    return Fit(**job_fields(store, fit, "result", "report", "pictures", "cancel"))
+    return Fit(**job_fields(store, fit, "result", "residuals", "report", "pictures", "events", "cancel"))
 
 
-def _with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:
+def with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:
+    """Return a fit with its place in the queue and its progress."""
     progress = store.progress(fit.workflow_id)
     return FitWithProgress(**vars(without_progress(store, fit)), ahead=store.ahead(fit),
                            progress=None if progress is None else FitProgress(**progress))

@@ -5,11 +5,13 @@ from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
-from fastapi import APIRouter, Body, Response
+from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field, field_validator
 
 from service.bodies import JsonRoute
 from service.computations import ClientDependency, computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
+from service.descriptions import Description, descriptions
 from service.problem_details import error_responses
 from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from service.schemas import (
@@ -33,7 +35,10 @@ from service.schemas import (
 )
 from service.settings import Settings
 from slipstick.inference import table_problem
+from slipstick.machine import Measurements
+from slipstick.recordings import Recordings
 from slipstick.table import Table
+from slipstick.table.subject import columns
 from slipstick.uncertainty import mass_outside, standard_normals
 from slipstick.uncertainty.chaos import make_basis
 from slipstick.uncertainty.chaos.families import HERMITE
@@ -120,6 +125,8 @@ class LikelihoodResponse(BaseModel):
     recordings_digest: RecordingsDigest
     axes: AxisUnits
     outside: OutsidePolicy
+    described: list[Description] | None = Field(description="The conditions of the recordings in words, in the order "
+                                                            "of `per_condition`; null without it.")
     candidates: list[CandidateLikelihood] = Field(description="Likelihoods, in the order of the candidates.")
 
 
@@ -129,15 +136,17 @@ _EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False
 
 
 @router.post("", summary="Compute the likelihood of recordings", response_model=LikelihoodResponse,
-             responses=error_responses(404, 408, 413, 415, 503))
+             responses=error_responses(404, 408, 413, 415, 503) | CSV_RESPONSE)
 @computes
 def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
-               settings: SettingsDependency, client: ClientDependency) -> Response:
+               settings: SettingsDependency, client: ClientDependency, request: Request,
+               form: TableFormQuery = None) -> Response:
     """Compute the log10 likelihood of the measured shifting times under each candidate (eq. 7 of the paper).
 
     The probability density of a measured time is the expectation, over the inputs, of a normal density centred at the
     simulated time whose standard deviation is the output noise. The inputs of different runs are independent, so the
-    log10 densities of the conditions are summed.
+    log10 densities of the conditions are summed. CSV has a row for each candidate and engagement, or, without
+    `per_condition`, for each candidate.
     """
     table, recordings = open_table(library, body.table, body.bench), library.measured(body.recordings)
     problem = table_problem(table, recordings, body.outside)
@@ -146,14 +155,40 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], li
     problem = replace(problem, model=client.watched(problem.model))
     log10_densities, errors = _log10_densities(body, problem, candidates)
     normals = standard_normals(len(table.axes), SAMPLES, body.seed)
+    mass = [mass_outside(candidate.inputs, problem.lower, problem.upper, normals) for candidate in candidates]
+    if wants_csv(request, form):
+        return _csv(body, recordings, log10_densities, errors, mass)
     return json_response({
         "table": body.table, "table_digest": table.digest, "recordings": body.recordings,
         "recordings_digest": recordings.digest, "axes": AxisUnit.of(table), "outside": body.outside,
+        "described": descriptions(recordings.conditions) if body.per_condition else None,
         "candidates": [{"log10_likelihood": float(row.sum()), "error": error,
                         "per_condition": row.tolist() if body.per_condition else None,
-                        "mass_outside": mass_outside(candidate.inputs, problem.lower, problem.upper, normals)}
-                       for candidate, row, error in zip(candidates, log10_densities, errors, strict=True)],
+                        "mass_outside": outside}
+                       for row, error, outside in zip(log10_densities, errors, mass, strict=True)],
     })
+
+
+def _csv(body: LikelihoodRequest, recordings: Recordings | Measurements, log10_densities: np.ndarray,
+         errors: list[float | None], mass: list[float]) -> Response:
+    numbers = np.arange(len(log10_densities))
+    if not body.per_condition:
+        totals = [float(row.sum()) for row in log10_densities]
+        return csv_response({"candidate": numbers.tolist(), "log10_likelihood": [_finite(total) for total in totals],
+                             "error": errors, "mass_outside": mass}, "likelihood")
+    count, candidates = len(recordings), len(numbers)
+    measured = "shifting_time [s]" if isinstance(recordings, Recordings) else \
+        f"{recordings.output.name} [{recordings.output.unit}]"
+    given = {"condition": range(count), **condition_columns(columns(recordings.conditions)),
+             measured: recordings.measured_time.tolist()}
+    return csv_response({
+        "candidate": np.repeat(numbers, count).tolist(),
+        **{name: list(column) * candidates for name, column in given.items()},
+        "log10_density": [_finite(value) for value in log10_densities.ravel().tolist()]}, "likelihood")
+
+
+def _finite(value: float) -> float | str:
+    return value if math.isfinite(value) else ""
 
 
 def _log10_densities(body: LikelihoodRequest, problem: InferenceProblem,

@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 from service import propagation_drawing as drawing
 from service.bodies import JsonRoute
 from service.computations import ClientDependency, computes
+from service.descriptions import Description, descriptions
 from service.problem_details import error_responses
 from service.schemas import (
     AxisUnit,
@@ -106,6 +107,7 @@ class ShiftingTimeDistribution(BaseModel):
     """Distribution of the shifting time in one condition."""
 
     condition: int = Field(description="Index of the condition in the table.")
+    described: Description
     reason: str | None = Field(description="Why the expansion does not exist, in which case all results are null; null "
                                            "if it exists.")
     mean: float | None = Field(description="Mean in s.")
@@ -174,7 +176,7 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     table = open_table(library, body.table, body.bench)
     inputs = body.inputs.inputs(table)
     selected, conditions = select_conditions(table, body.conditions)
-    if form != "json":
+    if form not in ("json", "csv"):
         body = drawing.drawable(body, len(conditions))
     adapted = _expand(body, inputs, client.watched(table_model(selected, body.outside)), selected, settings)
     expansion = adapted.expansion
@@ -192,8 +194,11 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
         "order": basis.order, "nodes": adapted.runs, "reached": None if body.tolerance is None else adapted.reached,
         "germs": [germ.name for germ in basis.germs],
         "degrees": basis.degrees.tolist() if body.coefficients else None,
-        "conditions": _distributions(body, output, inputs.independent, conditions),
+        "conditions": [{"described": descriptions(table.conditions)[row["condition"]], **row}
+                       for row in _distributions(body, output, inputs.independent, conditions)],
     }, {"Vary": "Accept"})
+    if form == "csv":
+        return drawing.tabulated(answer, body.model_dump(), selected.conditions)
     return answer if form == "json" else drawing.drawn(answer, body.model_dump(), selected.conditions, form)
 
 

@@ -7,7 +7,10 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.tables import (
     Conditions,
     ConditionUnits,
@@ -48,7 +51,7 @@ class RecordingsEntry(BaseModel):
     href: str = Field(description="Address of the description of the recordings.")
 
 
-class RecordingsList(BaseModel):
+class RecordingsList(Page):
     """A list of all recordings."""
 
     recordings: list[RecordingsEntry] = Field(description=f"The recordings, sorted by name. {SIMULATED}")
@@ -103,16 +106,26 @@ async def _upload_body(request: Request) -> tuple[Form, bytes]:
     return _FORMS[require_media_type(request, *_FORMS)], await request.body()
 
 
-@router.get("", summary="List the recordings", responses=error_responses())
-def list_recordings(library: LibraryDependency) -> RecordingsList:
+@router.get("", summary="List the recordings", response_model=RecordingsList,
+            responses=error_responses() | CSV_RESPONSE)
+def list_recordings(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
+                    form: TableFormQuery = None) -> RecordingsList | Response:
     """Return all recordings; an invalid file is listed with the reason."""
-    return RecordingsList(recordings=[_entry(library, name) for name in library.recordings()])
+    names = library.recordings()
+    recordings = [_entry(library, name) for name in names[offset:offset + limit]]
+    if wants_csv(request, form):
+        return entries_csv(recordings, RecordingsEntry, "recordings")
+    return RecordingsList(recordings=recordings, total=len(names),
+                          links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe recordings", responses=error_responses(404))
-def describe_recordings(name: RecordingsNamePath, library: LibraryDependency) -> RecordingsDescription:
+@router.get("/{name}", summary="Describe recordings", responses=error_responses(404) | NOT_MODIFIED)
+def describe_recordings(name: RecordingsNamePath, library: LibraryDependency,
+                        client: RevalidationDependency) -> RecordingsDescription:
     """Return the measured shifting times, the conditions, and a description of the recorded signals."""
-    return describe(name, library.measured(name))
+    recordings = library.measured(name)
+    client.require_change(recordings.digest, recordings.description)  # the digest is one of the numbers only
+    return describe(name, recordings)
 
 
 @router.post("", summary="Upload recordings", status_code=201, openapi_extra=_UPLOAD_BODY,

@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.job_store import JobStore
-from service.jobs import finished_job, input_of, output_of
+from service.jobs import finished_job, input_of, output_of, version_of
 from service.pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
@@ -21,6 +21,7 @@ from service.pictures import (
     picture_response,
 )
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.fits import FitId, FitStore, without_progress
 from service.schemas import LibraryDependency
 from slipstick.errors import InvalidValue, SlipstickError
@@ -41,18 +42,22 @@ OtherFitQuery = Annotated[str | None, Query(
 
 
 @router.get("/report", summary="Get the report of a fit", response_class=HTMLResponse, response_model=None,
-            responses=error_responses(404, 409, 503) | HTML_RESPONSE)
+            responses=error_responses(404, 409, 503) | HTML_RESPONSE | NOT_MODIFIED)
 @computes
-def fit_report(id: FitId, store: FitStore, library: LibraryDependency, beside: OtherFitQuery = None) -> HTMLResponse:
+def fit_report(id: FitId, store: FitStore, library: LibraryDependency, client: RevalidationDependency,
+               beside: OtherFitQuery = None) -> HTMLResponse:
     """Return the report of a finished fit as a single HTML page that needs no network access.
 
     The report contains the fitted distributions, the pictures, the computational cost in comparison with Table II of
     the paper, the provenance of the result, and its limitations.
     """
     fit = finished_job(store, id)
-    other_output = None if beside is None else _comparable_output(fit, finished_job(store, beside))
+    other = None if beside is None else finished_job(store, beside)
+    description = _recordings_description(library, fit)
+    client.require_change(version_of(fit, *([other] if other else [])), description)
+    other_output = None if other is None else _comparable_output(fit, other)
     fields = without_progress(store, fit).model_dump(mode="json")
-    return HTMLResponse(page(fields, output_of(fit), other_output, _recordings_description(library, fit)))
+    return HTMLResponse(page(fields, output_of(fit), other_output, description))
 
 
 @router.get("/pictures", summary="List the pictures of a fit", responses=error_responses(404, 409, 503))
@@ -63,12 +68,14 @@ def fit_pictures(id: FitId, store: FitStore) -> PictureList:
 
 
 @router.get("/pictures/{name}", summary="Get a picture of a fit", response_model=None,
-            responses=error_responses(404, 409, 503) | PICTURE_RESPONSE)
+            responses=error_responses(404, 409, 503) | PICTURE_RESPONSE | NOT_MODIFIED)
 @computes
-def fit_picture(id: FitId, name: PictureName, store: FitStore, request: Request,
+def fit_picture(id: FitId, name: PictureName, store: FitStore, request: Request, client: RevalidationDependency,
                 format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
-    return picture_response(_specs(store, id), CAPTIONS, name, request, format)
+    fit = finished_job(store, id)
+    client.require_change(version_of(fit))
+    return picture_response(pictures(output_of(fit)), CAPTIONS, name, request, format)
 
 
 def _specs(store: JobStore, id: str) -> dict[str, Spec]:

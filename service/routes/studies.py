@@ -9,21 +9,27 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute
 from service.computations import computes
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.following import FollowingDependency, Wait
+from service.job_filter import JobFilter
 from service.job_store import JobInput, JobStore
 from service.jobs import (
-    Limit,
-    Offset,
+    awaited,
     bench_input,
     delete,
     finished_job,
     idempotency_key_header,
     input_of,
     job_fields,
+    job_filter,
     job_id_path,
     output_of,
     submit,
+    version_of,
 )
+from service.paging import Limit, Offset, page_links
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import LibraryDependency
 from service.study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
 from slipstick.naming.study import scene_of
@@ -39,6 +45,7 @@ def _study_store(request: Request) -> JobStore:
 
 
 StudyStore = Annotated[JobStore, Depends(_study_store)]
+Wanted = Annotated[JobFilter, Depends(job_filter)]
 StudyId = Annotated[str, job_id_path("study")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]
 
@@ -59,26 +66,39 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
-    return _with_progress(store, study)
+    return with_progress(store, study)
 
 
-@router.get("", summary="List the studies", responses=error_responses(503))
-def list_studies(store: StudyStore,
-                 limit: Limit = 50, offset: Offset = 0) -> StudyList:
-    """Return the studies, newest first, without their progress and results."""
-    return StudyList(studies=[without_progress(store, study) for study in store.newest(limit, offset)])
+@router.get("", summary="List the studies", response_model=StudyList,
+            responses=error_responses(503) | CSV_RESPONSE)
+def list_studies(store: StudyStore, request: Request, wanted: Wanted, limit: Limit = 50,
+                 offset: Offset = 0, form: TableFormQuery = None) -> StudyList | Response:
+    """Return the studies, newest first, without their progress and results; filters select some of them."""
+    found, total = store.newest(limit, offset, wanted), store.total(wanted)
+    studies = [without_progress(store, study) for study in found]
+    if wants_csv(request, form):
+        return entries_csv(studies, Study, "studies")
+    return StudyList(studies=studies, total=total,
+                     links=page_links(request, limit, offset, total))
 
 
 @router.get("/{id}", summary="Get the status of a study", responses=error_responses(404, 503))
-def follow_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
-    """Return the status of a study and its progress: its stage, and what it is doing."""
-    return _with_progress(store, store.find(id))
+async def follow_study(id: StudyId, store: StudyStore, following: FollowingDependency, request: Request,
+                       wait: Wait = 0) -> StudyWithProgress:
+    """Return the status of a study and its progress: its stage, and what it is doing.
+
+    With `wait`, the response comes when the study has ended, or after this time.
+    """
+    return await awaited(following, request, f"{store.address}/{id}",
+                         lambda: with_progress(store, store.find(id)), wait)
 
 
-@router.get("/{id}/result", summary="Get the result of a study", responses=error_responses(404, 409, 503))
-def study_result(id: StudyId, store: StudyStore) -> FinishedStudy:
+@router.get("/{id}/result", summary="Get the result of a study",
+            responses=error_responses(404, 409, 503) | NOT_MODIFIED)
+def study_result(id: StudyId, store: StudyStore, client: RevalidationDependency) -> FinishedStudy:
     """Return what is missing, its measured law, the evidence for it and what it is worth; 409 unless it is done."""
     study = finished_job(store, id)
+    client.require_change(version_of(study))
     job_input, output = input_of(study), output_of(study)
     return FinishedStudy(id=id, recordings=job_input["recordings"], recordings_digest=job_input["recordings_digest"],
                          **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
@@ -103,7 +123,7 @@ def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before
 def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
     """Cancel a queued or running study. A study that has ended is unchanged. The worker stops within a second."""
     store.cancel(id)
-    return _with_progress(store, store.find(id))
+    return with_progress(store, store.find(id))
 
 
 @router.delete("/{id}", summary="Delete a study", status_code=204, responses=error_responses(404, 409, 503))
@@ -125,10 +145,11 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
 
 def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
     """Return a study without its progress and result."""
-    return Study(**job_fields(store, study, "result", "laws", "report", "pictures", "model", "cancel"))
+    return Study(**job_fields(store, study, "result", "laws", "report", "pictures", "model", "events", "cancel"))
 
 
-def _with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
+def with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
+    """Return a study with its place in the queue and its progress."""
     progress = store.progress(study.workflow_id)
     return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study),
                              progress=None if progress is None else StudyProgress(**progress))

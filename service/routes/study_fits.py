@@ -43,7 +43,8 @@ def study_fits(id: StudyId, studies: StudyStore, fits: FitStore, library: Librar
         if input_of(jobs["before"])[name] != input_of(jobs["after"])[name]:
             raise InvalidValue(f"The fits '{before}' and '{after}' differ in `{name}`",
                                "Submit the same fit on both tables")
-    return {which: {"id": fit.workflow_id, **input_of(fit), **output_of(fit)} for which, fit in jobs.items()}
+    return {which: {"id": fit.workflow_id, "ended": fit.completed_at, **input_of(fit), **output_of(fit)}
+            for which, fit in jobs.items()}
 
 
 StudyFits = Annotated[dict[str, dict[str, Any]] | None, Depends(study_fits)]

@@ -8,7 +8,7 @@ from fastapi.responses import HTMLResponse
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.job_store import JobStore
-from service.jobs import finished_job, input_of, output_of
+from service.jobs import finished_job, input_of, output_of, version_of
 from service.pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
@@ -19,6 +19,7 @@ from service.pictures import (
     picture_response,
 )
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.studies import StudyId, StudyStore, without_progress
 from service.routes.study_fits import StudyFits
 from slipstick.pictures import Spec
@@ -34,9 +35,9 @@ PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error 
 
 
 @router.get("/report", summary="Get the report of a study", response_class=HTMLResponse, response_model=None,
-            responses=error_responses(404, 409, 503) | HTML_RESPONSE)
+            responses=error_responses(404, 409, 503) | HTML_RESPONSE | NOT_MODIFIED)
 @computes
-def study_report(id: StudyId, store: StudyStore, fits: StudyFits) -> HTMLResponse:
+def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: RevalidationDependency) -> HTMLResponse:
     """Return the report of a finished study as a single HTML page that needs no network access.
 
     The report contains what is missing and the evidence for it, what each block of the model says, the gap between
@@ -45,6 +46,7 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits) -> HTMLRespons
     of the inputs, and output noise.
     """
     study = finished_job(store, id)
+    client.require_change(version_of(study), *_ends(fits))
     return HTMLResponse(study_page(without_progress(store, study).model_dump(mode="json"), output_of(study), fits))
 
 
@@ -60,12 +62,18 @@ def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits) -> PictureLi
 
 
 @router.get("/pictures/{name}", summary="Get a picture of a study", response_model=None,
-            responses=error_responses(404, 409, 503) | PICTURE_RESPONSE)
+            responses=error_responses(404, 409, 503) | PICTURE_RESPONSE | NOT_MODIFIED)
 @computes
 def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: StudyFits, request: Request,
-                  format: FormatQuery = None) -> Response:
+                  client: RevalidationDependency, format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
+    client.require_change(version_of(finished_job(store, id)), *_ends(fits))
     return picture_response(_specs(store, id, fits), CAPTIONS, name, request, format)
+
+
+def _ends(fits: StudyFits) -> list[str]:
+    """When the fits ended that are compared: another fit may have taken the id of one."""
+    return [] if fits is None else [f"{fit['id']} {fit['ended']}" for fit in fits.values()]
 
 
 def _specs(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from service.bodies import JsonRoute, require_media_type
 from service.computations import computes
 from service.problem_details import Conflict, error_responses
-from service.routes.tables import TableDescription, describe_table
+from service.routes.tables import TableDescription, describe
 from service.schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
@@ -46,4 +46,4 @@ def upload_table(name: NewTableName, content: Annotated[bytes, Depends(_file)], 
         raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
     response.status_code = 201 if is_new else 200
     response.headers["Location"] = f"/v1/tables/{name}"
-    return describe_table(name, library)
+    return describe(name, library.table(name))

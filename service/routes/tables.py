@@ -3,17 +3,20 @@
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
+from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import error_responses
+from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import Digest, LibraryDependency
 from slipstick.bench.conditions import CONDITION_UNITS
 from slipstick.errors import SlipstickError
 from slipstick.machine import Cases
 from slipstick.storage.library import Library
-from slipstick.table import Grid, HeldOut, Surrogate
+from slipstick.table import Grid, HeldOut, Surrogate, Table
 from slipstick.table.subject import Setting
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
@@ -63,7 +66,7 @@ class TableEntry(BaseModel):
     href: str = Field(description="Address of the description of the table.")
 
 
-class TableList(BaseModel):
+class TableList(Page):
     """A list of all tables."""
 
     tables: list[TableEntry] = Field(description="The tables, sorted by name.")
@@ -143,16 +146,29 @@ TableNamePath = Annotated[str, Path(description="Name of the table.",
                                     openapi_examples={"nominal": {"summary": "The nominal table", "value": "nominal"}})]
 
 
-@router.get("", summary="List the tables", responses=error_responses())
-def list_tables(library: LibraryDependency) -> TableList:
+@router.get("", summary="List the tables", response_model=TableList, responses=error_responses() | CSV_RESPONSE)
+def list_tables(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
+                form: TableFormQuery = None) -> TableList | Response:
     """Return all tables. The content of each file is verified; an invalid file is listed with the reason."""
-    return TableList(tables=[_entry(library, name) for name in library.tables()])
+    names = library.tables()
+    tables = [_entry(library, name) for name in names[offset:offset + limit]]
+    if wants_csv(request, form):
+        return entries_csv(tables, TableEntry, "tables")
+    return TableList(tables=tables, total=len(names),
+                     links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe a table", responses=error_responses(404))
-def describe_table(name: TableNamePath, library: LibraryDependency) -> TableDescription:
+@router.get("/{name}", summary="Describe a table", responses=error_responses(404) | NOT_MODIFIED)
+def describe_table(name: TableNamePath, library: LibraryDependency,
+                   client: RevalidationDependency) -> TableDescription:
     """Return the axes with their units, the digests, the simulated model, the accuracy and the conditions."""
     table = library.table(name)
+    client.require_change(table.digest, table.origin)
+    return describe(name, table)
+
+
+def describe(name: str, table: Table) -> TableDescription:
+    """Return the table `name` as the service describes it."""
     return TableDescription(
         name=name, kind=table.kind, digest=table.digest, model_digest=table.model.digest,
         conditions_digest=table.conditions.digest, origin=table.origin,

@@ -27,7 +27,7 @@ def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<meta name="color-scheme" content="light dark">',
-        f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{_style()}</style>", "</head>",
+        f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{style()}</style>", "</head>",
         "<body>", "<main>", paragraph(f"Slipstick · {kind} {name}", "over"),
         *([f'<aside class="warnings" aria-label="Warnings">\n{warned}\n</aside>'] if warned else []),
         f"<h1>{escape(title)}</h1>", *body, "</main>", "</body>", "</html>", ""])
@@ -59,6 +59,7 @@ def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Itera
 
 
 @cache
-def _style() -> str:
+def style() -> str:
+    """Return the style sheet of all pages."""
     style = Path(__file__).with_name("style.css").read_text()
     return f"{style}@media screen and (prefers-color-scheme: dark) {{\n{dark_style()}\n}}\n"

@@ -1,6 +1,6 @@
 """The results of a fit in sentences and numbers, as plain text."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import combinations as pairs
 from typing import Any
 
@@ -33,6 +33,16 @@ def improvement(result: Result) -> str:
     return (f"log10 likelihood {signed(before)} before the fit, {signed(after)} after it: the recordings are "
             f"{after - before:.1f} decades (factors of ten) more likely with the fitted inputs than with the nominal "
             "model, whose output noise is matched to its residuals.")
+
+
+def fitted(physical: Iterable[Mapping[str, Any]]) -> str:
+    """Return mean and standard deviation of each input in its unit."""
+    values = []
+    for one in physical:
+        unit, factor = units.scale(one["unit"], one["mean"])
+        mean, std = (units.number(factor * one[name]) for name in ("mean", "std"))
+        values.append(f"{in_words(one['name'])} {units.with_unit(f'{mean} ± {std}', unit)}")
+    return listed(values)
 
 
 def identified(result: Result) -> list[tuple[str, str]]:

@@ -96,6 +96,10 @@ def test_every_example_works_and_its_response_matches_its_schema(
         options["headers"] = {**options.get("headers", {}), **parameters["header"]}
         response = client.request(method, path.format(**parameters["path"]), params=parameters["query"], **options)
         assert response.is_success, f"{method} {path}: {response.text}"
+        if "304" in operation["responses"]:
+            known = {**options["headers"], "If-None-Match": response.headers["ETag"]}
+            assert client.get(path.format(**parameters["path"]), params=parameters["query"],
+                              headers=known).status_code == 304, path
         if response.status_code == 204:
             assert response.content == b""
             continue

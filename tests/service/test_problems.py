@@ -83,7 +83,7 @@ def test_invalid_values(client: httpx.Client, path: str, change: dict[str, Any])
 
 
 @pytest.mark.parametrize("path", ["/v1/recordings/none", "/v1/tables/measured", "/v1/fits/none", "/v1/fits/none/result",
-                                  "/v1/nothing", "/", "/v1/tables/%ff", "/v1/tables/..%2fnominal"])
+                                  "/v1/nothing", "/nothing", "/v1/tables/%ff", "/v1/tables/..%2fnominal"])
 def test_unknown_resources(client: httpx.Client, path: str) -> None:
     problem(client.get(path), 404)
 

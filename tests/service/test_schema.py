@@ -58,6 +58,12 @@ def known_model(context: Any, body: Any) -> Any:
     return body
 
 
+def no_workers(context: Any, query: Any) -> Any:
+    """None are required: no worker runs here, and a service that is not ready answers 503."""
+    return {**query, "workers": 0} if context.operation.path == "/v1/ready" and isinstance(
+        (query or {}).get("workers"), int) else query
+
+
 def on_this_machine(app: Any) -> Any:
     """The application with clients on its own machine, as UM-Bridge requires."""
     async def answered(scope: Any, receive: Any, send: Any) -> None:
@@ -70,10 +76,11 @@ def served(shelf: Path, folder: Path) -> schemathesis.schemas.BaseSchema:
     """The document of an application on a copy of the folder `shelf`, and the way to it."""
     shutil.copytree(shelf, folder / "tables")
     app = create_app(Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite", hosts="*",
-                              answer_values=20_000, work_values=2_000_000))
+                              answer_values=20_000, work_values=2_000_000, follow_seconds=0.1))
     schema = schemathesis.openapi.from_asgi("/openapi.json", on_this_machine(app))
     schema.hook("map_path_parameters")(known_names)
     schema.hook("map_body")(known_model)
+    schema.hook("map_query")(no_workers)
     return schema
 
 

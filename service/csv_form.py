@@ -1,0 +1,54 @@
+"""Answers as CSV for other programs: a heading with the unit for each column, and a row for each entry."""
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+from fastapi import Query, Request, Response
+from pydantic import BaseModel
+
+from service.pictures import preferred
+from slipstick.bench.conditions import CONDITION_UNITS
+
+CSV = "text/csv"
+CSV_RESPONSE: dict[int | str, dict[str, Any]] = {200: {"content": {CSV: {"schema": {"type": "string"}}}}}
+"""OpenAPI description of a response that can be CSV."""
+TableForm = Literal["json", "csv"]
+_ACCEPTED: dict[str, TableForm] = {"application/json": "json", CSV: "csv", "*/*": "json"}
+TableFormQuery = Annotated[TableForm | None, Query(
+    alias="format", description="Form of the answer: `json`, or `csv` with a row for each entry. By default the Accept "
+                                "header decides.")]
+
+
+def wants_csv(request: Request, form: str | None) -> bool:
+    """Whether a request asks for CSV."""
+    return (form or preferred(request.headers.get("accept", ""), _ACCEPTED)) == "csv"
+
+
+def csv_response(columns: Mapping[str, Iterable[Any]], name: str, headers: Mapping[str, str] | None = None) -> Response:
+    """Return columns of equal length as a CSV file `name`; an entry without value is empty."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(columns)
+    rows.writerows(zip(*columns.values(), strict=True))
+    return Response(text.getvalue(), media_type=CSV, headers={
+        "Vary": "Accept", "Content-Disposition": f'attachment; filename="{name}.csv"', **(headers or {})})
+
+
+def entries_csv(entries: Sequence[BaseModel], model: type[BaseModel], name: str) -> Response:
+    """Return the entries of a list as CSV: their fields, except for those that are objects; lists with spaces."""
+    rows = [entry.model_dump(mode="json") for entry in entries]
+    simple = [field for field in model.model_fields if not any(isinstance(row[field], dict) for row in rows)
+              and field not in ("settings", "links", "error")]
+    return csv_response({field: [_cell(row[field]) for row in rows] for field in simple}, name)
+
+
+def condition_columns(conditions: Mapping[str, Sequence[Any] | None]) -> dict[str, Sequence[Any]]:
+    """Return the columns of conditions under headings with units; those of another machine have them already."""
+    return {f"{name} [{unit}]" if (unit := CONDITION_UNITS.get(name, "1")) != "1" else name: column
+            for name, column in conditions.items() if column is not None}
+
+
+def _cell(value: Any) -> Any:
+    return " ".join(str(one) for one in value) if isinstance(value, list) else value

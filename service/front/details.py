@@ -1,0 +1,63 @@
+"""The pages of a table, of recordings and of a bench: what they are, and their conditions with units."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from itertools import islice
+
+from service.csv_form import condition_columns
+from service.front.elements import Link
+from slipstick.bench import Bench, parameters
+from slipstick.machine import Measurements
+from slipstick.pictures.theme import in_words
+from slipstick.recordings import Recordings
+from slipstick.report.markup import definitions, paragraph, section, table
+from slipstick.table import Table
+from slipstick.table.subject import Setting, columns
+
+_MOST = 1000
+"""Maximum number of conditions on a page."""
+
+
+def table_page(name: str, found: Table, about: str) -> str:
+    """Return the content of the page of a table; `about` is a sentence on it."""
+    axes = [(in_words(axis.name), f"{axis.nominal:g}", axis.unit, f"{axis.values[0]:g} to {axis.values[-1]:g}",
+             str(len(axis.values))) for axis in found.axes]
+    return _page("Table", name, about, f"/v1/tables/{name}", [
+        section("Axes", table(("parameter", "nominal value", "unit", "range [multiples]", "points"), axes, {2})),
+        section("Conditions", _conditions(found.conditions)),
+        section("Origin", definitions([("computed by", found.origin), ("digest", found.digest),
+                                       ("digest of the model", found.model.digest)]))])
+
+
+def recordings_page(name: str, found: Recordings | Measurements, about: str) -> str:
+    """Return the content of the page of recordings."""
+    output = "shifting time [s]" if isinstance(found, Recordings) else f"{found.output.name} [{found.output.unit}]"
+    return _page("Recordings", name, about, f"/v1/recordings/{name}", [
+        section("Engagements", _conditions(found.conditions, {output: found.measured_time.tolist()})),
+        section("Origin", definitions([("digest", found.digest)]))])
+
+
+def bench_page(name: str, found: Bench, about: str) -> str:
+    """Return the content of the page of a bench."""
+    rows = [(entry.meaning, f"{value:.6g}", entry.unit, entry.name)
+            for entry, value in zip(parameters.PARAMETERS, found.physics.nominal, strict=True)]
+    return _page("Bench", name, about, f"/v1/benches/{name}", [
+        section("Parameters", table(("parameter", "nominal value", "unit", "name"), rows, {2, 3})),
+        section("Conditions", _conditions(found.conditions)),
+        section("Origin", paragraph(found.source.strip()), definitions([
+            ("digest", found.digest), ("digest of sensors and priors", found.sensing_digest)]))])
+
+
+def _page(kind: str, name: str, about: str, address: str, sections: Iterable[str]) -> str:
+    return "\n".join([paragraph(kind, "over"), f"<h1>{escape(name)}</h1>", paragraph(about, "lead"), *sections,
+                      f'<p class="links">{Link("Description as JSON", address).html()}</p>'])
+
+
+def _conditions(conditions: Setting, more: Mapping[str, Sequence[float]] | None = None) -> str:
+    """A table of all conditions by their numbers, and of the further columns `more`."""
+    given = {**condition_columns(columns(conditions)), **(more or {})}
+    head = ("number", *(in_words(name) for name in given))
+    rows = [[str(number), *(f"{value:.5g}" for value in row)]
+            for number, row in enumerate(islice(zip(*given.values(), strict=True), _MOST))]
+    left = len(conditions) - len(rows)
+    return table(head, rows) + (paragraph(f"{left:,} more are in the description as JSON.", "note") if left else "")

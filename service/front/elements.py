@@ -1,0 +1,66 @@
+"""HTML elements of the pages: groups of entries, each with a name, what it is, and links. All text is escaped."""
+
+import datetime
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from slipstick.report.markup import paragraph
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link with its text."""
+
+    text: str
+    href: str
+
+    def html(self) -> str:
+        """Return the link as HTML."""
+        return f'<a href="{escape(self.href)}">{escape(self.text)}</a>'
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A job or a file in a list. `more` is HTML; everything else is text."""
+
+    name: str
+    href: str
+    about: str
+    mark: str = ""
+    """A word that stands beside the name, such as the status of a job."""
+    more: str = ""
+    links: Sequence[Link] = ()
+
+    def html(self) -> str:
+        """Return the entry as an item of a list."""
+        mark = f' <span class="mark {escape(self.mark)}">{escape(self.mark)}</span>' if self.mark else ""
+        links = " · ".join(link.html() for link in self.links)
+        return (f'<li class="entry"><h3>{Link(self.name, self.href).html()}{mark}</h3>\n<div>'
+                f"{paragraph(self.about)}{self.more}" + (f'<p class="links">{links}</p>' if links else "")
+                + "</div></li>")
+
+
+def group(title: str, entries: Sequence[Entry], empty: str, *links: Link) -> str:
+    """Return a section with a list of entries, or with the text `empty` if there are none."""
+    anchor = title.split()[0].lower()
+    body = '<ul class="entries">\n' + "\n".join(entry.html() for entry in entries) + "\n</ul>" if entries else \
+        paragraph(empty, "note")
+    below = " · ".join(link.html() for link in links)
+    return (f'<section id="{anchor}" aria-labelledby="{anchor}-title"><h2 id="{anchor}-title">{escape(title)}</h2>\n'
+            f"{body}\n" + (f'<p class="links">{below}</p>\n' if below else "") + "</section>")
+
+
+def listings(address: str) -> list[Link]:
+    """Return links to the whole list at `address`, for programs."""
+    return [Link("All as JSON", address), Link("All as CSV", f"{address}?format=csv")]
+
+
+def moment(time: datetime.datetime | None) -> str:
+    """Return a time in words, to the minute."""
+    return "" if time is None else f"{time:%Y-%m-%d %H:%M} UTC"
+
+
+def plural(count: int, noun: str, many: str = "") -> str:
+    """Return a number with its noun."""
+    return f"{count:,} {noun if count == 1 else many or f'{noun}s'}"

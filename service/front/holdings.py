@@ -1,0 +1,64 @@
+"""The files of the front page: benches, tables and recordings; an invalid one with the reason."""
+
+from collections.abc import Callable
+
+from service.front.elements import Entry, group, listings, plural
+from slipstick.errors import SlipstickError
+from slipstick.machine import Measurements
+from slipstick.pictures import units
+from slipstick.pictures.theme import in_words
+from slipstick.report.words import listed
+from slipstick.storage.library import Library
+from slipstick.table import Axis, Surrogate
+
+
+def holdings(library: Library) -> str:
+    """Return the sections of the files as HTML."""
+    return "\n".join([
+        group("Tables", [_entry("tables", name, library, about_table) for name in library.tables()],
+              "There is no table yet.", *listings("/v1/tables")),
+        group("Recordings", [_entry("recordings", name, library, about_recordings) for name in library.recordings()],
+              "There are no recordings yet.", *listings("/v1/recordings")),
+        group("Benches", [_entry("benches", name, library, about_bench) for name in library.benches()],
+              "There is no bench yet.", *listings("/v1/benches"))])
+
+
+def _entry(kind: str, name: str, library: Library, about: Callable[[Library, str], str]) -> Entry:
+    try:
+        return Entry(name, f"/{kind}/{name}", about(library, name))
+    except SlipstickError as error:
+        return Entry(name, f"/v1/{kind}/{name}", str(error), "invalid")
+
+
+def about_table(library: Library, name: str) -> str:
+    """Return what a table holds, in a sentence."""
+    table = library.table(name)
+    axes = listed([f"{in_words(axis.name)} ({_range(axis)})" for axis in table.axes])
+    if isinstance(table, Surrogate):
+        kind = f"Surrogate (held-out RMS error {1e3 * table.error.overall_rms:.3g} m{table.output.unit})"
+    else:
+        shape = " × ".join(str(len(axis.values)) for axis in table.axes)
+        kind = f"Grid of {shape} points"
+    return f"{kind} over {axes}, under {plural(len(table.conditions), 'condition')}"
+
+
+def _range(axis: Axis) -> str:
+    lower, upper = axis.nominal * axis.values[0], axis.nominal * axis.values[-1]
+    unit, factor = units.scale(axis.unit, max(abs(lower), abs(upper)))
+    return units.with_unit(f"{units.number(factor * lower)} to {units.number(factor * upper)}", unit)
+
+
+def about_recordings(library: Library, name: str) -> str:
+    """Return what recordings hold, in a sentence."""
+    found = library.measured(name)
+    if isinstance(found, Measurements):
+        return f"{plural(len(found), 'measurement')} of {in_words(found.output.name)} in {found.output.unit}"
+    signals = "without signals" if found.signals is None else "with signals"
+    description = f". {found.description}" if found.description else ""
+    return f"{plural(len(found), 'engagement')} {signals}{description}"
+
+
+def about_bench(library: Library, name: str) -> str:
+    """Return what a bench is, in a sentence."""
+    bench = library.bench(name)
+    return f"{bench.title}, {plural(len(bench.conditions), 'condition')}"

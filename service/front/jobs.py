@@ -1,0 +1,118 @@
+"""The jobs of the front page: what runs and waits with its progress, and what has ended with its answer."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from html import escape
+
+from service.fit_schemas import Fit, FitProgress, FitWithProgress
+from service.front.elements import Entry, Link, group, listings, moment, plural
+from service.heartbeats import Heartbeats
+from service.job_filter import ENDED, JobFilter
+from service.job_store import JobStore
+from service.jobs import finished_job, output_of
+from service.routes import fits, studies
+from service.study_schemas import Study, StudyWithProgress
+from slipstick.pictures.theme import in_words
+from slipstick.report.markup import paragraph
+from slipstick.report.words import fitted, listed
+from slipstick.study.progress import StudyProgress
+
+_STAGES = {"search": "searching", "refine": "refining the best candidate", "intervals": "computing intervals",
+           "conclude": "assembling the result"}
+_NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> Jobs wait until one is started: '
+              "<code>python -m worker serve-jobs</code></p></aside>")
+Active = FitWithProgress | StudyWithProgress
+
+
+@dataclass(frozen=True)
+class Jobs:
+    """The jobs of both kinds, and the workers that run them."""
+
+    fits: JobStore
+    studies: JobStore
+    heartbeats: Heartbeats
+
+    def html(self, count: int, steps: str) -> str:
+        """Return the sections of the jobs: all that run and wait, and of each kind the `count` newest that ended.
+
+        `steps` is HTML that comes before the jobs.
+        """
+        active: list[Active] = [fits.with_progress(self.fits, job) for job in self.fits.active()]
+        active += [studies.with_progress(self.studies, job) for job in self.studies.active()]
+        active.sort(key=lambda job: (job.status != "running", job.ahead or 0))
+        alive, running = self.heartbeats.alive(), sum(job.status == "running" for job in active)
+        return "\n".join([
+            f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
+            f"{running} running · {len(active) - running} waiting</p>",
+            _NO_WORKER if active and not alive else "", steps,
+            group("Jobs", [_active(job) for job in active], "No job is running or waiting."),
+            self._ended(self.studies, "Studies", count), self._ended(self.fits, "Fits", count)])
+
+    def _ended(self, store: JobStore, title: str, count: int) -> str:
+        jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
+        make = studies.without_progress if store is self.studies else fits.without_progress
+        older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
+        return group(title, [_ended(store, make(store, job)) for job in jobs[:count]],
+                     f"No {store.workflow} has ended yet.",
+                     *([older] if len(jobs) > count else []), *listings(store.address))
+
+
+def _subject(job: Fit | Study) -> str:
+    if isinstance(job, Study):
+        return f"Study of “{job.recordings}” on the bench {job.bench}"
+    model = f"of the simulator at the values of {job.table}" if job.simulate else f"of the table {job.table}"
+    return f"Fit of {listed([in_words(name) for name in job.parameters])} {model} to “{job.recordings}”"
+
+
+def _active(job: Active) -> Entry:
+    links = [Link("Status as JSON", job.links["self"])]
+    return Entry(job.id, job.links["self"], _subject(job), job.status, _doing(job), links)
+
+
+def _doing(job: Active) -> str:
+    """Progress in words, and as a bar where the share that is done is known."""
+    if job.status == "queued":
+        place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
+        return paragraph(place, "doing")
+    match job.progress:
+        case StudyProgress(stage=stage, doing=doing):
+            return paragraph(f"Stage {1 + (stage == 'confirm')} of 2: {doing}", "doing")
+        case FitProgress(stage="search", done=done, seconds_left=left):
+            share = f"{100 * done:.0f} %"
+            rest = "" if left is None else f", at most {_rounded(left)} left"
+            return (f'<progress value="{done:.3f}" aria-label="Search of {escape(job.id)}">{share}</progress>'
+                    + paragraph(f"Searching: {share}{rest}", "doing"))
+        case FitProgress(stage=stage):
+            return paragraph(f"Search complete, {_STAGES[stage]}", "doing")
+    return paragraph("Starting", "doing")
+
+
+def _rounded(seconds: float) -> str:
+    """Return a time that is an estimate: whole seconds, minutes from two on, tenths of hours."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def _ended(store: JobStore, job: Fit | Study) -> Entry:
+    address = job.links["self"]
+    about = f"{_subject(job)}, {moment(job.ended)}"
+    if job.status != "done":
+        cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
+        return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])
+    answer = paragraph(_answer(store, job.id, str(job.ended)), "answer")
+    return Entry(job.id, job.links["report"], about, "", answer, [
+        Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
+        *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
+
+
+@lru_cache(maxsize=1000)
+def _answer(store: JobStore, id: str, ended: str) -> str:
+    """What a job found, in a sentence. Read once, since results are large; `ended` tells jobs of the same id apart."""
+    output = output_of(finished_job(store, id))
+    if store.workflow == "study":
+        return str(output["result"]["sentence"])
+    bound = [in_words(remark["unknown"]) for remark in output["result"]["remarks"] if remark.get("at_bound")]
+    at_bound = f"; {listed(bound)} at {'its bound' if len(bound) == 1 else 'their bounds'}" if bound else ""
+    values = fitted(output["physical"]) + at_bound
+    return values[0].upper() + values[1:]

@@ -1,0 +1,35 @@
+"""The document of the pages: style, navigation, and a script without which they work as well."""
+
+from functools import cache
+from html import escape
+from pathlib import Path
+
+from slipstick import __version__
+from slipstick.report import shell
+
+_STYLE = Path(__file__).with_name("front.css")
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src data:"
+_ICON = ("data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'%3E%3Cpath d='M2 3h5v10H2z"
+         "M9 3h5v10H9z' fill='%231f5fa8'/%3E%3Cpath d='M7.5 1v14' stroke='%23e0843a'/%3E%3C/svg%3E")
+_SECTIONS = ("Jobs", "Studies", "Fits", "Tables", "Recordings", "Benches")
+
+
+def document(title: str, body: str, head: str = "") -> str:
+    """Return the HTML document with the main content `body`."""
+    sections = "".join(f'<li><a href="/#{name.lower()}">{name}</a></li>' for name in _SECTIONS)
+    return "\n".join([
+        "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        '<meta name="color-scheme" content="light dark">', f"<title>{escape(title)}</title>",
+        f'<link rel="icon" href="{_ICON}">', f"<style>{_style()}</style>", head, "</head>", "<body>",
+        '<a class="skip" href="#main">Skip to the content</a>',
+        '<header><div><a class="brand" href="/">Slipstick</a>',
+        f'<nav aria-label="Sections"><ul>{sections}<li><a href="/docs">API</a></li></ul></nav></div></header>',
+        f'<main id="main">\n{body}\n</main>',
+        f"<footer><div>Slipstick {__version__}</div></footer>", "</body>", "</html>", ""])
+
+
+@cache
+def _style() -> str:
+    return f"{shell.style()}{_STYLE.read_text()}"

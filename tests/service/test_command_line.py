@@ -1,0 +1,61 @@
+"""`python -m service --help` is complete: every setting with its default, every command, and examples that work."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from service.__main__ import main
+from service.settings import Settings
+from slipstick import __version__
+
+
+def printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    monkeypatch.setattr(sys, "argv", ["service", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    return capsys.readouterr().out
+
+
+def test_help_has_every_setting(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    text = printed(monkeypatch, capsys, "--help")
+    found = dict(re.findall(r"^  SLIPSTICK_(\w+)(?: = (.*))?$", text, re.MULTILINE))
+    assert found == {name.upper(): "" if field.default is None else str(field.default)
+                     for name, field in Settings.model_fields.items()}
+    words = " ".join(text.split())
+    assert all(" ".join((field.description or "-").split()) in words for field in Settings.model_fields.values())
+    assert max(len(line) for line in text.splitlines()) <= 110
+    for said in ("http://127.0.0.1:8000/docs", "token", "worker serve-jobs", "docs/operations.md", "--version"):
+        assert said in text
+
+
+def test_the_examples_name_settings_that_exist(monkeypatch: pytest.MonkeyPatch,
+                                               capsys: pytest.CaptureFixture[str]) -> None:
+    examples = printed(monkeypatch, capsys, "--help").partition("examples:")[2]
+    named = set(re.findall(r"SLIPSTICK_(\w+)=", examples))
+    assert named
+    assert named <= {name.upper() for name in Settings.model_fields}
+
+
+def test_version_and_help_of_the_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert printed(monkeypatch, capsys, "--version") == f"Slipstick {__version__}\n"
+    text = printed(monkeypatch, capsys, "token", "--help")
+    assert "{read,run,admin}" in text
+    assert ">> tokens.txt" in text
+
+
+def test_an_invalid_setting_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["service"])
+    monkeypatch.setenv("SLIPSTICK_PORT", "eighty")
+    monkeypatch.setenv("SLIPSTICK_LOG", "xml")
+    assert main() == 1
+    error = capsys.readouterr().err
+    assert [line.split()[1] for line in error.splitlines()] == ["SLIPSTICK_PORT", "SLIPSTICK_LOG"]
+
+
+def test_an_unknown_command_is_refused() -> None:
+    ended = subprocess.run([sys.executable, "-m", "service", "srve"], capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert "token" in ended.stderr

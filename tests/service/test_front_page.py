@@ -1,0 +1,195 @@
+"""The front page: what it lists, what it says to do first, and in a real browser its progress, keyboard and widths."""
+
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.wait import WebDriverWait
+from test_problems import problem
+
+from service.settings import Settings
+
+
+@pytest.fixture
+def folder(shelf: Path, tmp_path: Path) -> Path:
+    shutil.copytree(shelf, tmp_path / "tables")
+    return tmp_path
+
+
+@pytest.fixture
+def client(folder: Path, serving: Any) -> Iterator[httpx.Client]:
+    settings = Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite")
+    with serving(settings) as address, httpx.Client(base_url=address, timeout=30) as client:
+        yield client
+
+
+def text(client: httpx.Client, **query: int) -> str:
+    """The text of the page in one line."""
+    page = client.get("/", params=query)
+    assert (page.status_code, page.headers["Content-Type"]) == (200, "text/html; charset=utf-8")
+    return " ".join(re.sub("<[^>]+>", " ", page.text.partition("<main")[2]).split())
+
+
+def test_an_empty_service_says_what_to_do_first(tmp_path: Path, serving: Any) -> None:
+    (tmp_path / "tables").mkdir()
+    with serving(Settings(tables=tmp_path / "tables", jobs=f"sqlite:///{tmp_path}/jobs.sqlite")) as address, \
+            httpx.Client(base_url=address) as client:
+        found = text(client)
+    steps = ("worker bench new", "worker build", "/v1/recordings?name=mine", "worker serve-jobs",
+             f"{address}/v1/studies")
+    assert sorted(steps, key=found.index) == list(steps)
+    for nothing in ("There is no table yet", "There are no recordings yet", "There is no bench yet", "0 workers alive"):
+        assert nothing in found
+
+
+def test_the_page_lists_files_and_jobs_and_the_steps_that_are_left(client: httpx.Client, folder: Path) -> None:
+    (folder / "tables" / "damaged.h5").write_bytes(b"nothing")
+    found = text(client)
+    for said in ("Grid of 9 × 9 points over pressure bias (0.8 to 2.4 bar) and initial position (0.25 to 0.75 mm), "
+                 "under 216 conditions", "216 engagements with signals", "Heavy-vehicle test bench, 216 conditions",
+                 "damaged invalid", "No job is running or waiting", "What to do next", "worker serve-jobs"):
+        assert said in found
+    assert "worker build " not in found
+    for id in ("one", "two", "three"):
+        client.post("/v1/studies", json={}, headers={"Idempotency-Key": id})
+    client.post("/v1/studies/two/cancel")
+    found = text(client)
+    for said in ("0 workers alive · 0 running · 2 waiting", "No worker is alive", "Next in its queue",
+                 "1 job before it in its queue", "two cancelled"):
+        assert said in found
+    assert "--data" not in found  # the step is done
+
+
+def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
+    for number in range(3):
+        client.post(f"{client.post('/v1/fits', json={}).json()['links']['self']}/cancel")
+        assert text(client).count("cancelled") == number + 1
+    assert text(client, count=2).count("cancelled") == 2
+    assert "Show more fits" in text(client, count=2)
+    assert "Show more" not in text(client, count=3)
+    for wrong in ({"count": 0}, {"counts": 2}):
+        problem(client.get("/", params=wrong), 422)
+
+
+@pytest.mark.parametrize(("path", "said"), [
+    ("tables/nominal", ("pressure bias 1.6 bar 0.5 to 1.5 9", "motor speed [rad/s]", "215 5 198.97 14 80")),
+    ("recordings/measured", ("shifting time [s]", "0 0 104.72 6 20 0.3028")),
+    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m^2]", "215 5"))])
+def test_files_have_pages_with_their_conditions(client: httpx.Client, path: str, said: tuple[str, ...]) -> None:
+    page = client.get(f"/{path}")
+    assert page.headers["Content-Type"] == "text/html; charset=utf-8"
+    found = " ".join(re.sub("<[^>]+>", " ", page.text).split())
+    for words in said:
+        assert words in found, found[:3000]
+    problem(client.get(f"/{path}x"), 404)
+    assert f'href="/{path}"' in client.get("/").text
+
+
+def test_a_page_has_some_conditions_and_the_number_of_the_others(client: httpx.Client,
+                                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.front.details._MOST", 10)
+    found = client.get("/recordings/measured").text
+    assert "<th>9</th>" in found
+    assert "<th>10</th>" not in found
+    assert "206 more are in the description as JSON" in found
+
+
+def test_names_are_text_not_markup(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    client.post("/v1/studies", json={}, headers={"Idempotency-Key": "one"})
+    monkeypatch.setattr("service.front.jobs._subject", lambda job: "<script>alert(1)</script>")
+    assert "&lt;script&gt;alert" in client.get("/").text
+    assert "<script>alert" not in client.get("/").text
+
+
+@pytest.mark.slow
+def test_the_page_in_a_browser(quick_service: tuple[Path, httpx.Client], browser: webdriver.Chrome,
+                               requested: Callable[[], list[str]], tmp_path: Path) -> None:
+    address = str(quick_service[1].base_url).rstrip("/")
+    requested(), browser.get_log("browser")
+    browser.get(f"{address}/")
+    wait = WebDriverWait(browser, 60)
+    assert not browser.find_elements(By.CSS_SELECTOR, "progress")
+    # A fit that is submitted later appears, shows its progress, and ends with its report, without a reload.
+    browser.execute_script("window.marked = true")
+    settings = {"population": 60, "generations": 300, "patience": 300, "intervals": False}
+    quick_service[1].post("/v1/fits", json={"settings": settings}, headers={"Idempotency-Key": "watched"})
+    job = "//li[.//a[text()='watched']]"
+    seen: list[float] = []
+
+    def advances(_: object) -> bool:
+        bars = browser.execute_script("return [...document.querySelectorAll('progress')].map(bar => bar.value)")
+        seen.extend(value for value in bars if value not in seen)
+        return len(seen) >= 3
+
+    wait.until(advances)
+    assert seen == sorted(seen)
+    # The keyboard: the focus survives an update of the jobs.
+    link = browser.find_element(By.XPATH, f"{job}//a")
+    link.send_keys(Keys.NULL)
+    browser.execute_script("arguments[0].focus()", link)
+    count = len(seen)
+    wait.until(lambda _: advances(_) and len(seen) > count)
+    assert browser.execute_script("return document.activeElement.textContent") == "watched"
+    quick_service[1].post("/v1/fits/watched/cancel")
+    wait.until(lambda _: "cancelled" in browser.find_element(By.XPATH, job).text)
+    assert browser.execute_script("return window.marked")
+    assert {urlsplit(url).netloc for url in requested()} == {urlsplit(address).netloc}
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [320, 1100])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_on_screens_of_all_kinds(client: httpx.Client, browser: webdriver.Chrome, width: int,
+                                          scheme: str) -> None:
+    client.post("/v1/studies", json={}, headers={"Idempotency-Key": "a" * 64})
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                            {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 500})
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia",
+                            {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+    try:
+        browser.get(str(client.base_url))
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+        ink, page = browser.execute_script(
+            "let s = getComputedStyle(document.body); return [s.color, s.backgroundColor]")
+        bright = [sum(int(part) for part in re.findall(r"\d+", color)[:3]) for color in (ink, page)]
+        assert (bright[0] < bright[1]) == (scheme == "light")
+        # The first stop of the keyboard skips the navigation; later ones reach every link.
+        body = browser.find_element(By.TAG_NAME, "body")
+        body.send_keys(Keys.TAB)
+        first = browser.switch_to.active_element
+        assert first.text == "Skip to the content"
+        assert first.rect["x"] >= 0
+        links = browser.execute_script("return document.querySelectorAll('a').length")
+        reached = {first.get_attribute("href")}
+        for _ in range(links + 10):
+            browser.switch_to.active_element.send_keys(Keys.TAB)
+            reached.add(browser.switch_to.active_element.get_attribute("href"))
+        assert {link.get_attribute("href") for link in browser.find_elements(By.TAG_NAME, "a")} <= reached
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+@pytest.mark.slow
+def test_the_page_without_scripts_reloads(client: httpx.Client, browser: webdriver.Chrome) -> None:
+    browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        browser.get(str(client.base_url))
+        assert "No job is running" in browser.find_element(By.TAG_NAME, "main").text
+        client.post("/v1/studies", json={}, headers={"Idempotency-Key": "later"})
+        end = time.monotonic() + 30
+        while "later" not in browser.find_element(By.TAG_NAME, "main").text:
+            assert time.monotonic() < end
+            time.sleep(0.5)
+    finally:
+        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
