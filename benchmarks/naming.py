@@ -23,7 +23,10 @@ from scipy.stats import beta
 from benchmarks.benches import BENCHES
 from benchmarks.naming_limits import told
 from benchmarks.results import write
-from slipstick.naming.answer import names
+from slipstick.clutch.effects import CATALOGUE
+from slipstick.naming.answer import answer, names
+from slipstick.naming.measured import LawPoints
+from slipstick.naming.selection import Finding
 from slipstick.naming.study import name
 from slipstick.recordings import Recordings
 from slipstick.study.confidence import COUNTS, kind_of
@@ -55,9 +58,17 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     except Exception as error:  # a case that raises is a result: a wrong one
         return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
-                                  "rivals": [rival.pair for rival in its.rivals]} for its in found.findings],
+                                  "rivals": [rival.pair for rival in its.rivals], "effect": answer(its, law).effect,
+                                  "left_out": left_out(its, law)}
+                                 for its, law in ((its, found.measured.get(its.pair)) for its in found.findings)],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,
                     "unexplained": found.unexplained}
+
+
+def left_out(finding: Finding, law: LawPoints | None) -> str:
+    """The effect that a finding is called where the catalogue lacks the one that it would be; empty for unlisted."""
+    name = answer(finding, law).effect
+    return answer(finding, law, {effect.name for effect in CATALOGUE} - {name}).effect
 
 
 def recorded(which: str, identity: str) -> Path:
@@ -127,6 +138,9 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
              rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
              rate("unlisted, from 1 naming limit: right pair",
                   [v["found"] == 1 for e, v in seen if e["hidden"][0]["named"] >= 1])]
+    right = [its for e, _ in single for its in e["findings"] if its["effect"] and same(its["pair"]) in
+             {same(one["pair"]) for one in e["hidden"]}]
+    rows.append(rate("right names, left out of the catalogue: unlisted", [not its["left_out"] for its in right]))
     strong = [(e, v) for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]
     rows.append(rate("two effects, both from 1 naming limit: both found", [v["found"] == 2 for _, v in strong]))
     rows += [rate(f"names with the evidence “{kind}”: right", its) for kind, its in by_evidence(entries).items()]

@@ -26,8 +26,8 @@ def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
 
     Each is 1 at its own knot and 0 at the others; together they are 1 everywhere.
     """
-    if len(knots) == 1:
-        return np.ones((len(x), 1, *x.shape[1:]))
+    if len(knots) < 2:
+        return np.ones((len(x), len(knots), *x.shape[1:]))
     below = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
     share = np.clip((x - knots[below]) / np.diff(knots)[below], 0.0, 1.0)
     out = np.zeros((len(x), len(knots), *x.shape[1:]))

@@ -67,9 +67,13 @@ def of_sensor(pair: Pair, scene: Scene) -> LawMap:
 
     An offset is a number in the unit of the signal. A lag is a number in s: the mean of the impulse response, by which
     a slow ramp is read late. A gain is the relative error over the signal, constant for a sensor whose slope is wrong.
-    The error of the torque sensor over the pressure is 0 at no pressure, where it would be an offset.
+    The error of the torque sensor over the pressure is 0 at no pressure, where it would be an offset. Over the run
+    order it is an offset that drifts.
     """
     sensor, on = pair
+    if on == "run order":
+        knots = scene.drift_knots()
+        return over(pair, knots, scene.drift(sensor) * np.eye(len(knots)))
     if on == "offset":
         return single(1.0, UNITS[sensor])
     if on == "lag":

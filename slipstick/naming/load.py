@@ -111,8 +111,8 @@ class LoadBlock:
     def pairs(self) -> list[Pair]:
         """Laws of the load torque and of both sensors."""
         return [*(("load torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
-                *(("output speed sensor", on) for on in ("offset", "gain", "lag")),
-                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")
+                *(("output speed sensor", on) for on in ("offset", "gain", "lag", "run order")),
+                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure", "run order")
                   if self.scene.knows(on))]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

@@ -186,7 +186,7 @@ class ClutchBlock:
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
         for on, c in readings:
-            torque = torque + c @ self.scene.torque_error(on, torque)[:, :len(c)]
+            torque = torque + c @ self.scene.torque_error(on, torque)
         return torque, position
 
     def _added(self, laws: Laws) -> dict[str, np.ndarray]:

@@ -14,15 +14,13 @@ PAIRS: tuple[Pair, ...] = (
     ("chamber pressure", "input speed"), ("contact pressure", "lag"), ("piston gain", "run order"),
     ("clearance", "run order"), ("film torque", "run order"), ("clearance", "pressure"), ("piston rate", "pressure"),
     ("piston rate", "piston rate"), ("piston rate", "piston position"), ("piston rate", "direction"),
-    *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")))
+    *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure", "run order")))
 """All pairs of the clutch, without those over further recorded channels."""
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 
 ADDED = ("chamber", "gain", "clearance", "friction", "film", "rate_extra")
 """Inputs of the kernel that are signals (n, k), to which laws add."""
-_READINGS = {"offset": 1, "gain": 2, "lag": 4, "pressure": bases.KNOTS - 1}
-"""Number of coefficients of the errors of the torque sensor."""
 _CHAMBER = 0.1
 """Unit in bar of chamber pressures, so that coefficients are about 1."""
 _RATE, _DRAG = 0.1, 0.05
@@ -80,10 +78,9 @@ def pairs_of(scene: Scene) -> list[Pair]:
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
     scene, (quantity, on) = given.scene, pair
-    if quantity == "output torque sensor":
-        return PistonLaw("reading", _READINGS[on], np.zeros(0), of_sensor(pair, scene))
-    if pair == ("contact pressure", "lag"):
-        return PistonLaw("reading", _READINGS[on], np.zeros(0), of_sensor(pair, scene))
+    if quantity == "output torque sensor" or pair == ("contact pressure", "lag"):
+        its = of_sensor(pair, scene)
+        return PistonLaw("reading", its.onto.shape[1], np.zeros(0), its)
     if on in scene.of_runs:
         return _between(pair, given)
     if quantity == "friction coefficient":

@@ -13,7 +13,7 @@ from slipstick.bench import Bench, parameters
 from slipstick.blocks.input import curves_of
 from slipstick.calibration.noise import sensor_noise
 from slipstick.clutch.effects.effect import DEPENDENCES
-from slipstick.naming.bases import KNOTS, from_zero, hats, sensor_basis
+from slipstick.naming.bases import KNOTS, between_knots, from_zero, hats, sensor_basis
 from slipstick.naming.rigid import couple
 from slipstick.recordings import Recordings, Signals
 
@@ -124,8 +124,22 @@ class Scene:
         return from_zero(x, np.ones(x.shape, bool), KNOTS)
 
     def reading(self, sensor: str, on: str, signal: np.ndarray) -> np.ndarray:
-        """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit."""
+        """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit.
+
+        Over the run order it is an offset that drifts, which need not be 0 on average.
+        """
+        if on == "run order":
+            onto = hats(self.run, self.drift_knots()) * self.drift(sensor)
+            return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
         return np.asarray(sensor_basis(on, signal, self.time, self.lag, self.largest(sensor)))
+
+    def drift_knots(self) -> np.ndarray:
+        """Knots (m,) of drifts over the run order; none where that is not known."""
+        return between_knots(self.run) if np.ptp(self.run) > 0 else np.zeros(0)
+
+    def drift(self, sensor: str) -> float:
+        """The unit of drifts of the offset of a `sensor`, so that coefficients are about 1."""
+        return _TYPICAL * self.largest(sensor)
 
     def largest(self, sensor: str) -> float:
         """The largest magnitude of the signal of a `sensor`, in its unit."""

@@ -191,8 +191,8 @@ class InputBlock:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
         return [*(("input torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in ("lag", "run order", *self.scene.channels)),
-                *(("input speed sensor", on) for on in ("offset", "gain", "lag")),
-                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure")
+                *(("input speed sensor", on) for on in ("offset", "gain", "lag", "run order")),
+                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure", "run order")
                   if self.scene.knows(on))]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

@@ -86,7 +86,9 @@ def simulation(result: StudyResult) -> Section:
     parts: list[Part] = [Table(("mean squared residual in units of the noise", *head), chi_square)]
     if len(fits) > 1:
         rise = result.after.log_likelihood - result.before.log_likelihood
-        parts.append(f"The log-likelihood of all signals rises by {rise:.0f} nats.")
+        limit = "" if result.before.converged else (" The fit without them had not come to rest when its iterations "
+                                                    "ended, so that the rise may be somewhat smaller.")
+        parts.append(f"The log-likelihood of all signals rises by {rise:.0f} nats.{limit}")
     heads = tuple(f"{kind}{' ' + name if len(fits) > 1 else ''}" for kind in ("mean", "scatter") for name in head)
     parts += [Table(("parameter or condition", *heads), list(_parameters(fits))), Note(_FITTED)]
     return Section("The fitted simulation of the whole bench", parts)

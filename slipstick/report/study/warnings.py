@@ -63,8 +63,8 @@ def _about(one: FindingResult) -> Entries:
 def _simulation(result: StudyResult) -> Entries:
     """Whether the fits came to rest, and signals in which the simulation leaves more than noise."""
     found: Entries = []
-    if not (result.before.converged and result.after.converged):
-        found.append(("Not converged:", "a fit of the simulation did not come to rest within its iterations. "
+    if not result.after.converged:
+        found.append(("Not converged:", "the fit of the simulation did not come to rest within its iterations. "
                       "Coefficients and the log-likelihood may be off."))
     misfits = [f"{number(value)} in the {channel(name)}" for name, value in result.after.chi_square.items()
                if value > MISFIT]

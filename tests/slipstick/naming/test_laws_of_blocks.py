@@ -37,7 +37,8 @@ EFFECTS = {("valve current", "past current"): "valve_hysteresis", ("converter to
               for name in ("pressure", "input speed", "output speed", "output torque")}}
 """Effects of the simulator whose one coefficient is the value of a law."""
 DIRECT = {("valve delay", "motor speed"), ("valve delay", "run order"), ("output torque sensor", "pressure"),
-          ("load torque", "output position"), ("stick torque", "twist"), ("contact pressure", "lag")}
+          ("load torque", "output position"), ("stick torque", "twist"), ("contact pressure", "lag"),
+          *((f"{name} sensor", "run order") for name in ("input speed", "output speed", "output torque"))}
 """Pairs with a test of their own."""
 CLOSE = 0.06
 LOOSE = {("converter torque", "lag"): 0.2, ("friction coefficient", "heat"): 0.1,
@@ -155,6 +156,23 @@ def with_torque(scene: Scene, change: np.ndarray) -> Scene:
     signals = replace(scene.signals, output_torque=scene.measured("output_torque") + change)
     recordings = scene.recordings
     return replace(scene, recordings=Recordings(recordings.conditions, recordings.measured_time, signals))
+
+
+@pytest.mark.parametrize(("name", "sensor"), [
+    *((name, "output torque") for name in ("load", "input", "clutch", "contact")),
+    *((name, "output speed") for name in ("load", "lock")), *((name, "input speed") for name in ("input", "lock"))])
+def test_a_drift_of_a_sensor_is_in_its_reading(name: str, sensor: str) -> None:
+    block, pair = nominal(HEAVY, name), (f"{sensor} sensor", "run order")
+    law, scene = block.law(pair), block.scene
+    assert law.x is not None
+    c = np.linspace(0.2, -0.1, law.onto.shape[1])
+    signal = sensor.replace(" ", "_")
+    drift = np.interp(scene.run, law.x, law.onto @ c)[:, None]
+    assert np.ptp(drift) > 0
+    read = replace(scene.signals, **{signal: scene.measured(signal) + drift})
+    given = scene.recordings
+    changed = replace(scene, recordings=Recordings(given.conditions, given.measured_time, read))
+    assert left(block_of(name, changed), pair, c) < CLOSE
 
 
 @pytest.mark.parametrize("name", ["load", "input", "clutch", "contact"])

@@ -122,7 +122,7 @@ def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> 
     assert "reduced chi-square is 4 in the pressure" in said(noisy)
     assert "Not converged" not in said(noisy)
     restless = replace(result, after=replace(result.after, converged=False))
-    assert "Not converged: a fit of the simulation" in said(restless)
+    assert "Not converged: the fit of the simulation" in said(restless)
 
 
 @pytest.mark.parametrize(("share", "doubt"), [(0.6, True), (0.1, False), (-4.0, False)])
