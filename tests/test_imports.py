@@ -25,6 +25,7 @@ MAY_IMPORT = {
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
+    "slipstick.storage.database": "sqlalchemy slipstick.errors",
     "slipstick.storage.isolated": "slipstick.errors",
     "slipstick.storage.hdf5": "numpy h5py slipstick.errors",
     "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",

@@ -25,15 +25,16 @@ SHORT = {"population": 4, "generations": 1, "refine": False, "intervals": False}
 class Bench:
     """A service and a worker on one folder, with the shipped recordings, `measured`, and a ninth of them, `few`."""
 
-    def __init__(self, shelf: Path, few: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]]) -> None:
+    def __init__(self, shelf: Path, few: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]],
+                 jobs: str | None = None) -> None:
         self.tables, self.launch = folder / "tables", launch
         shutil.copytree(shelf, self.tables)
         shutil.copy(few, self.tables)
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        self.environment = {"SLIPSTICK_TABLES": str(self.tables), "SLIPSTICK_JOBS": f"sqlite:///{folder}/jobs.sqlite",
-                            "SLIPSTICK_PORT": str(port)}
+        self.environment = {"SLIPSTICK_TABLES": str(self.tables), "SLIPSTICK_PORT": str(port),
+                            "SLIPSTICK_JOBS": jobs or f"sqlite:///{folder}/jobs.sqlite"}
         self.client = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30)
         self.serve()
         self.work()
@@ -48,8 +49,8 @@ class Bench:
                 assert self.service.poll() is None
                 time.sleep(0.05)
 
-    def work(self) -> None:
-        self.worker = self.launch("worker", "serve-jobs", **self.environment)
+    def work(self, name: str = "worker-1") -> None:
+        self.worker = self.launch("worker", "serve-jobs", "--name", name, **self.environment)
 
     def run_both(self) -> None:
         """Start what an earlier test has killed and not started again."""
@@ -127,9 +128,9 @@ def ended(found: dict[str, Any]) -> bool:
     return found["status"] not in ("queued", "running")
 
 
-def uninterrupted(shelf: Path) -> dict[str, Any]:
+def uninterrupted(shelf: Path, **changes: Any) -> dict[str, Any]:
     """The result of the same fit in this process, without worker, service, database or JSON."""
-    library, settings = Library(shelf), fit.FitSettings(**SETTINGS)
+    library, settings = Library(shelf), fit.FitSettings(**{**SETTINGS, **changes})
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
     state = fit.final_state(settings, problem)
     estimate = fit.refined_estimate(settings, problem, state)
