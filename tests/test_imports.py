@@ -81,6 +81,7 @@ MAY_IMPORT = {
                               "slipstick.report slipstick.study",
     "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson sqlalchemy dbos slipstick",
     "worker": "numpy scipy dbos sqlalchemy slipstick",
+    "worker.cluster": "distributed llvmlite slipstick",
 }
 FORBIDDEN = {"service": ("slipstick.clutch.ensemble",)}  # the service simulates through `slipstick.inference` only
 

@@ -14,6 +14,8 @@ from slipstick.machine import open_machine
 from slipstick.storage.database import file_of, is_server, open_database, shown
 from worker import fit_job, heartbeat, jobs, study_job
 from worker.computing import Computer
+from worker.executors import add_dask_argument
+from worker.simulators import Simulators
 from worker.worker_name import locked_name
 
 _APPLICATION = "slipstick"
@@ -32,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                              "SLIPSTICK_JOBS, or sqlite:///var/jobs.sqlite)")
     parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE.toml",
                         help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
+    add_dask_argument(parser)
     parser.add_argument("--name",
                         help="name of this worker; each worker needs its own. Jobs that a stopped worker left "
                              "unfinished are taken over by another, or resumed under the same name (default: "
@@ -41,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run jobs until SIGTERM or SIGINT; raises `InvalidValue` if a worker of the same name is running."""
     files = [open_machine(path) for path in arguments.machine]
-    machines = {file.machine.digest: file for file in files}
+    simulators = Simulators({file.machine.digest: file for file in files}, arguments.dask)
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.
@@ -54,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
         modules = "worker.fit_steps", "worker.study_steps"
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
-        fit_job.register(computers, machines)
+        fit_job.register(computers, simulators)
         study_job.register(computers)
         DBOS.launch()
         for queue in jobs.QUEUES:
