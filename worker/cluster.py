@@ -49,7 +49,7 @@ class Cluster(Executor):
             self._client = Client(address, timeout=_SECONDS, set_as_default=False)
         except (OSError, ValueError, ImportError) as error:
             raise InvalidValue(f"There is no Dask scheduler at '{address}': {error}",
-                               "Start one with `dask scheduler`, and give the address that it prints") from None
+                               "Start one with `python -m dask scheduler`, and give its address") from None
         self._call = _in_process if needs_main_thread else _here
         self._killed = KilledWorker
         try:
@@ -98,7 +98,7 @@ class Cluster(Executor):
             self._client.wait_for_workers(1, timeout=_SECONDS)
         except TimeoutError:
             raise InvalidValue(f"The Dask scheduler at '{address}' has no workers",
-                               f"Start one on each machine with `dask worker {address}`") from None
+                               f"Start one on each machine with `python -m dask worker {address}`") from None
         if needs_one_thread and max(self._client.nthreads().values()) > 1:
             raise InvalidValue("A Dask worker runs several tasks in one process, which this computation does not allow",
                                "Start the workers with --nworkers N --nthreads 1")
@@ -153,7 +153,7 @@ def _processes() -> Executor:
 
     if multiprocessing.current_process().daemon:
         raise InvalidValue("A Dask worker may not start the processes of a Python callable",
-                           "Start the workers with `dask worker --no-nanny`")
+                           "Start the workers with the environment variable DASK_DISTRIBUTED__WORKER__DAEMON=False")
     return ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), end_with_parent, (os.getpid(),))
 
 

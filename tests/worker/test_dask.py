@@ -223,6 +223,26 @@ def test_commands_write_the_same_tables(dask: Dask, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_callable_needs_a_worker_that_may_start_processes(tmp_path: Path) -> None:
+    for daemon in ("True", "False"):
+        dask = Dask(tmp_path)
+        worker = dask.start("worker", dask.address, "--no-dashboard", "--host", "127.0.0.1", "--nthreads", "1",
+                            DASK_DISTRIBUTED__WORKER__DAEMON=daemon)
+        try:
+            with Cluster(dask.address, needs_main_thread=True) as executor:
+                future = executor.submit(math.sqrt, 4)
+                if daemon == "True":
+                    with pytest.raises(InvalidValue, match="DASK_DISTRIBUTED__WORKER__DAEMON=False"):
+                        future.result()
+                else:
+                    assert future.result() == 2
+        finally:
+            worker.terminate()
+            worker.wait()
+            dask.stop()
+
+
+@pytest.mark.slow
 def test_cases_of_the_blind_study_are_answered_alike(dask: Dask, tmp_path: Path,
                                                      monkeypatch: pytest.MonkeyPatch) -> None:
     job = ("development", next(iter(cases.LISTS["development"])))
