@@ -251,6 +251,22 @@ def test_a_dead_workers_job_is_taken_over_within_ten_seconds(bench: Bench) -> No
         time.sleep(0.1)
 
 
+@pytest.mark.slow
+def test_a_worker_that_stood_still_leaves_its_job_to_the_other(bench: Bench) -> None:
+    bench.submit("stood-still", **ENDLESS)
+    bench.follow("stood-still", in_stage("search", 1))
+    second = bench.launch("worker", "serve-jobs", "--name", "worker-2", **bench.environment)
+    bench.follow("stood-still", lambda _: bench.client.get("/v1/health").json()["workers"] == 2)
+    bench.worker.send_signal(signal.SIGSTOP)
+    bench.follow("stood-still", lambda found: found["status"] == "running" and "'worker-2'" in found["note"])
+    bench.worker.send_signal(signal.SIGCONT)
+    bench.submit("after-standing", **SHORT)  # which only the first worker is free to run
+    assert bench.follow("after-standing", ended, seconds=60)["status"] == "done"
+    assert "'worker-2'" in bench.follow("stood-still", in_stage("search", 1))["note"]
+    bench.client.post("/v1/fits/stood-still/cancel")
+    bench.kill(second)
+
+
 def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:
     bench.submit("endless", **ENDLESS)
     before = bench.follow("endless", in_stage("search", 1))
