@@ -50,9 +50,9 @@ picture: setup ## redraw the pictures of the README (needs a finished `make demo
 bench: setup ## rewrite the tables in benchmarks/ (minutes, on an idle machine)
 	@$(BIN)/python -m benchmarks
 
-study-blind: setup ## what is named in recordings with hidden effects (an hour; a killed run is resumed)
-	@$(BIN)/python -m benchmarks.naming development
-	@$(BIN)/python -m benchmarks.naming final
+study-blind: setup ## what is named in recordings with hidden effects (an hour; resumable; DASK=ADDRESS)
+	@$(BIN)/python -m benchmarks.naming development $(if $(DASK),--dask $(DASK))
+	@$(BIN)/python -m benchmarks.naming final $(if $(DASK),--dask $(DASK))
 
 clean: ## remove the environment, the results of the demo, and caches
 	rm -rf $(VENV) var build .pytest_cache .mypy_cache .ruff_cache

@@ -1,15 +1,17 @@
 """What is named in recordings of the hidden benches: answers beside the truth, and how often they are right.
 
-    python -m benchmarks.naming development|final [EVERY [FIRST]]
+    python -m benchmarks.naming development|final [EVERY [FIRST]] [--dask ADDRESS]
 
-Two processes; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
-naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds, over strengths in units of the naming
-limits of naming_limits.py. With EVERY, only every so many-th case of the list is answered, from the case FIRST on,
-counted from 0. The final list also gives slipstick/study/confidence.json.
+Two processes, or the workers of a Dask scheduler, each in a copy of this repository; every finished case is a line of
+var/naming-LIST.jsonl, so that a killed run goes on where it was. naming_LIST_cases.csv has the cases, naming_LIST.csv
+the rates with 95 % bounds, over strengths in units of the naming limits of naming_limits.py. With EVERY, only every so
+many-th case of the list is answered, from the case FIRST on, counted from 0. The final list also gives
+slipstick/study/confidence.json.
 """
 
+import argparse
+import importlib
 import json
-import sys
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
@@ -33,6 +35,8 @@ from slipstick.study.confidence import COUNTS, kind_of
 from slipstick.study.confidence import FILE as CONFIDENCE
 from tests.validation.hidden import cases, files
 from tests.validation.hidden.truths import truth
+from worker.cluster import Cluster
+from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
@@ -160,15 +164,17 @@ def by_evidence(entries: list[dict[str, Any]]) -> dict[str, list[bool]]:
     return found
 
 
-def main(which: str, every: int = 1, first: int = 0) -> None:
+def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) -> None:
     """Answer those cases of a list that have no answer yet, and write the tables."""
     chosen = list(cases.LISTS[which])[first::every]
     lines = FOLDER / f"naming-{which}.jsonl"
     lines.parent.mkdir(exist_ok=True)
     done = {entry["case"]: entry for entry in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
     left = [(which, identity) for identity in chosen if identity not in done]
-    with ProcessPoolExecutor(2) as pool, lines.open("a") as file:
-        for future in as_completed([pool.submit(one, job) for job in left]):
+    answer = importlib.import_module("benchmarks.naming").one  # which other processes can import, unlike __main__'s
+    executor = Cluster(dask, needs_one_thread=True) if dask else ProcessPoolExecutor(2)
+    with executor as pool, lines.open("a") as file, explained():
+        for future in as_completed([pool.submit(answer, job) for job in left]):
             entry = future.result()
             done[entry["case"]] = entry
             file.write(json.dumps(entry) + "\n")
@@ -197,4 +203,9 @@ def joined(effects: list[dict[str, Any]]) -> str:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:]))
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.naming")
+    parser.add_argument("which", choices=cases.LISTS)
+    parser.add_argument("every", type=int, nargs="?", default=1)
+    parser.add_argument("first", type=int, nargs="?", default=0)
+    add_dask_argument(parser)
+    main(**vars(parser.parse_args()))

@@ -59,8 +59,11 @@ def main() -> int:
             print(line)
         else:
             from service.server import make_server  # takes seconds, which a token need not wait for
+            from slipstick.storage.database import open_database
 
-            make_server(Settings()).run()
+            settings = Settings()
+            open_database(settings.jobs).dispose()  # its error in one line, which the server would log as a traceback
+            make_server(settings).run()
     except SlipstickError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

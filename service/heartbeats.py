@@ -1,9 +1,10 @@
 """How many workers are alive, by the heartbeats that they write (worker/heartbeat.py)."""
 
-import time
 from dataclasses import dataclass
 
-from sqlalchemy import Engine, create_engine, inspect, text
+from sqlalchemy import Engine, inspect, text
+
+from slipstick.storage.database import clock, open_database
 
 _TABLE = "slipstick_workers"
 _DEAD_SECONDS = 5.0
@@ -18,13 +19,13 @@ class Heartbeats:
     @classmethod
     def at(cls, url: str) -> "Heartbeats":
         """The heartbeats in the database at `url`."""
-        return cls(create_engine(url))
+        return cls(open_database(url))
 
     def alive(self) -> int:
         """Return the number of workers with a heartbeat in the last 5 s."""
         if not inspect(self.engine).has_table(_TABLE):  # no worker has ever run
             return 0
         with self.engine.connect() as connection:
-            count: int = connection.execute(text(f"SELECT count(*) FROM {_TABLE} WHERE seen >= :after"),
-                                            {"after": time.time() - _DEAD_SECONDS}).scalar_one()
+            count: int = connection.execute(text(
+                f"SELECT count(*) FROM {_TABLE} WHERE seen >= {clock(self.engine)} - {_DEAD_SECONDS}")).scalar_one()
         return count

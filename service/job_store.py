@@ -5,18 +5,15 @@ workflow names `fit` and `study`, and on the input of each workflow: a JSON obje
 `recordings_digest` and `settings`, to which a fit adds `table`, `table_digest`, `simulate`, `parameters` and `outside`.
 """
 
-import sqlite3
-import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
-from sqlalchemy import Engine, event, make_url
 
 from service.job_filter import ACTIVE, JobFilter
 from service.problem_details import Conflict
 from slipstick.errors import UnknownName
+from slipstick.storage.database import open_database
 
 PROGRESS = "progress"
 Queue = Literal["short", "long"]
@@ -27,20 +24,12 @@ JobInput = dict[str, Any]
 _ALL = JobFilter()
 
 
-@event.listens_for(Engine, "connect")
-def _prepare_sqlite(connection: object, _: object) -> None:
-    if isinstance(connection, sqlite3.Connection):
-        # DBOS uses unixepoch() with sub-second precision, which SQLite supports only from version 3.42 on.
-        connection.create_function("unixepoch", -1, lambda *_: time.time())
-        connection.execute("PRAGMA busy_timeout=30000")
-        connection.execute("PRAGMA journal_mode=WAL")
-
-
 def connect(url: str) -> DBOSClient:
-    """Open the database at `url`, and create it if it does not exist. The caller closes it with `destroy()`."""
-    database_url = make_url(url)
-    if database_url.get_backend_name() == "sqlite" and database_url.database:
-        Path(database_url.database).parent.mkdir(parents=True, exist_ok=True)
+    """Open the database at `url`, with the tables of the jobs. The caller closes it with `destroy()`.
+
+    A SQLite file is made if it does not exist. Raises `InvalidValue` if the database cannot be opened.
+    """
+    open_database(url).dispose()
     DBOS.migrate(url)
     return DBOSClient(system_database_url=url, application_name=APPLICATION, retry_connection_errors=False)
 

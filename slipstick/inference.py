@@ -1,6 +1,6 @@
 """Inference problems (slipstick/uncertainty) for tables, surrogates and the simulator."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,16 +44,18 @@ def table_problem(table: Table, recordings: Measured, outside: Outside,
                             table.upper[columns], tuple(axes[column] for column in columns), knots)
 
 
-def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str], bench: Bench) -> InferenceProblem:
+def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str], bench: Bench,
+                      simulator: Callable[[Model, tuple[str, ...]], ShiftingTimeModel] = Simulator) -> InferenceProblem:
     """The problem of the recordings with the simulator as the model, and the parameters `chosen` as uncertain inputs.
 
-    Multipliers outside the bounds of a parameter, those of the `bench`, are clipped. Raises `UnknownName`, and
-    `InvalidValue` also where the model is one of another bench.
+    `simulator` makes the simulation of a model over axes, which may run elsewhere. Multipliers outside the bounds of a
+    parameter, those of the `bench`, are clipped. Raises `UnknownName`, and `InvalidValue` also where the model is one
+    of another bench.
     """
     bench.require(model.physics)
     axes = tuple(parameters.NAMES[column] for column in _columns(parameters.NAMES, chosen, "parameter"))
     lower, upper = np.array([[bench.prior(name).lower, bench.prior(name).upper] for name in axes]).T
-    return InferenceProblem(_Clipped(Simulator(model, axes), lower, upper), recordings.conditions,
+    return InferenceProblem(_Clipped(simulator(model, axes), lower, upper), recordings.conditions,
                             recordings.measured_time, lower, upper, axes)
 
 

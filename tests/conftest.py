@@ -20,6 +20,7 @@ from slipstick.recordings import Recordings
 from slipstick.study import StudyResult, StudySettings, conclude, examine
 from slipstick.study.figures import Figures
 from slipstick.table import Axis, Grid
+from tests import postgresql as postgresql_server
 from tests.benches import HEAVY, NOMINAL
 
 __all__ = ["once", "pytest_collection_modifyitems", "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
@@ -142,6 +143,17 @@ def launch() -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
     for process in started:
         process.kill()
         process.wait()
+
+
+@pytest.fixture(scope="session")
+def postgresql() -> Iterator[postgresql_server.Server]:
+    """A PostgreSQL server."""
+    if not postgresql_server.program("initdb"):
+        reason = postgresql_server.MISSING
+        pytest.fail(reason) if os.environ.get("CI") == "true" else pytest.skip(reason)
+    server = postgresql_server.Server()
+    yield server
+    server.remove()
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -17,8 +18,10 @@ import httpx
 import jsonschema
 import pytest
 import yaml
+from sqlalchemy import make_url
 
 from service.tokens import new_token
+from slipstick.table import Table
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = json.loads((ROOT / "tests" / "data" / "compose_spec" / "compose-spec.json").read_text())
@@ -46,11 +49,41 @@ def test_the_image_is_given_what_it_copies() -> None:
     assert all((ROOT / source).exists() for source in let_in)
 
 
+def interpolated(text: str, **variables: str) -> str:
+    """The text with `${NAME:-default}` replaced as docker compose does."""
+    return re.sub(r"\$\{(\w+):-([^}]*)\}", lambda match: variables.get(match[1]) or match[2], text)
+
+
+def test_profiles_leave_the_default_as_it_is() -> None:
+    services = COMPOSE["services"]
+    assert {name for name, service in services.items() if "profiles" not in service} == {"table", "service", "worker"}
+    environment = services["worker"]["environment"]
+    assert interpolated(environment["SLIPSTICK_JOBS"]) == "sqlite:////data/jobs.sqlite"
+    assert interpolated(environment["SLIPSTICK_DASK"]) == ""
+    documented = (ROOT / "docs" / "operations.md").read_text()
+    variables = dict(re.findall(r"^    ([A-Z_]+)=(\S+)$", documented[documented.index("## Compose profiles"):], re.M))
+    assert set(variables["COMPOSE_PROFILES"].split(",")) == {
+        profile for service in services.values() for profile in service.get("profiles", ())}
+    jobs = make_url(interpolated(environment["SLIPSTICK_JOBS"], **variables))
+    database = services["database"]["environment"]
+    assert (jobs.host, jobs.username, jobs.database, jobs.password) == (
+        "database", database["POSTGRES_USER"], database["POSTGRES_DB"],
+        interpolated(database["POSTGRES_PASSWORD"], **variables))
+    assert interpolated(environment["SLIPSTICK_DASK"], **variables) in services["dask-worker"]["command"]
+    for service in services.values():  # without its profile, nobody waits for a service of another one
+        for needed, how in service.get("depends_on", {}).items():
+            assert set(services[needed].get("profiles", ())) <= set(service.get("profiles", ())) or not how["required"]
+
+
 class Containers:
     """The services of the compose file as processes: the image's /app and the volume /data are folders."""
 
     def __init__(self, folder: Path) -> None:
         self.app, self.data = folder / "app", folder / "data"
+        with socket.socket() as one, socket.socket() as two:
+            for free in (one, two):
+                free.bind(("127.0.0.1", 0))
+            self.port, self.scheduler_port = (free.getsockname()[1] for free in (one, two))
         for source, target in copied():
             place = Path(self.mapped(target)) if target.startswith("/data/") else self.app
             if (ROOT / source).is_dir():
@@ -59,12 +92,10 @@ class Containers:
             else:
                 place.mkdir(parents=True, exist_ok=True)
                 shutil.copy(ROOT / source, place)
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
 
     def mapped(self, text: str) -> str:
-        return text.replace("/data/", f"{self.data}/").replace("/run/secrets/", f"{self.app.parent}/")
+        folders = interpolated(text).replace("/data/", f"{self.data}/").replace("/run/secrets/", f"{self.app.parent}/")
+        return folders.replace("scheduler:", "127.0.0.1:").replace("8786", str(self.scheduler_port))
 
     def arguments(self, command: list[str]) -> list[str]:
         assert command[0] == "python"
@@ -119,3 +150,18 @@ def test_the_same_commands_run_a_fit_on_one_volume(tmp_path: Path) -> None:
         page = client.get("/docs").raise_for_status().text
         assert "swagger-ui-bundle.js" in page
         assert client.get("/static/swagger/swagger-ui-bundle.js").is_success
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_dask_profile_simulate_a_table(tmp_path: Path) -> None:
+    containers, out = Containers(tmp_path), ("--out", str(tmp_path / "table.h5"))
+    build = ["python", "-m", "worker", "build", "--bench", "/data/tables/heavy.toml"]
+    health = COMPOSE["services"]["scheduler"]["healthcheck"]["test"]
+    with containers.running("scheduler") as scheduler:
+        while containers.run("scheduler", health[1:]) != 0:
+            assert scheduler.poll() is None
+        with containers.running("dask-worker"):
+            assert containers.run("table", [*build, "--dask", "tcp://scheduler:8786"], *SMALL, *out) == 0
+    digest = Table.open(tmp_path / "table.h5").digest
+    assert containers.run("table", build, *SMALL, *out) == 0
+    assert Table.open(tmp_path / "table.h5").digest == digest

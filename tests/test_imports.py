@@ -25,6 +25,7 @@ MAY_IMPORT = {
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
+    "slipstick.storage.database": "sqlalchemy slipstick.errors",
     "slipstick.storage.isolated": "slipstick.errors",
     "slipstick.storage.hdf5": "numpy h5py slipstick.errors",
     "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",
@@ -81,6 +82,7 @@ MAY_IMPORT = {
     "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson prometheus_client sqlalchemy "
                "dbos slipstick",
     "worker": "numpy scipy dbos sqlalchemy slipstick",
+    "worker.cluster": "distributed llvmlite slipstick",
 }
 FORBIDDEN = {"service": ("slipstick.clutch.ensemble",)}  # the service simulates through `slipstick.inference` only
 

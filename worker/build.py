@@ -19,6 +19,7 @@ from slipstick.recordings import open_conditions
 from slipstick.table import Axis, Table
 from worker.bench_option import add_bench_argument, open_model
 from worker.building import build
+from worker.executors import add_dask_argument, open_executor
 from worker.machine_plan import MachineRuns, add_machine_argument, machine_axes, open_machine_file
 from worker.plan import GridPlan, Plan
 from worker.progress import Progress
@@ -50,7 +51,8 @@ def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
                         help="the table file to write (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N",
                         help="number of simulation threads, or of processes for a Python callable "
-                             "(default: %(default)s, one per core)")
+                             "(default: %(default)s, one per core; not used with --dask)")
+    add_dask_argument(parser)
     parser.add_argument("--accuracy", choices=ACCURACIES, default="default",
                         help="accuracy of the time integration; at nominal parameters, shifting times of `default` "
                              "differ from those of `tight` by at most 1e-4 s")
@@ -103,7 +105,7 @@ def _clutch_plan(arguments: argparse.Namespace) -> tuple[GridPlan, Executor, str
     require_distinct(axes)
     require_memory(axes, len(conditions))
     plan = Plan(model, conditions, axes, ACCURACIES[arguments.accuracy])
-    return plan, ThreadPoolExecutor(arguments.threads), "engagements"
+    return plan, open_executor(arguments.dask, lambda: ThreadPoolExecutor(arguments.threads)), "engagements"
 
 
 def _machine_plan(arguments: argparse.Namespace) -> tuple[GridPlan, Executor, str]:
@@ -115,7 +117,7 @@ def _machine_plan(arguments: argparse.Namespace) -> tuple[GridPlan, Executor, st
     require_memory(axes, len(file.cases))
     plan = MachineRuns.on_grid(file, axes)
     plan.simulation.require_working(file.cases)
-    return plan, start_executor(file, arguments.threads), "runs"
+    return plan, open_executor(arguments.dask, lambda: start_executor(file, arguments.threads), file), "runs"
 
 
 def require_distinct(axes: tuple[Axis, ...]) -> None:

@@ -10,16 +10,15 @@ import shutil
 import zipfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.machine.simulation import killed
 from slipstick.storage.files import move, replacing
 from slipstick.table import Grid
+from worker.executors import explained
 from worker.plan import GridPlan, Runs
 
 Report = Callable[[int, int], None]
@@ -77,9 +76,9 @@ def _simulate(plan: Runs, chunks: list[slice], executor: Executor) -> Iterator[t
     futures = {executor.submit(simulate, plan.points(chunk)): chunk for chunk in chunks}
     try:
         for future in as_completed(list(futures)):
-            yield futures.pop(future), *future.result()
-    except BrokenProcessPool as error:
-        raise killed() from error
+            with explained():
+                result = future.result()
+            yield futures.pop(future), *result
     finally:
         for future in futures:
             future.cancel()

@@ -6,36 +6,36 @@ from dbos import DBOS, WorkflowSerializationFormat
 
 from slipstick.uncertainty import fit
 from worker import fit_steps
-from worker.fit_steps import Machines
 from worker.jobs import Computers, compute
 from worker.orders import Checkpoint, Order
+from worker.simulators import Simulators
 
 
-def register(computers: Computers, machines: Machines) -> None:
+def register(computers: Computers, simulators: Simulators) -> None:
     """Register the DBOS workflow `fit`, before `DBOS.launch`.
 
-    Only `machines` are simulated: a table names its simulator, but a file must not decide what this worker runs.
+    Only `simulators` are run: a table names its simulator, but a file must not decide what this worker runs.
     """
 
     @DBOS.step(name="start")
     def start(order: Order) -> Checkpoint:
-        return compute(computers, fit_steps.start, machines, order)
+        return compute(computers, fit_steps.start, simulators, order)
 
     @DBOS.step(name="search")
     def search(order: Order, checkpoint: Checkpoint) -> Checkpoint:
-        return compute(computers, fit_steps.search, machines, order, checkpoint)
+        return compute(computers, fit_steps.search, simulators, order, checkpoint)
 
     @DBOS.step(name="refine")
     def refine(order: Order, checkpoint: Checkpoint) -> Checkpoint:
-        return compute(computers, fit_steps.refine, machines, order, checkpoint)
+        return compute(computers, fit_steps.refine, simulators, order, checkpoint)
 
     @DBOS.step(name="interval")
     def interval(order: Order, checkpoint: Checkpoint) -> Checkpoint:
-        return compute(computers, fit_steps.interval, machines, order, checkpoint)
+        return compute(computers, fit_steps.interval, simulators, order, checkpoint)
 
     @DBOS.step(name="conclude")
     def conclude(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
-        return compute(computers, fit_steps.conclude, machines, order, checkpoint)
+        return compute(computers, fit_steps.conclude, simulators, order, checkpoint)
 
     @DBOS.workflow(name="fit", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:

@@ -5,19 +5,17 @@ refinement, each interval and the conclusion with the figure data are further st
 the search, and from the refinement on the `estimate`.
 """
 
-import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from slipstick.bench import Bench, Conditions
-from slipstick.errors import InvalidValue
 from slipstick.figure_data import figure_data
 from slipstick.inference import Measured, machine_problem, simulated_problem, table_problem
-from slipstick.machine import Machine, MachineFile, Workers
+from slipstick.machine import Machine
 from slipstick.physical_values import physical_inputs
 from slipstick.storage.library import Library
 from slipstick.table.subject import Subject
@@ -26,27 +24,24 @@ from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 from worker.clocks import clock_times, stage_times
 from worker.computing import Report
 from worker.orders import Checkpoint, Order, require_same
+from worker.simulators import Simulators
 
 _STEP_SECONDS = 1.0
 _REPORT_SECONDS = 0.5
 
-Machines = Mapping[str, MachineFile]
-"""Other machines that may be simulated, by their digests."""
-_workers: dict[str, Workers] = {}
-"""The simulators that this process has started, by the digest of the machine: they serve all steps."""
 
-
-def start(library: Library, report: Report, machines: Machines, order: Order) -> Checkpoint:
+def start(library: Library, report: Report, simulators: Simulators, order: Order) -> Checkpoint:
     """The state before the first generation."""
     begin = clock_times()
-    task = _open(library, machines, order)
+    task = _open(library, simulators, order)
     return {"state": fit.initial_state(task.settings, task.problem), **stage_times({}, "open", begin)}
 
 
-def search(library: Library, report: Report, machines: Machines, order: Order, checkpoint: Checkpoint) -> Checkpoint:
+def search(library: Library, report: Report, simulators: Simulators, order: Order,
+           checkpoint: Checkpoint) -> Checkpoint:
     """Some generations."""
     begin = clock_times()
-    task = _open(library, machines, order)
+    task = _open(library, simulators, order)
     state, before = checkpoint["state"], checkpoint["seconds"].get("search", 0.0)
     progress = _Progress(task, report, "search", lambda: before + time.perf_counter() - begin[0])
     while not fit.is_finished(task.settings, state) and time.perf_counter() < begin[0] + _STEP_SECONDS:
@@ -55,29 +50,31 @@ def search(library: Library, report: Report, machines: Machines, order: Order, c
     return {"state": state, **stage_times(checkpoint, "search", begin)}
 
 
-def refine(library: Library, report: Report, machines: Machines, order: Order, checkpoint: Checkpoint) -> Checkpoint:
+def refine(library: Library, report: Report, simulators: Simulators, order: Order,
+           checkpoint: Checkpoint) -> Checkpoint:
     """The refined estimate."""
     begin = clock_times()
-    task = _open(library, machines, order)
+    task = _open(library, simulators, order)
     problem = _Progress(task, report, "refine").problem(checkpoint["state"])
     estimate = fit.refined_estimate(task.settings, problem, checkpoint["state"])
     return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "refine", begin)}
 
 
-def interval(library: Library, report: Report, machines: Machines, order: Order, checkpoint: Checkpoint) -> Checkpoint:
+def interval(library: Library, report: Report, simulators: Simulators, order: Order,
+             checkpoint: Checkpoint) -> Checkpoint:
     """One more interval."""
     begin = clock_times()
-    task = _open(library, machines, order)
+    task = _open(library, simulators, order)
     problem = _Progress(task, report, "intervals").problem(checkpoint["state"])
     estimate = fit.with_next_interval(task.settings, problem, checkpoint["estimate"])
     return {**checkpoint, "estimate": estimate, **stage_times(checkpoint, "intervals", begin)}
 
 
-def conclude(library: Library, report: Report, machines: Machines, order: Order,
+def conclude(library: Library, report: Report, simulators: Simulators, order: Order,
              checkpoint: Checkpoint) -> dict[str, Any]:
     """The output of the job."""
     begin = clock_times()
-    task = _open(library, machines, order)
+    task = _open(library, simulators, order)
     problem = _Progress(task, report, "conclude").problem(checkpoint["state"])
     result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
     figures = figure_data(task.settings, problem, checkpoint["state"], checkpoint["estimate"], task.model,
@@ -131,31 +128,19 @@ class _Progress:
         return replace(self.task.problem, model=model)
 
 
-def _open(library: Library, machines: Machines, order: Order) -> _Task:
+def _open(library: Library, simulators: Simulators, order: Order) -> _Task:
     table, recordings = library.table(order["table"]), library.measured(order["recordings"])
     require_same(order, "table", table.digest, "fit")
     require_same(order, "recordings", recordings.digest, "fit")
     if not order["simulate"]:
         problem = table_problem(table, recordings, order["outside"], order["parameters"])
     elif isinstance(table.model, Machine):
-        problem = machine_problem(table.model, _simulator(table.model, machines, order["parameters"]), recordings,
+        problem = machine_problem(table.model, simulators.of_machine(table.model, order["parameters"]), recordings,
                                   order["parameters"])
     else:
         problem = simulated_problem(table.clutch, library.recording(order["recordings"]), order["parameters"],
-                                    _bench(library, order))
+                                    _bench(library, order), simulators.of_clutch)
     return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
-
-
-def _simulator(machine: Machine, machines: Machines, axes: list[str]) -> ShiftingTimeModel:
-    file = machines.get(machine.digest)
-    if file is None:
-        raise InvalidValue(f"This worker has no simulator of '{machine.title}', which the table names as "
-                           f"{machine.simulator[:200]}",
-                           "Start it with `serve-jobs --machine FILE.toml`, the file from which the table was built")
-    if machine.digest not in _workers:
-        _workers[machine.digest] = Workers(file, os.cpu_count() or 1)
-    workers = _workers[machine.digest]
-    return lambda points, conditions: workers.simulate(tuple(axes), points, conditions)[0]
 
 
 def _bench(library: Library, order: Order) -> Bench:

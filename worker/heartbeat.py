@@ -1,44 +1,55 @@
 """Workers that watch each other: each one writes the time every second, and takes over the jobs of one that stopped.
 
-The table is shared with the service (service/heartbeats.py), which counts the workers that are alive.
+The table is shared with the service (service/heartbeats.py), which counts the workers that are alive. All times are
+those of the database.
 """
 
 import logging
+import os
 import threading
 import time
 
 from dbos import DBOS
-from sqlalchemy import Engine, create_engine, text
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy import Engine, text
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
+from slipstick.storage.database import clock
 from worker.jobs import QUEUES
+from worker.worker_name import NameLock
 
 _SECONDS = 1.0
 _DEAD_SECONDS = 5.0
 """A worker without heartbeat for this time is dead; the service counts in the same way."""
 _CREATE = "CREATE TABLE IF NOT EXISTS slipstick_workers (name VARCHAR(255) PRIMARY KEY, seen DOUBLE PRECISION NOT NULL)"
-_BEAT = """INSERT INTO slipstick_workers (name, seen) VALUES (:name, :seen)
+_BEAT = """INSERT INTO slipstick_workers (name, seen) VALUES (:name, {now})
 ON CONFLICT (name) DO UPDATE SET seen = excluded.seen"""
 _LOG = logging.getLogger("dbos")
 
 
-def start(url: str, name: str) -> None:
-    """Write the heartbeat of the worker `name` from now on, and take over jobs of dead workers."""
-    engine = create_engine(url)
-    with engine.begin() as connection:
-        connection.execute(text(_CREATE))
-    beat(engine, name)
-    threading.Thread(target=_beat_for_ever, args=(engine, name), daemon=True).start()
+def start(engine: Engine, name: str, lock: NameLock) -> None:
+    """Write the heartbeat of the worker `name` from now on, and take over jobs of dead workers.
+
+    The process ends if it loses the `lock` on its name to another worker.
+    """
+    try:
+        with engine.begin() as connection:
+            connection.execute(text(_CREATE))
+    except IntegrityError:
+        pass  # PostgreSQL: another worker has made the table at the same moment
+    threading.Thread(target=_beat_for_ever, args=(engine, name, lock), daemon=True).start()
 
 
-def beat(engine: Engine, name: str) -> list[str]:
-    """Write the heartbeat, return the jobs of dead workers to the queue, and return the ids of these jobs."""
-    now = time.time()
-    dead = {"before": now - _DEAD_SECONDS}
+def beat(engine: Engine, name: str) -> None:
+    """Write the heartbeat."""
     with engine.begin() as connection:
-        connection.execute(text(_BEAT), {"name": name, "seen": now})
-        names = connection.execute(text("SELECT name FROM slipstick_workers WHERE seen < :before"),
-                                   dead).scalars().all()
+        connection.execute(text(_BEAT.format(now=clock(engine))), {"name": name})
+
+
+def take_over(engine: Engine) -> list[str]:
+    """Return the jobs of dead workers to the queue, and return the ids of these jobs."""
+    is_dead = f"seen < {clock(engine)} - {_DEAD_SECONDS}"
+    with engine.connect() as connection:
+        names = connection.execute(text(f"SELECT name FROM slipstick_workers WHERE {is_dead}")).scalars().all()
     left = DBOS.list_workflows(executor_id=list(names), status="PENDING", load_input=False,
                                load_output=False) if names else []
     for queue in QUEUES:
@@ -49,21 +60,30 @@ def beat(engine: Engine, name: str) -> list[str]:
         print(f"Took over {', '.join(ids)} from {', '.join(names)}", flush=True)
     with engine.begin() as connection:  # last: a worker killed before this line leaves the jobs to the next one
         for one in names:
-            connection.execute(text("DELETE FROM slipstick_workers WHERE name = :name AND seen < :before"),
-                               {"name": one, **dead})
+            connection.execute(text(f"DELETE FROM slipstick_workers WHERE name = :name AND {is_dead}"), {"name": one})
     return ids
 
 
-def stop(url: str, name: str) -> None:
+def stop(engine: Engine, name: str) -> None:
     """Remove the heartbeat of a worker that stops, so that others take over its jobs at once."""
-    with create_engine(url).begin() as connection:
+    with engine.begin() as connection:
         connection.execute(text("UPDATE slipstick_workers SET seen = 0 WHERE name = :name"), {"name": name})
 
 
-def _beat_for_ever(engine: Engine, name: str) -> None:
+def _beat_for_ever(engine: Engine, name: str, lock: NameLock) -> None:
+    last, patient_until = time.monotonic(), 0.0
     while True:
         time.sleep(_SECONDS)
         try:
+            if not lock.is_held():
+                print(f"Another worker named '{name}' has started, so this one stops", flush=True)
+                os._exit(1)
             beat(engine, name)
+            # After a gap, as when the database restarts, the others have not been able to write theirs either.
+            if time.monotonic() > last + _DEAD_SECONDS / 2:
+                patient_until = time.monotonic() + _DEAD_SECONDS
+            last = time.monotonic()
+            if last > patient_until:
+                take_over(engine)
         except SQLAlchemyError as error:  # such as a database that restarts: the next heartbeat may succeed
-            _LOG.warning("The heartbeat was not written: %s", error)
+            _LOG.warning("The heartbeat was not written: %s", str(error).splitlines()[0])

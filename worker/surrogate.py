@@ -2,8 +2,11 @@
 
 import argparse
 import math
+import os
 from collections.abc import Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +24,9 @@ from slipstick.table.axis import box
 from slipstick.table.surrogate import germs
 from worker.build import ACCURACIES, add_model_arguments, read_model_arguments, require_distinct, require_output
 from worker.building import simulated
+from worker.executors import explained, open_executor
 from worker.machine_plan import MachineRuns, machine_axes, open_machine_file
+from worker.plan import CHUNK, slices
 from worker.progress import Progress
 from worker.training import train
 
@@ -31,7 +36,6 @@ HELD_OUT = 2000
 """Number of random points at which the error against the tight simulation is measured."""
 _TRAINED_PER_HELD_OUT = 5
 """Training runs of another machine per held-out run, because its simulator may take seconds."""
-_BLOCK = 200_000  # engagements between two progress reports
 _LARGEST_SEED = 1 << 32
 _MARGIN = 0.02  # share of an axis between the suggested bound and the nearest point that does not lock
 
@@ -60,8 +64,9 @@ def run(arguments: argparse.Namespace) -> int:
         model, conditions = read_model_arguments(arguments)
         axes = tuple(read_span(text, model) for text in arguments.axis)
         require_distinct(axes)
-        surrogate = build(model, conditions, axes, arguments.runs, arguments.steps, arguments.seed,
-                          ACCURACIES[arguments.accuracy], arguments.threads)
+        with open_executor(arguments.dask, lambda: ThreadPoolExecutor(arguments.threads)) as executor:
+            surrogate = build(model, conditions, axes, arguments.runs, arguments.steps, arguments.seed,
+                              ACCURACIES[arguments.accuracy], executor)
         surrogate.write(arguments.out)
     print(f"Wrote {arguments.out}: surrogate {describe_error(surrogate)}; digest {surrogate.digest}\n"
           f"Compare it with direct simulation: python -m worker verify {arguments.out}"
@@ -70,15 +75,15 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def build(model: Model, conditions: Conditions, axes: tuple[Axis, ...], runs: int = RUNS, steps: int = STEPS,
-          seed: int = SEED, accuracy: Accuracy = ACCURACIES["default"], threads: int | None = None) -> Surrogate:
+          seed: int = SEED, accuracy: Accuracy = ACCURACIES["default"], executor: Executor | None = None) -> Surrogate:
     """Simulate `runs` points, train on them, and measure the error at `HELD_OUT` held-out points.
 
-    The same seed gives the same surrogate on any number of threads. Raises `InvalidValue`, also if an engagement does
-    not lock at one of the points.
+    The same seed gives the same surrogate on any `executor`, by default one thread per core. Raises `InvalidValue`,
+    also if an engagement does not lock at one of the points.
     """
-    design = _Design.of(axes, runs, HELD_OUT, steps, seed)
-    times = _simulate(model, conditions, axes, design.points, accuracy, threads)
-    tight = _simulate(model, conditions, axes, design.held_out, TIGHT, threads)
+    design, executor = _Design.of(axes, runs, HELD_OUT, steps, seed), executor or ThreadPoolExecutor(os.cpu_count())
+    times = _simulate(model, conditions, axes, design.points, accuracy, executor)
+    tight = _simulate(model, conditions, axes, design.held_out, TIGHT, executor)
     network, error = design.trained(axes, times, tight, steps)
     origin = (f"slipstick {slipstick.__version__}, trained on simulations with longest steps {accuracy.fine:g} s near "
               f"contact and {accuracy.coarse:g} s elsewhere, twice that while the pressure is smooth; error measured "
@@ -124,7 +129,7 @@ def _of_machine(arguments: argparse.Namespace) -> Surrogate:
     plan = MachineRuns(file, axes, np.concatenate([design.points, design.held_out]))
     plan.simulation.require_working(file.cases)
     progress = Progress(len(plan.design) * len(file.cases), "runs")
-    with (start_executor(file, arguments.threads) as executor,
+    with (open_executor(arguments.dask, lambda: start_executor(file, arguments.threads), file) as executor,
           simulated(plan, arguments.out, executor, progress) as (_, outputs, status)):
         plan.tell_failures(status)
         _require_locked(axes, plan.design, status, "runs in the box have no output")
@@ -159,15 +164,16 @@ def describe_error(surrogate: Surrogate) -> str:
 
 
 def _simulate(model: Model, conditions: Conditions, axes: tuple[Axis, ...], points: np.ndarray, accuracy: Accuracy,
-              threads: int | None) -> np.ndarray:
-    names, size = [axis.name for axis in axes], max(1, _BLOCK // len(conditions))
+              executor: Executor) -> np.ndarray:
+    names, blocks = [axis.name for axis in axes], slices(len(points), max(1, CHUNK // len(conditions)))
+    simulate = partial(shifting_times, model, conditions, names, accuracy=accuracy, threads=1)
     times = np.empty((len(points), len(conditions)))
     status = np.empty(times.shape, np.uint8)
     progress = Progress(times.size, "engagements")
-    for first in range(0, len(points), size):
-        block = slice(first, first + size)
-        times[block], status[block] = shifting_times(model, conditions, names, points[block], accuracy, threads)
-        progress(times[block].size + first * len(conditions), 0)
+    with explained():
+        for block, result in zip(blocks, executor.map(simulate, [points[block] for block in blocks]), strict=True):
+            times[block], status[block] = result
+            progress(block.stop * len(conditions), 0)
     _require_locked(axes, points, status)
     return times
 

@@ -149,10 +149,11 @@ class Simulator:
     model: Model
     axes: tuple[str, ...]
     accuracy: Accuracy = DEFAULT
+    threads: int | None = None
 
     def __call__(self, points: np.ndarray, conditions: Conditions) -> np.ndarray:
         """Shifting times (m, n) in s; NaN where an engagement does not lock."""
-        return shifting_times(self.model, conditions, self.axes, points, self.accuracy)[0]
+        return shifting_times(self.model, conditions, self.axes, points, self.accuracy, self.threads)[0]
 
 
 def initial_input_speed(converter: Converter, vectors: np.ndarray,

@@ -29,7 +29,13 @@ class Simulation:
     axes: tuple[str, ...]
 
     def simulate(self, points: np.ndarray, cases: Cases) -> tuple[np.ndarray, np.ndarray]:
-        """Outputs and statuses (m, n) at the points (m, d), one after the other; raises `InvalidValue`."""
+        """Outputs and statuses (m, n) at the points (m, d), one after the other.
+
+        Raises `InvalidValue` also if the simulator, here, is not that of the machine.
+        """
+        if self.file.simulator.identity != self.file.machine.simulator:
+            raise InvalidValue("The source of the Python callable differs from that of the machine's file, or has "
+                               "changed", "Give all machines the same source, and repeat the command")
         outputs = np.full((len(points), len(cases)), np.nan)
         status = np.full(outputs.shape, NONE, np.uint8)
         for row, point in enumerate(points):
@@ -68,10 +74,13 @@ class Simulation:
 
 
 class Workers:
-    """`count` processes (for a Python callable) or threads (for a server) that run simulations of a `file`."""
+    """`count` processes (for a Python callable) or threads (for a server) that run simulations of a `file`.
 
-    def __init__(self, file: MachineFile, count: int) -> None:
-        self.file, self.count, self.executor = file, count, start_executor(file, count)
+    By default they are on this machine; `executor` is `count` others.
+    """
+
+    def __init__(self, file: MachineFile, count: int, executor: Executor | None = None) -> None:
+        self.file, self.count, self.executor = file, count, executor or start_executor(file, count)
 
     def simulate(self, axes: tuple[str, ...], points: np.ndarray, cases: Cases) -> tuple[np.ndarray, np.ndarray]:
         """As `Simulation.simulate`, in the workers; raises `InvalidValue` also if one of them is killed."""
@@ -96,10 +105,10 @@ def start_executor(file: MachineFile, count: int) -> Executor:
     if not isinstance(file.simulator, Function):
         return ThreadPoolExecutor(count)
     # Signals, which end a call that takes too long, reach the main thread of a process only.
-    return ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _end_with_parent, (os.getpid(),))
+    return ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), end_with_parent, (os.getpid(),))
 
 
-def _end_with_parent(parent: int) -> None:
+def end_with_parent(parent: int) -> None:
     """End this process when its parent has ended, which a killed one does not tell."""
     def watch() -> None:
         while os.getppid() == parent:

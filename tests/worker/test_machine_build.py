@@ -18,9 +18,10 @@ import pytest
 from slipstick.errors import InvalidValue
 from slipstick.machine import Workers, open_machine
 from slipstick.table import Table
-from worker import building, fit_steps, machine_plan
+from worker import building, machine_plan, simulators
 from worker.__main__ import main
 from worker.computing import Computer, Report
+from worker.simulators import Simulators
 
 DOCS = Path(__file__).parents[2] / "docs"
 TROUBLE = '''
@@ -205,12 +206,12 @@ def test_an_um_bridge_server_gives_the_same_table(server: str, tmp_path: Path,
 def test_a_worker_runs_no_simulator_that_it_was_not_given(trouble: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = open_machine(trouble / "machine.toml")
     workers = Workers(file, 1)
-    monkeypatch.setitem(fit_steps._workers, file.machine.digest, workers)
+    monkeypatch.setitem(simulators._workers, file.machine.digest, workers)
     with workers.executor:
-        model = fit_steps._simulator(file.machine, {file.machine.digest: file}, ["a"])
+        model = Simulators({file.machine.digest: file}).of_machine(file.machine, ["a"])
         np.testing.assert_allclose(model(np.array([[0.7], [1.2]]), file.cases)[:, :2], [[0.7, 1.4], [1.2, 2.4]])
     with pytest.raises(InvalidValue, match="serve-jobs --machine"):
-        fit_steps._simulator(file.machine, {}, ["a"])
+        Simulators().of_machine(file.machine, ["a"])
 
 
 def simulating(library: object, report: Report, folder: Path) -> None:

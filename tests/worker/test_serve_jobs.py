@@ -25,15 +25,16 @@ SHORT = {"population": 4, "generations": 1, "refine": False, "intervals": False}
 class Bench:
     """A service and a worker on one folder, with the shipped recordings, `measured`, and a ninth of them, `few`."""
 
-    def __init__(self, shelf: Path, few: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]]) -> None:
+    def __init__(self, shelf: Path, few: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]],
+                 jobs: str | None = None) -> None:
         self.tables, self.launch = folder / "tables", launch
         shutil.copytree(shelf, self.tables)
         shutil.copy(few, self.tables)
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        self.environment = {"SLIPSTICK_TABLES": str(self.tables), "SLIPSTICK_JOBS": f"sqlite:///{folder}/jobs.sqlite",
-                            "SLIPSTICK_PORT": str(port)}
+        self.environment = {"SLIPSTICK_TABLES": str(self.tables), "SLIPSTICK_PORT": str(port),
+                            "SLIPSTICK_JOBS": jobs or f"sqlite:///{folder}/jobs.sqlite"}
         self.client = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30)
         self.serve()
         self.work()
@@ -48,8 +49,8 @@ class Bench:
                 assert self.service.poll() is None
                 time.sleep(0.05)
 
-    def work(self) -> None:
-        self.worker = self.launch("worker", "serve-jobs", **self.environment)
+    def work(self, name: str = "worker-1") -> None:
+        self.worker = self.launch("worker", "serve-jobs", "--name", name, **self.environment)
 
     def run_both(self) -> None:
         """Start what an earlier test has killed and not started again."""
@@ -127,9 +128,9 @@ def ended(found: dict[str, Any]) -> bool:
     return found["status"] not in ("queued", "running")
 
 
-def uninterrupted(shelf: Path) -> dict[str, Any]:
+def uninterrupted(shelf: Path, **changes: Any) -> dict[str, Any]:
     """The result of the same fit in this process, without worker, service, database or JSON."""
-    library, settings = Library(shelf), fit.FitSettings(**SETTINGS)
+    library, settings = Library(shelf), fit.FitSettings(**{**SETTINGS, **changes})
     problem = table_problem(library.table("nominal"), library.recording("measured"), "clip")
     state = fit.final_state(settings, problem)
     estimate = fit.refined_estimate(settings, problem, state)
@@ -248,6 +249,22 @@ def test_a_dead_workers_job_is_taken_over_within_ten_seconds(bench: Bench) -> No
     while workers():
         assert time.monotonic() < killed + 30
         time.sleep(0.1)
+
+
+@pytest.mark.slow
+def test_a_worker_that_stood_still_leaves_its_job_to_the_other(bench: Bench) -> None:
+    bench.submit("stood-still", **ENDLESS)
+    bench.follow("stood-still", in_stage("search", 1))
+    second = bench.launch("worker", "serve-jobs", "--name", "worker-2", **bench.environment)
+    bench.follow("stood-still", lambda _: bench.client.get("/v1/health").json()["workers"] == 2)
+    bench.worker.send_signal(signal.SIGSTOP)
+    bench.follow("stood-still", lambda found: found["status"] == "running" and "'worker-2'" in found["note"])
+    bench.worker.send_signal(signal.SIGCONT)
+    bench.submit("after-standing", **SHORT)  # which only the first worker is free to run
+    assert bench.follow("after-standing", ended, seconds=60)["status"] == "done"
+    assert "'worker-2'" in bench.follow("stood-still", in_stage("search", 1))["note"]
+    bench.client.post("/v1/fits/stood-still/cancel")
+    bench.kill(second)
 
 
 def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:

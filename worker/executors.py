@@ -1,0 +1,44 @@
+"""What runs simulations: threads or processes of this machine, or with `--dask ADDRESS` the workers of Dask."""
+
+import argparse
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+
+from slipstick.errors import InvalidValue
+from slipstick.machine import Function, MachineFile
+from slipstick.machine.simulation import killed
+from worker.cluster import Cluster, ClusterLost
+
+
+def add_dask_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the option."""
+    parser.add_argument("--dask", default=os.environ.get("SLIPSTICK_DASK") or None, metavar="ADDRESS",
+                        help="simulate on the workers of the Dask scheduler at this address, such as "
+                             "tcp://10.0.0.1:8786, with the same result (default: on this machine; environment "
+                             "variable SLIPSTICK_DASK; docs/operations.md)")
+
+
+def open_executor(dask: str | None, here: Callable[[], Executor], file: MachineFile | None = None) -> Executor:
+    """The cluster at the address `dask`, or what `here` makes without one; raises `InvalidValue`.
+
+    `file` is the machine that is simulated, if it is not a clutch.
+    """
+    if dask is None:
+        return here()
+    return Cluster(dask, needs_main_thread=file is not None and isinstance(file.simulator, Function))
+
+
+@contextmanager
+def explained() -> Iterator[None]:
+    """Raise `InvalidValue` in the block where the processes of an executor are gone."""
+    try:
+        yield
+    except BrokenProcessPool as error:
+        raise killed() from error
+    except (CancelledError, ClusterLost) as error:
+        raise InvalidValue("The Dask scheduler has ended, or several of its workers died in the same simulation",
+                           "Look at their logs, for lack of memory for example, and start them again; the same "
+                           "command resumes a build") from error
