@@ -7,7 +7,7 @@ from slipstick.recordings.needed import NEEDED, open_blocks
 from slipstick.recordings.signals import SIGNAL_UNITS
 
 _LINKED = ("current_gain", "pressure_bias", "initial_position", "temperature_gain", "friction_coefficient")
-"""Only products of these parameters change torque and speeds: each undoes a change of the others."""
+"""Only products and ratios of these change torque and speeds: together they undo a change of any of them."""
 
 
 def open_questions(signals: Collection[str], bench: Bench) -> tuple[str, ...]:
@@ -25,7 +25,7 @@ def open_questions(signals: Collection[str], bench: Bench) -> tuple[str, ...]:
                  "which need what is in brackets")
     calibration = "A calibration uses the signals that there are, and lists the parameters that they do not determine"
     if "pressure" in missing and set(_LINKED) <= set(bench.uncertain):
-        calibration += f". Without pressure {_listed(_LINKED)} cannot be told apart, only their products"
+        calibration += f". Without pressure {_listed(_LINKED)} cannot be told apart, only products and ratios of them"
     return (f"{_listed(missing)} not mapped: the recordings hold {_listed(list(signals))} only", study, calibration)
 
 
