@@ -27,7 +27,7 @@ from slipstick.calibration.linearised import linearise
 from slipstick.calibration.mixed import engagements
 from slipstick.calibration.modes import axes
 from slipstick.calibration.noise import Noise
-from slipstick.calibration.observations import CHANNELS, Observations
+from slipstick.calibration.observations import Observations
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 
@@ -74,13 +74,13 @@ def bound(bench: Bench, recordings: Recordings, truth: Truth) -> np.ndarray:
     model = Model(bench.physics)
     observations = Observations(recordings, recordings.signals, bench, bench.uncertain, np.array(model.parameters),
                                 model.coefficients(), model.laws)
-    noise = Noise(np.array([bench.sensors[name].noise for name in CHANNELS]),
-                  np.array([*[truth.correlation] * 4, 0.0]))
+    noise = Noise(np.array([bench.sensors[name].noise for name in observations.channels]),
+                  np.array([*[truth.correlation] * len(recordings.signals.names), 0.0]))
     n, d = truth.points.shape
     posterior = np.tile(1e-6 * np.eye(d), (n, 1, 1))
     for _ in range(3):  # the differences span the posterior of an engagement, which they determine
         about = linearise(observations, truth.points, axes(posterior), noise.std[-1])
-        its = engagements(about, noise, *observations.bounds)
+        its = engagements(about, noise, observations, np.zeros((d, 0)))
         effects = random_effects.predicted(its, truth.scatter**2)
         posterior = effects.posterior
     return effects.standard_error

@@ -111,7 +111,7 @@ def engagement(model: Model, problem: InferenceProblem, inputs: Inputs, recordin
             "lock": lock if np.isfinite(lock) else None,
             "current": np.interp(time, breakpoints, current).tolist(),
             "measured": None if measured is None else {name: _row(measured[name][condition])
-                                                       for name in SIGNAL_UNITS},
+                                                       for name in measured.names},
             "simulated": {name: _row(getattr(response, name)[0, 0]) for name in names},
             "gear_ratio": values["gear_ratio"]}
 

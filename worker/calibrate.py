@@ -8,6 +8,7 @@ from pathlib import Path
 from slipstick.bench import Bench, parameters
 from slipstick.calibration import Calibration, calibrate
 from slipstick.errors import InvalidValue
+from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.files import replacing
 from worker.bench_option import add_bench_argument, open_model, open_recordings
 
@@ -19,7 +20,7 @@ noise. The fit does not depend on it."""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("--recordings", type=Path, default=Path("tables/measured.h5"), metavar="FILE",
-                        help="recordings with signals, .h5 or .csv (default: %(default)s)")
+                        help="recordings with at least one signal, .h5 or .csv (default: %(default)s)")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if the recordings are a CSV file")
     add_bench_argument(parser)
@@ -55,6 +56,16 @@ def print_progress(free: tuple[str, ...], iterations: int, change: float) -> Non
           file=sys.stderr)
 
 
+def _undetermined(calibration: Calibration) -> list[str]:
+    missing = [name for name in SIGNAL_UNITS if name not in calibration.signals]
+    lines = [f"Not measured: {', '.join(missing)}"] if missing else []
+    if calibration.undetermined:
+        lines.append(f"Not determined by these recordings: {', '.join(calibration.undetermined)}.\n"
+                     "At most combinations of them are. Among the values that fit alike, these are near the start, and "
+                     "the\nintervals say what the bounds of the bench file leave open.")
+    return lines
+
+
 def report(calibration: Calibration) -> str:
     """The calibration as plain text."""
     nominal = dict(zip(parameters.NAMES, calibration.model.physics.nominal, strict=True))
@@ -62,11 +73,13 @@ def report(calibration: Calibration) -> str:
              f"{'parameter':22}{'value':>12}  {f'{calibration.level:.0%} interval':>24}  {'x nominal':>9}  "
              f"{'scatter':>8}"]
     for name, entry in calibration.spec()["parameters"].items():
-        note = "  at a bound: not a valid estimate" if name in calibration.at_bound else ""
+        note = "  at a bound: not a valid estimate" if name in calibration.at_bound else \
+            "  not determined" if name in calibration.undetermined else ""
         scatter, error = (entry[key] / abs(nominal[name]) for key in ("scatter", "scatter_error"))
         shown = f"{scatter:8.2%}" if scatter > error else f"< {scatter + error:.2%}"
         lines.append(f"{name:22}{entry['value']:12.5g}  {entry['interval'][0]:11.5g} to {entry['interval'][1]:<10.5g}"
                      f"{entry['value'] / nominal[name]:9.4f}  {shown:>8}  {entry['unit']}{note}")
+    lines += _undetermined(calibration)
     lines.append("Scatter: standard deviation from run to run, as a share of the nominal value\n"
                  "Correlation of the estimates, in the same order")
     lines += ["  " + "".join(f"{value:7.2f}" for value in row) for row in calibration.correlation]

@@ -65,7 +65,9 @@ class ImportDescription(BaseModel):
     set_aside: list[SetAsideEngagement] = Field(description="Engagements that cannot be used, with the reasons.")
     remarks: list[str] = Field(description="What was found out or assumed without being told.")
     doubts: list[str] = Field(description="What looks wrong: the marks of a swapped channel, a wrong sign or unit.")
-    open_questions: list[str] = Field(description="What cannot be answered without the signals that are missing.")
+    open_questions: list[str] = Field(description="What cannot be answered without the signals that were not mapped: "
+                                                  "blocks that a study does not ask, and what no calibration "
+                                                  "determines.")
 
 
 ImportBench = Annotated[str, Query(description="Name of the bench of the files.", openapi_examples={

@@ -60,7 +60,8 @@ class RecordingsList(Page):
 class SignalsDescription(BaseModel):
     """Description of the recorded signals."""
 
-    units: dict[str, str] = Field(description="Units of the signals, by name.")
+    units: dict[str, str] = Field(description="Units of the recorded signals, by name: all or some of pressure, "
+                                               "input_speed, output_speed and output_torque.")
     samples: int = Field(description="Number of samples of each signal in each engagement.")
     start: float = Field(description="Time of the first sample in s after the shift command.")
     end: float = Field(description="Time of the last sample in s after the shift command.")
@@ -188,7 +189,8 @@ def describe(name: str, recordings: Recordings | Measurements) -> RecordingsDesc
         measured_time=recordings.measured_time.tolist(),
         run_order=None if recordings.run_order is None else recordings.run_order.tolist(),
         signals=None if signals is None else SignalsDescription(
-            units=SIGNAL_UNITS, samples=len(signals.time), start=signals.time[0], end=signals.time[-1]),
+            units={one: SIGNAL_UNITS[one] for one in signals.names}, samples=len(signals.time), start=signals.time[0],
+            end=signals.time[-1]),
         conditions=list_conditions(recordings.conditions), current_profiles=list_profiles(recordings.conditions),
         condition_units=condition_units(recordings.conditions))
 

@@ -8,12 +8,14 @@ from slipstick.bench import Bench, parameters
 from slipstick.clutch.ensemble import signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
-from slipstick.recordings.signals import SIGNAL_UNITS
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The signals (k,) of the nominal model at the conditions of the engagement `row`, and its lock-up in s, if any."""
+    """The measured signals (k,) as the nominal model has them at the conditions of the engagement `row`.
+
+    `lock` is its lock-up in s, if any.
+    """
 
     row: int
     simulated: dict[str, np.ndarray]
@@ -28,5 +30,5 @@ def compare(recordings: Recordings, bench: Bench) -> Comparison | None:
     row = int(np.argsort(recordings.measured_time, kind="stable")[len(recordings) // 2])
     response = signals(Model(bench.physics), recordings.conditions.take([row]), recordings.signals.time)
     lock = float(response.shifting_time[0, 0])
-    return Comparison(row, {name: getattr(response, name)[0, 0] for name in SIGNAL_UNITS},
+    return Comparison(row, {name: getattr(response, name)[0, 0] for name in recordings.signals.names},
                       lock if np.isfinite(lock) else None, bench.physics.nominal[parameters.index("gear_ratio")])

@@ -94,7 +94,8 @@ def _written(source: Source, bench: Bench, guesses: dict[str, Guess]) -> Proposa
     if "time" in guesses:
         lines += ["[time]", *_lines(guesses["time"], "s", missing, key="channel"), ""]
     for name in ("pressure", "input_speed", "output_speed", "output_torque"):
-        lines += [f"[signals.{name}]", *_lines(guesses[name], _UNITS[name], missing), ""]
+        lines += [f"[signals.{name}]", *_lines(guesses[name], _UNITS[name], missing),
+                  *(() if guesses[name].channel else ("# Remove this section if the bench does not measure it",)), ""]
     current = guesses["current"]
     lines.append("[shift_command]")
     if current.channel is not None:

@@ -12,13 +12,14 @@ from slipstick.acquisition.engagement import Engagement, engagements
 from slipstick.acquisition.flaws import flaws
 from slipstick.acquisition.mapping import ChannelMap
 from slipstick.acquisition.numbers import Numbers, read_plan
+from slipstick.acquisition.open_questions import open_questions
 from slipstick.acquisition.result import Imported, MappedChannel, SetAside
 from slipstick.acquisition.units import spelled
 from slipstick.bench import Bench, parameters
 from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS, Conditions
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.recordings import FurtherChannel, Recordings, Signals
-from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS
+from slipstick.recordings.signals import LARGEST
 
 
 def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench, plan: bytes | None = None,
@@ -84,15 +85,14 @@ def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Ben
         raise BadRecording(f"None of the {len(found)} engagements can be used; {aside[0].label}: {aside[0].reason}",
                            "Check the channels (swapped speeds do not meet), the shift command, signs and units in the "
                            "mapping")
-    if len(kept) * len(window.time) * len(SIGNAL_UNITS) > LARGEST:
+    if len(kept) * len(window.time) * len(mapping.signals) > LARGEST:
         raise BadRecording(f"{len(kept)} engagements of {len(window.time):,} samples are more than {LARGEST:,} numbers",
                            "Give a longer clock.step, or a shorter clock.end")
-    complete = set(SIGNAL_UNITS) <= set(mapping.signals)
-    signals = Signals(window.time, *(aligned([one.tracks[name] for one in kept], window) for name in SIGNAL_UNITS)) \
-        if complete else None
+    signals = Signals(window.time, **{name: aligned([one.tracks[name] for one in kept], window)
+                                      for name in mapping.signals})
     further = {name: FurtherChannel(kept[0].further[name].unit or "1",
                                     aligned([one.further[name] for one in kept], window))
-               for name in mapping.further} if complete else {}
+               for name in mapping.further}
     times = np.array([one.measured_time for one in kept], float)
     try:
         conditions = _conditions(kept, bench)
@@ -101,16 +101,13 @@ def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Ben
     except (InvalidValue, BadRecording) as error:
         raise BadRecording(f"{error.cause} (conditions in the order of the engagements, {kept[0].label} first)",
                            error.remedy) from error
-    missing = tuple(name for name in SIGNAL_UNITS if name not in mapping.signals)
     channels = _channels(kept, mapping)
     return Imported(
         recordings, tuple(one.label for one in kept), window.step, channels,
         np.array([one.located.time if one.located else np.nan for one in kept]),
         np.array([one.located.error if one.located else np.nan for one in kept]), mapping.shifting_time is None,
         tuple(aside), (*remarks, *window.remarks, *_remarks(channels, mapping, window.step)), doubts(recordings, bench),
-        () if complete else (
-            f"{', '.join(missing)} not mapped: the recordings hold shifting times and conditions only",
-            "Calibration and study need all four signals, so both stay open; fits of shifting times do not need them"))
+        open_questions(signals.names, bench))
 
 
 def _refused(one: Engagement, window: Window) -> str:
@@ -128,6 +125,8 @@ def _refused(one: Engagement, window: Window) -> str:
                     f"the shift command{more}")
     if one.end < window.end - window.step / 2:
         return f"it ends {one.end:.4g} s after the shift command, and the recordings at {window.end:.4g} s"
+    if one.measured_time is None and not {"input_speed", "output_speed"} <= one.tracks.keys():
+        return "no shifting time is recorded, and to compute it both speeds are needed"
     if one.measured_time is None:
         return "no lock-up: no shifting time is recorded, and the speeds do not meet"
     if one.measured_time <= 0 or one.measured_time > window.profile_end:

@@ -39,7 +39,7 @@ class Imported:
     `located` (n,) are the shifting times by the speeds in s with their standard errors `error` (n,), NaN where the
     speeds do not show one; `computed` says whether the recordings have these, or recorded ones. `remarks` are found out
     or assumed without being told, `doubts` are what looks wrong in the recordings, and `open_questions` what cannot be
-    answered without the signals that are missing.
+    answered without the signals that were not mapped.
     """
 
     recordings: Recordings

@@ -5,13 +5,12 @@ import numpy as np
 from slipstick.bench import Bench, parameters
 from slipstick.calibration.mixed import MixedFit, Report, fit
 from slipstick.calibration.noise import Noise, sensor_noise
-from slipstick.calibration.observations import CHANNELS, Observations
+from slipstick.calibration.observations import Observations
 from slipstick.calibration.result import Calibration
 from slipstick.calibration.start import start as start_values
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.recordings import Recordings
-from slipstick.recordings.signals import SIGNAL_UNITS, Signals
+from slipstick.recordings import Recordings, Signals
 
 LEVEL = 0.9
 """Probability of the intervals."""
@@ -26,18 +25,19 @@ _AT_BOUND = 1e-3
 
 def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
               report: Report = lambda *_: None) -> Calibration:
-    """Fit the uncertain parameters of the `bench` to `recordings`, which must have signals.
+    """Fit the uncertain parameters of the `bench` to `recordings`, which must have at least one signal.
 
     The search starts from the model `start`, by default from the nominal parameters, whose effects and laws are not
     changed. The noise of the shifting time is that of the bench; the noise of the signals is estimated from the
-    recordings. `report` is called after every iteration. Raises `InvalidValue`.
+    recordings. A signal that was not measured counts nothing. `report` is called after every iteration. Raises
+    `InvalidValue`.
     """
     model = start or Model(bench.physics)
     bench.require(model.physics)
     signals, lock_up_noise = _checked(recordings, bench)
     observations = Observations(recordings, signals, bench, bench.uncertain, np.array(model.parameters),
                                 model.coefficients(), model.laws)
-    shown = [sensor_noise(name, signals[name]) for name in SIGNAL_UNITS]
+    shown = [sensor_noise(name, signals[name]) for name in signals.names]
     sensors = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
     scatter = [bench.prior(name).scatter for name in bench.uncertain]
     found = fit(observations, start_values(observations), sensors,
@@ -56,10 +56,7 @@ def _checked(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
                            "Mark those to calibrate in its [parameters] with `uncertain = true`")
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and shifting times alone do not determine the parameters",
-                           "Record pressure, speeds and torque as well")
-    if recordings.signals.missing:
-        raise InvalidValue(f"These recordings have no {recordings.signals.missing[0].replace('_', ' ')}",
-                           "Record pressure, speeds and torque")
+                           "Record pressure, speeds or torque as well")
     fewest = _FEWEST_PER_PARAMETER * len(bench.uncertain)
     if len(recordings.conditions) < fewest:
         raise InvalidValue(f"{len(recordings.conditions)} engagements are too few for a calibration",
@@ -75,18 +72,19 @@ def _concluded(observations: Observations, model: Model, found: MixedFit, lock_u
     values = dict(zip(free, effects.mean * nominal, strict=True))
     fitted, error = model.with_parameters(values), effects.standard_error
     noise, chi_square = _remaining(observations, found, lock_up_noise)
-    base = observations.base[[parameters.index(name) for name in free]] / nominal
     return Calibration(
         model=fitted, free=free, standard_error=error * nominal,
         interval=effects.intervals(LEVEL) * nominal[:, None], level=LEVEL,
         correlation=effects.covariance / np.outer(error, error), scatter=effects.scatter * nominal,
         scatter_error=effects.scatter_error * nominal, chi_square=chi_square,
-        noise=dict(zip(CHANNELS, noise.std.tolist(), strict=True)),
-        noise_correlation=dict(zip(SIGNAL_UNITS, noise.correlation[:-1].tolist(), strict=True)),
-        rms_before=_rms_of_times(observations, base), rms_after=_rms_of_times(observations, effects.mean),
+        noise=dict(zip(observations.channels, noise.std.tolist(), strict=True)),
+        noise_correlation=dict(zip(observations.signals.names, noise.correlation[:-1].tolist(), strict=True)),
+        rms_before=_rms_of_times(observations, observations.start), rms_after=_rms_of_times(observations, effects.mean),
         at_bound=tuple(name for name, value, low, high, near in
                        zip(free, effects.mean, lower, upper, margin, strict=True)
                        if value < low + near or value > high - near),
+        signals=observations.signals.names,
+        undetermined=tuple(name for name, is_so in zip(free, effects.undetermined, strict=True) if is_so),
         evaluations=found.iterations, converged=found.converged, bench=bench.name, bench_digest=bench.digest,
         sensing_digest=bench.sensing_digest)
 
@@ -97,14 +95,14 @@ def _remaining(observations: Observations, found: MixedFit, lock_up_noise: float
     response = observations.simulate(points[None], places)
     signals, times = observations.residuals(response, places)
     counted = observations.counted(observations.lock_up(response, places), places, lock_up_noise)
-    shown = [sensor_noise(name, signals[channel, 0]) for channel, name in enumerate(SIGNAL_UNITS)]
+    shown = [sensor_noise(name, signals[channel, 0]) for channel, name in enumerate(observations.signals.names)]
     noise = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
-    squares = [float(np.mean(signals[channel, 0][counted[channel]] ** 2)) for channel in range(len(SIGNAL_UNITS))]
+    squares = [float(np.mean(signals[channel, 0][counted[channel]] ** 2)) for channel in range(len(signals))]
     # What the parameters of the engagements have taken from the residuals, by the trace of the posterior.
     samples = found.about.counts[:, 0].sum(axis=1)
     taken = np.einsum("cnpq,nqp->c", found.about.products[:, 0, :, :-1, :-1], found.effects.posterior, optimize=True)
     mean = np.array([*squares, float(np.mean(times**2))]) + taken / samples
-    return noise, dict(zip(CHANNELS, (mean / noise.std**2).tolist(), strict=True))
+    return noise, dict(zip(observations.channels, (mean / noise.std**2).tolist(), strict=True))
 
 
 def _rms_of_times(observations: Observations, point: np.ndarray) -> float:

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.calibration import noise, random_effects
+from slipstick.calibration import identification, noise, random_effects
 from slipstick.calibration.linearised import Linearised, linearise
-from slipstick.calibration.modes import SHARES, axes, misfit, searched
+from slipstick.calibration.modes import FIRST, SHARES, axes, misfit, searched
 from slipstick.calibration.noise import Noise
 from slipstick.calibration.observations import Observations
 from slipstick.calibration.random_effects import Engagements, RandomEffects
@@ -31,6 +31,10 @@ _FREE = 11
 """Iterations after which variances and noise move by half of the last share of the way, so that the fit ends where the
 model is wrong, too: its residuals then depend on where an engagement is linearised, and noise and scatter on them."""
 _INNER = 3  # alternations of variances and noise on one linearisation
+_SPANS = 4
+"""Linearisations until differences span what an engagement leaves open. After two, slopes along a direction in which no
+signal changes at all still had errors that look like information: 0.04 to 5 times that of the bounds, in 24 to 30
+engagements without pressure. After four it was below 0.01."""
 _LEAST = 1e-4**2
 """Variance of a multiplier that the choice among shares of a step assumes at least, so that the penalty is finite."""
 
@@ -49,22 +53,22 @@ class MixedFit:
 def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter: np.ndarray,
         report: Report = lambda *_: None) -> MixedFit:
     """Fit from `points` (n, d) and the standard deviations `scatter` (d,) on; `sensors` is the noise to start with."""
-    lower, upper = observations.bounds
     variance = scatter**2
     points, about = searched(observations, points, variance, sensors)
     mean, change, iteration = np.median(points, axis=0), np.inf, 0
     # Misfit counts as noise before anything is estimated, or sensors' noise would make scatter of it.
     estimated = _noise(about, points, np.zeros_like(about.products[0, 0, :, :-1, :-1]), sensors)
+    undetermined = _undetermined(observations, mean, variance, estimated)
     is_held = True
     while True:
         iteration += 1
         share = 0.5 ** max(0, iteration - _FREE)
         for _ in range(_INNER):
-            linear = engagements(about, estimated, lower, upper)
+            linear = engagements(about, estimated, observations, undetermined)
             effects = (random_effects.predicted if is_held else random_effects.estimate)(linear, variance)
             variance = variance + share * (effects.variance - variance)
             estimated = estimated.moved(_noise(about, effects.each, effects.posterior, sensors), share)
-        effects = random_effects.predicted(engagements(about, estimated, lower, upper), variance)
+        effects = random_effects.predicted(engagements(about, estimated, observations, undetermined), variance)
         change = float(np.max(np.abs(effects.mean - mean) / effects.standard_error))
         report(observations.free, iteration, change)
         has_ended = not is_held and change < CONVERGED
@@ -76,12 +80,23 @@ def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter:
         about = linearise(observations, points, axes(effects.posterior), float(sensors.std[-1]))
 
 
-def engagements(about: Linearised, estimated: Noise, lower: np.ndarray, upper: np.ndarray) -> Engagements:
-    """The linear mixed model of linearised engagements with a noise, and bounds (d,) of its means."""
+def engagements(about: Linearised, estimated: Noise, observations: Observations, held: np.ndarray) -> Engagements:
+    """The linear mixed model of linearised engagements with a noise; its means are `held` in directions (d, q)."""
     weighted = about.weighted(estimated)
     information = weighted[:, :-1, :-1]
     pull = weighted[:, :-1, -1] + (information @ about.points[..., None])[..., 0]
-    return Engagements(information, pull, lower, upper)
+    return Engagements(information, pull, *observations.bounds, observations.start, held)
+
+
+def _undetermined(observations: Observations, point: np.ndarray, variance: np.ndarray, estimated: Noise) -> np.ndarray:
+    """The directions (d, q) that the engagements do not determine, all linearised about the same point (d,)."""
+    points = np.tile(point, (len(observations.recordings), 1))
+    steps = np.tile(FIRST * np.eye(len(point)), (len(points), 1, 1))
+    for _ in range(_SPANS):
+        about = linearise(observations, points, steps, estimated.std[-1])
+        linear = engagements(about, estimated, observations, np.zeros((len(point), 0)))
+        steps = axes(np.linalg.inv(linear.information + np.diag(1 / variance)))
+    return identification.undetermined(random_effects.marginals(linear, variance)[0].sum(axis=0), linear.known)
 
 
 def _noise(about: Linearised, each: np.ndarray, posterior: np.ndarray, sensors: Noise) -> Noise:

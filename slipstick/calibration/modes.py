@@ -11,11 +11,11 @@ import numpy as np
 from slipstick.blocks.clutch import PISTON
 from slipstick.calibration.linearised import Linearised, linearise, neighbours
 from slipstick.calibration.noise import Noise
-from slipstick.calibration.observations import CHANNELS, Observations
+from slipstick.calibration.observations import Observations
 
 SHARES = np.array([1.0, 0.5, 0.2, 0.05])
 """Of a step that are tried: where the model is curved a whole step goes too far."""
-_FIRST, _SMALLEST, _LARGEST = 5e-3, 5e-4, 0.1
+FIRST, _SMALLEST, _LARGEST = 5e-3, 5e-4, 0.1
 """Steps of the differences, in multiples of nominal values: before a posterior is known, and the limits after."""
 _SEARCHES = 8
 """Steps of the search. The fit goes on from there."""
@@ -42,7 +42,7 @@ def searched(observations: Observations, points: np.ndarray, variance: np.ndarra
     """
     (n, d), (lower, upper) = points.shape, observations.bounds
     first, precision = points, np.diag(1 / variance)
-    steps = np.tile(_FIRST * np.eye(d), (n, 1, 1))
+    steps = np.tile(FIRST * np.eye(d), (n, 1, 1))
     for search in range(_SEARCHES):
         about = linearise(observations, points, steps, noise.std[-1])
         centre, weighted = np.median(points, axis=0), about.weighted(noise)
@@ -85,7 +85,7 @@ def misfit(observations: Observations, points: np.ndarray, noise: Noise, places:
     signals, times = observations.residuals(response, places)
     # The same samples for all points of an engagement, or a point would gain by leaving out more.
     counted = observations.counted(observations.lock_up(response, places), places, noise.std[-1])
-    squares = (times / noise.std[CHANNELS.index("shifting_time")]) ** 2
+    squares = (times / noise.std[-1]) ** 2
     for residuals, is_counted, (every, inner, across) in zip(signals, counted, noise.weights, strict=False):
         pairs, interior = neighbours(is_counted)
         squares += np.einsum("snk,snk,nk->sn", residuals, residuals, every * is_counted + inner * interior,

@@ -1,4 +1,4 @@
-"""What a calibration compares: every sample of every signal, and the shifting time of each engagement.
+"""What a calibration compares: every sample of every measured signal, and the shifting time of each engagement.
 
 At lock-up the torque jumps. The samples between the simulated and the measured lock-up then differ by the whole jump,
 however near the two are, and a linearisation does not describe that. They are left out of the torque, and the shifting
@@ -14,10 +14,6 @@ from slipstick.clutch import ensemble
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
-from slipstick.recordings.signals import SIGNAL_UNITS
-
-CHANNELS = (*SIGNAL_UNITS, "shifting_time")
-"""The signals, and the shifting time last."""
 
 ACCURACY = ensemble.Accuracy(5e-4, 2e-3)
 _LOCK_UP = 4.0
@@ -29,7 +25,7 @@ _MARGIN = 2
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """n `recordings` of a `bench` with k samples, with the effect coefficients (c,) and laws of the model compared.
+    """n `recordings` of a `bench` with k samples, with the effect coefficients and laws of the model compared.
 
     `free` names the d parameters whose multipliers of the nominal values form a point. `base` (20,) has the others.
     """
@@ -41,6 +37,17 @@ class Observations:
     base: np.ndarray
     coefficients: np.ndarray
     laws: tuple[MeasuredLaw, ...] = ()
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The c measured signals, and the shifting time last."""
+        return (*self.signals.names, "shifting_time")
+
+    @property
+    def start(self) -> np.ndarray:
+        """The point (d,) of the base values."""
+        columns = [parameters.index(name) for name in self.free]
+        return np.asarray(self.base[columns] / np.array(self.bench.physics.nominal)[columns])
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -68,10 +75,10 @@ class Observations:
         return response
 
     def residuals(self, response: ensemble.Response, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Measured - simulated: signals (4, s, m, k) and shifting times (s, m), from a response of s x m rows."""
+        """Measured - simulated: the c signals (c, s, m, k) and shifting times (s, m), from a response of s x m rows."""
         shape = (-1, len(places), len(self.signals.time))
         signals = np.array([self.signals[name][places] - getattr(response, name).reshape(shape)
-                            for name in SIGNAL_UNITS])
+                            for name in self.signals.names])
         times = self.recordings.measured_time[places] - self.lock_up(response, places)
         return signals, times
 
@@ -83,12 +90,14 @@ class Observations:
         return np.where(locked, response.shifting_time.reshape(-1, len(places)), end)
 
     def counted(self, lock_up: np.ndarray, places: np.ndarray, noise: float) -> np.ndarray:
-        """Which samples (4, m, k) count for s simulations with `lock_up` (s, m), measured with a `noise` in s."""
+        """Which samples (c, m, k) count for s simulations with `lock_up` (s, m), measured with a `noise` in s."""
         time, measured, margin = self.signals.time, self.recordings.measured_time[places], self._margin(noise)
         both = np.concatenate([lock_up, measured[None]])
         first, last = both.min(axis=0) - margin, both.max(axis=0) + margin
-        counted = np.ones((len(SIGNAL_UNITS), len(places), len(time)), bool)
-        counted[list(SIGNAL_UNITS).index("output_torque")] = (time < first[:, None]) | (time > last[:, None])
+        counted = np.ones((len(self.signals.names), len(places), len(time)), bool)
+        if "output_torque" in self.signals.names:
+            its = self.signals.names.index("output_torque")
+            counted[its] = (time < first[:, None]) | (time > last[:, None])
         return counted
 
     def locked(self, noise: float) -> np.ndarray:

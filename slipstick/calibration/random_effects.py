@@ -2,7 +2,8 @@
 
 The engagement i enters through A_i = J_i' V^-1 J_i and a_i = J_i' V^-1 z_i, V the covariance of its noise. Generalized
 least squares gives the mean, restricted maximum likelihood the variances (Patterson and Thompson, Biometrika 58, 545,
-1971), the best linear unbiased prediction the beta_i.
+1971), the best linear unbiased prediction the beta_i. In directions that the engagements do not determine, the mean is
+held where it was at the start.
 """
 
 from dataclasses import dataclass
@@ -11,18 +12,32 @@ import numpy as np
 from scipy.optimize import lsq_linear
 from scipy.stats import t as student
 
+from slipstick.calibration.identification import completed, known_from, projector, undetermined
+
+_UNTOLD = 1e-9
+"""Information on a variance, as a share of that of its range, below which the variance stays as it was."""
 _SCORINGS, _SETTLED = 200, 1e-6
 """Most steps of Fisher scoring, and the expected rise of the log-likelihood below which it ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class Engagements:
-    """`information` A_i (n, d, d) and `pull` a_i (n, d) of n engagements, with bounds (d,) of the mean."""
+    """`information` A_i (n, d, d) and `pull` a_i (n, d) of n engagements, with bounds (d,) of the mean.
+
+    The mean differs from `start` (d,) in no direction that is `held` (d, q), as `identification.undetermined` has them.
+    """
 
     information: np.ndarray
     pull: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
+    start: np.ndarray
+    held: np.ndarray
+
+    @property
+    def known(self) -> np.ndarray:
+        """Standard deviations (d,) of the parameters within their bounds."""
+        return known_from(self.lower, self.upper)
 
     @property
     def widest(self) -> np.ndarray:
@@ -35,7 +50,8 @@ class RandomEffects:
     """Estimated `mean` (d,) and `variance` (d,) between engagements; `covariance`, `uncertainty` (d, d) are theirs.
 
     `each` (n, d) are the predicted beta_i, `posterior` (n, d, d) their covariance given the data. `marginal` (n, d, d)
-    is J_i' (V + J_i diag(variance) J_i')^-1 J_i.
+    is J_i' (V + J_i diag(variance) J_i')^-1 J_i. `covariance` has the variance that the bounds leave to the directions
+    `held` (d, q).
     """
 
     mean: np.ndarray
@@ -45,6 +61,12 @@ class RandomEffects:
     each: np.ndarray
     posterior: np.ndarray
     marginal: np.ndarray
+    held: np.ndarray
+
+    @property
+    def undetermined(self) -> np.ndarray:
+        """Which means (d,) have more than half of their variance from bounds and not from the engagements."""
+        return np.asarray((self.held**2).sum(axis=1) > 0.5 * np.diag(self.covariance))
 
     @property
     def standard_error(self) -> np.ndarray:
@@ -67,7 +89,8 @@ class RandomEffects:
     @property
     def degrees_of_freedom(self) -> np.ndarray:
         """Of each variance of the mean, by Satterthwaite's approximation (Biometrics Bulletin 2, 110, 1946): (d,)."""
-        slopes = ((self.covariance @ self.marginal) ** 2).sum(axis=0)  # of covariance[k, k] in variance[l]
+        estimated = self.covariance - self.held @ self.held.T
+        slopes = ((estimated @ self.marginal) ** 2).sum(axis=0)  # of covariance[k, k] in variance[l]
         spread = np.einsum("kl,lm,km->k", slopes, self.uncertainty, slopes)
         return np.asarray(2 * np.diag(self.covariance) ** 2 / np.maximum(spread, np.finfo(float).tiny))
 
@@ -81,8 +104,11 @@ def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
     """Estimate by Fisher scoring from `variance` (d,) on, between 0 and `widest` of the engagements."""
     variance = np.minimum(variance, engagements.widest)
     likelihood, step = _restricted(engagements, variance), np.zeros_like(variance)
+    ranges = known_from(np.zeros_like(variance), engagements.widest)
     for _ in range(_SCORINGS):
         slope, expected = _slope(engagements, variance)
+        untold = np.diag(expected) * ranges**2 < _UNTOLD
+        expected = expected + np.diag(np.where(untold, 1 / ranges**2, 0.0))
         scale = np.sqrt(np.diag(expected))
         scaled = expected / np.outer(scale, scale)
         values, vectors = np.linalg.eigh(scaled)
@@ -107,18 +133,20 @@ def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
 
 def predicted(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
     """The mean and the beta_i for given variances."""
-    marginal, pull, gain = _marginal(engagements, variance)
-    information = marginal.sum(axis=0)
-    mean = _bounded(information, pull.sum(axis=0), engagements.lower, engagements.upper)
+    marginal, pull, gain = marginals(engagements, variance)
+    information, _, mean = _mean(engagements, marginal, pull)
     covariance = np.linalg.inv(information)
+    estimated = covariance - engagements.held @ engagements.held.T
     each = mean + variance * (pull - marginal @ mean)
     kept = np.eye(len(variance)) - variance[:, None] * marginal
-    posterior = gain + kept @ covariance @ kept.transpose(0, 2, 1)
-    uncertainty = np.linalg.pinv(_slope(engagements, variance)[1], hermitian=True)
-    return RandomEffects(mean, covariance, variance, uncertainty, each, posterior, marginal)
+    posterior = gain + kept @ estimated @ kept.transpose(0, 2, 1)
+    known = known_from(np.zeros_like(variance), engagements.widest)
+    expected = _slope(engagements, variance)[1]
+    uncertainty = np.linalg.pinv(completed(expected, undetermined(expected, known), known), hermitian=True)
+    return RandomEffects(mean, covariance, variance, uncertainty, each, posterior, marginal, engagements.held)
 
 
-def _marginal(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def marginals(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """J' W^-1 J and J' W^-1 z, W = V + J diag(variance) J', and the covariance of beta_i - mean given data and mean."""
     root, information = np.sqrt(variance), engagements.information
     inner = np.eye(len(root)) + root[:, None] * information * root
@@ -128,13 +156,24 @@ def _marginal(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarra
             gain)
 
 
+def _mean(engagements: Engagements, marginal: np.ndarray,
+          pull: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Information (d, d) of the mean, its product with the mean (d,) without bounds, and the mean (d,) within bounds.
+
+    In directions that are held the information is that of the bounds.
+    """
+    own, held, known = marginal.sum(axis=0), engagements.held, engagements.known
+    information, free = completed(own, held, known), projector(held, known)
+    score = free.T @ pull.sum(axis=0) + (information - free.T @ own) @ engagements.start
+    return information, score, _bounded(information, score, engagements.lower, engagements.upper)
+
+
 def _restricted(engagements: Engagements, variance: np.ndarray) -> float:
     """Restricted log-likelihood, without what does not depend on the variances."""
     root = np.sqrt(variance)
     inner = np.eye(len(root)) + root[:, None] * engagements.information * root
-    marginal, pull, gain = _marginal(engagements, variance)
-    information, score = marginal.sum(axis=0), pull.sum(axis=0)
-    mean = _bounded(information, score, engagements.lower, engagements.upper)
+    marginal, pull, gain = marginals(engagements, variance)
+    information, score, mean = _mean(engagements, marginal, pull)
     square = -np.einsum("np,npq,nq->", engagements.pull, gain, engagements.pull) - 2 * score @ mean
     square += mean @ information @ mean
     logdet = np.linalg.slogdet(inner)[1].sum() + np.linalg.slogdet(information)[1]
@@ -143,11 +182,10 @@ def _restricted(engagements: Engagements, variance: np.ndarray) -> float:
 
 def _slope(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slope (d,) and expected information (d, d) of the restricted log-likelihood in the variances."""
-    marginal, pull, _ = _marginal(engagements, variance)
-    information = marginal.sum(axis=0)
-    mean = _bounded(information, pull.sum(axis=0), engagements.lower, engagements.upper)
+    marginal, pull, _ = marginals(engagements, variance)
+    information, _, mean = _mean(engagements, marginal, pull)
     left = pull - marginal @ mean
-    covariance = np.linalg.inv(information)
+    covariance = np.linalg.inv(information) - engagements.held @ engagements.held.T
     through = marginal @ covariance
     own = through @ marginal
     slope = 0.5 * ((left**2).sum(axis=0) - np.einsum("ndd->d", marginal - own))

@@ -22,7 +22,10 @@ class Calibration:
     from sample to sample. `chi_square` is the reduced chi-square of each channel, 1 if only sensor noise remains, with
     the parameters of each engagement at their own values: scatter from run to run does not raise it. `rms_before` and
     `rms_after` are RMS residuals of the shifting time in s, at the start and at the fitted common values. `at_bound`
-    names the parameters at a bound: their values are those of the bound, not estimates. `bench` is the name of the
+    names the parameters at a bound: their values are those of the bound, not estimates. `signals` names the signals
+    that were compared. `undetermined` names the parameters of which more than half of the variance stems from the
+    bounds of the bench file: the recordings determine some of their combinations at most, and their values are those
+    near the start that fit. `bench` is the name of the
     bench, `bench_digest` and `sensing_digest` are its digests. `evaluations` counts
     the iterations of the mixed-effects fit.
     """
@@ -41,6 +44,8 @@ class Calibration:
     rms_before: float
     rms_after: float
     at_bound: tuple[str, ...]
+    signals: tuple[str, ...]
+    undetermined: tuple[str, ...]
     evaluations: int
     converged: bool
     bench: str
@@ -61,5 +66,6 @@ class Calibration:
                 "sensing_digest": self.sensing_digest, "parameters": fitted, "level": self.level,
                 "correlation": self.correlation.tolist(), "reduced_chi_square": self.chi_square, "noise": self.noise,
                 "noise_correlation": self.noise_correlation, "at_bound": list(self.at_bound),
+                "signals": list(self.signals), "undetermined": list(self.undetermined),
                 "converged": self.converged, "rms_before_s": self.rms_before, "rms_after_s": self.rms_after,
                 "evaluations": self.evaluations}

@@ -2,16 +2,19 @@
 
 The pressure determines delay, bias and gain of the current, by least squares for each engagement. Pressure bias and
 initial position of the piston come from a search over their bounds, because the torque of the closing plates has local
-optima in them. In full contact the torque determines the friction coefficient of each engagement.
+optima in them. In full contact the torque determines the friction coefficient of each engagement. A signal that was not
+measured is simulated at the points so far where it drives a block, and a step that fits it is left out.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from slipstick.bench import parameters
 from slipstick.blocks import Clutch, Friction, Valve
 from slipstick.calibration.observations import Observations
+from slipstick.recordings import Recordings, Signals
 
 _STEP = 1e-4  # of differences of the closed-form prediction, in multiples of nominal values
 _ITERATIONS = 12
@@ -23,13 +26,25 @@ _FEWEST_SEARCHED = 24
 
 def start(observations: Observations) -> np.ndarray:
     """Points (n, d) of the engagements, from the base values of the observations."""
-    nominal, n = np.array(observations.bench.physics.nominal), len(observations.recordings)
-    free = [parameters.index(name) for name in observations.free]
-    points = np.tile(observations.base[free] / nominal[free], (n, 1))
-    valve = Valve.of(observations.recordings)
-    points = least_squares(observations, points, valve.parameters, valve.predict, observations.signals["pressure"])
-    points = _searched(observations, points)
-    return _in_contact(observations, points)
+    points = np.tile(observations.start, (len(observations.recordings), 1))
+    measured = observations.signals.names
+    if "pressure" in measured:
+        valve = Valve.of(observations.recordings)
+        points = least_squares(observations, points, valve.parameters, valve.predict, observations.signals["pressure"])
+    if "output_torque" not in measured:
+        return points
+    driven = replace(observations.recordings, signals=_driving(observations, points))
+    points = _searched(observations, points, Clutch.of(driven))
+    return _in_contact(observations, points, driven)
+
+
+def _driving(observations: Observations, points: np.ndarray) -> Signals:
+    """The measured signals, and at their points (n, d) the simulated ones of those that were not measured."""
+    signals = observations.signals
+    if not signals.missing:
+        return signals
+    response = observations.simulate(points[None], np.arange(len(points)))
+    return replace(signals, **{name: getattr(response, name) for name in signals.missing})
 
 
 def least_squares(observations: Observations, points: np.ndarray, names: tuple[str, ...],
@@ -65,13 +80,13 @@ def least_squares(observations: Observations, points: np.ndarray, names: tuple[s
     return points
 
 
-def _searched(observations: Observations, points: np.ndarray) -> np.ndarray:
+def _searched(observations: Observations, points: np.ndarray, clutch: Clutch) -> np.ndarray:
     """Points with the pressure bias and initial position that suit the torque of all engagements best."""
     columns = [place for place, name in enumerate(observations.free) if name in ("pressure_bias", "initial_position")]
     if not columns:
         return points
     step = max(1, len(points) // _FEWEST_SEARCHED)
-    clutch, slipping = Clutch.of(observations.recordings), _slipping(observations)
+    slipping = _slipping(observations)
     some = slice(None, None, step)
     few = Clutch(clutch.time, clutch.pressure[some], clutch.input_speed[some], clutch.output_speed[some])
     torque, counted, vectors = observations.signals["output_torque"][some], slipping[some], points[some]
@@ -95,17 +110,17 @@ def _searched(observations: Observations, points: np.ndarray) -> np.ndarray:
     return found
 
 
-def _in_contact(observations: Observations, points: np.ndarray) -> np.ndarray:
+def _in_contact(observations: Observations, points: np.ndarray, driven: Recordings) -> np.ndarray:
     """Points with the friction coefficient that each engagement shows in full contact; 1 where it has none."""
     if "friction_coefficient" not in observations.free:
         return points
     vectors = observations.vectors(points)
-    position = Clutch.of(observations.recordings).piston_position(vectors)
+    position = Clutch.of(driven).piston_position(vectors)
     contact = position >= vectors[:, parameters.index("contact_position"), None]
     counted = contact & _slipping(observations)
     # The later half: how early the plates are in contact depends on the piston, whose parameters are only a start.
     counted &= 2 * counted.cumsum(axis=1) > counted.sum(axis=1, keepdims=True)
-    predicted = Friction.of(observations.recordings).predict(vectors) * counted
+    predicted = Friction.of(driven).predict(vectors) * counted
     column, (lower, upper) = observations.free.index("friction_coefficient"), observations.bounds
     found = points.copy()
     found[:, column] *= _scale(predicted, observations.signals["output_torque"])[:, 0]

@@ -4,7 +4,6 @@ The valve comes first, then the closing piston for when the plates meet, load an
 A block can be asked if the signals that it needs were measured.
 """
 
-from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,12 +22,8 @@ from slipstick.naming.selection import Finding, Log, forward
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
-from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.recordings.needed import open_blocks
 
-NEEDED = {"valve": {"pressure"}, "contact": set(SIGNAL_UNITS), "clutch": set(SIGNAL_UNITS),
-           "load": {"output_torque", "output_speed"}, "input": {"output_torque", "input_speed"},
-           "lock": {"output_torque", "output_speed", "input_speed"}}
-"""The signals of each block: those at both of its ends, and what its laws need."""
 _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
 
 
@@ -58,11 +53,6 @@ class Start:
     def chi_squares(self) -> list[np.ndarray]:
         """Chi-squares (n,) of the engagements in the blocks behind the valve."""
         return [one.chi2 for one in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
-
-
-def open_blocks(signals: Collection[str]) -> tuple[str, ...]:
-    """The blocks that can be asked where these signals were measured."""
-    return tuple(block for block, its in NEEDED.items() if its <= set(signals))
 
 
 def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:

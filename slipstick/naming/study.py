@@ -25,9 +25,10 @@ from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, Log, forward, is_unexplained
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
-from slipstick.naming.start import Start, begin, open_blocks
+from slipstick.naming.start import Start, begin
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings
+from slipstick.recordings.needed import open_blocks
 
 FEWEST = 24
 """Engagements without which six folds hold too few for a standard error over engagements."""

@@ -1,7 +1,7 @@
 """One engagement with its phases fill, slip and stick, and its shifting time (Fig. 4 of the paper)."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from slipstick.pictures import theme
@@ -55,17 +55,20 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
     """
     shifting_times = {series: lock for series, lock in locks.items() if lock is not None}
     end = min(time[-1], max(shifting_times.values(), default=time[-1]) + _AFTER_LOCK)
-    names = {signal for signals in lines.values() for signal in signals} | {"speed"}
+    names = {signal for signals in lines.values() for signal in signals}
+    names |= {"speed"} if names & set(_SPEEDS) else set()
     selected = [panel for panel in _PANELS if panel[0] in names]
     views: list[Spec] = [{"width": theme.WIDTH, "height": height, "layer": _layers(name, title, height, lines)}
                          for name, title, height in selected]
     samples = _samples(time, lines, gear_ratio, end)
     views[0]["layer"].append(_note({"name": "phases"}, "from", {"value": -7}, "phase"))
-    speeds = views[[name for name, *_ in selected].index("speed")]
-    views[[name for name, *_ in selected].index("pressure")]["layer"] += _vacuum(lines.values())
-    speeds["layer"] += [
-        _note({"name": "locks"}, "t", {"value": speeds["height"] - 10}, "note"),
-        *_shafts(list(lines), samples)]
+    of = {name: view for (name, *_), view in zip(selected, views, strict=True)}
+    if "pressure" in of:
+        of["pressure"]["layer"] += _vacuum(lines.values())
+    noted = of.get("speed", views[-1])
+    noted["layer"].append(_note({"name": "locks"}, "t", {"value": noted["height"] - 10}, "note"))
+    if "speed" in of:
+        of["speed"]["layer"] += _shafts(list(lines), names, samples)
     for view in views:
         axis: Spec = {"grid": False, "title": None, "labels": False, "ticks": False}
         if view is views[-1]:
@@ -133,12 +136,12 @@ def _layers(name: str, title: str, height: int, lines: Mapping[str, Signals]) ->
         *curves]
 
 
-def _shafts(names: list[str], samples: list[Spec]) -> list[Spec]:
-    """Return the labels of both shaft speeds, placed above their curves before lock-up."""
+def _shafts(series: list[str], signals: Collection[str], samples: list[Spec]) -> list[Spec]:
+    """Return the labels of the shaft speeds among `signals`, placed above their curves before lock-up."""
     sample = samples[len(samples) * 3 // 8]
-    return [_note({"values": [{"t": sample["t"], "y": max(sample.get(f"{name} {signal}") or 0.0 for name in names),
+    return [_note({"values": [{"t": sample["t"], "y": max(sample.get(f"{name} {signal}") or 0.0 for name in series),
                                "shaft": label}]}, "t", {"field": "y", "type": "quantitative"}, "shaft", side, -12)
-            for signal, (label, side) in _SPEEDS.items()]
+            for signal, (label, side) in _SPEEDS.items() if signal in signals]
 
 
 def _note(data: Spec, x_field: str, y: Spec, text: str, align: str = "left", dy: int = 0) -> Spec:

@@ -49,7 +49,7 @@ def _pictures(found: Imported, comparison: Comparison | None) -> dict[str, Spec]
     signals = found.recordings.signals
     if signals is None or comparison is None:
         return {}
-    measured = {name: signals[name] for name in SIGNAL_UNITS}
+    measured = {name: signals[name] for name in signals.names}
     row = comparison.row
     return {
         "engagement": engagement(

@@ -28,9 +28,9 @@ from slipstick.naming.answer import Answer
 from slipstick.naming.record import from_json, to_json
 from slipstick.naming.scene import Scene
 from slipstick.naming.selection import Finding, is_enough
-from slipstick.naming.start import NEEDED
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
+from slipstick.recordings.needed import NEEDED
 from slipstick.study.figures import Figures, figures
 from slipstick.study.findings import finding_result
 from slipstick.study.result import BlockResult, ClosedBlock, Control, FurtherExperiment, Gap, SimulationResult

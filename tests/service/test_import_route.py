@@ -37,6 +37,13 @@ def test_files_and_mapping_become_recordings(client: httpx.Client) -> None:
     assert upload(client, archive(other)).status_code == 409
 
 
+def test_a_mapping_of_some_signals_gives_those_and_says_what_stays_open(client: httpx.Client) -> None:
+    lines = [line for line in MAP.splitlines() if not line.startswith("pressure")]
+    body = upload(client, archive({**FILES, "channels.toml": "\n".join(lines).encode()}), "partial").json()
+    assert list(body["recordings"]["signals"]["units"]) == ["input_speed", "output_speed", "output_torque"]
+    assert body["open_questions"][0].startswith("pressure not mapped: the recordings hold input_speed, ")
+
+
 @pytest.mark.parametrize(("files", "says"), [
     ({**FILES, "x.mf4": b"MDF     4.10" + b"\xff" * 999}, "x.mf4 cannot be read as MDF")])
 def test_a_wrong_upload_is_refused_and_leaves_no_file(

@@ -19,6 +19,17 @@ def test_the_shipped_recordings_are_described_as_simulated(client: httpx.Client)
     assert description["signals"]["units"]["pressure"] == "bar"
 
 
+def test_only_the_recorded_signals_are_described(client: httpx.Client, settings: Settings, tmp_path: Path) -> None:
+    shutil.copy(settings.tables / "measured.h5", tmp_path / "some.h5")
+    with h5py.File(tmp_path / "some.h5", "r+") as file:
+        del file["signals/pressure"]
+    response = client.post("/v1/recordings", params={"name": "partial"}, content=(tmp_path / "some.h5").read_bytes(),
+                           headers={"Content-Type": "application/x-hdf5"})
+    assert response.status_code == 201, response.text
+    assert response.json()["signals"]["units"] == {
+        "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
+
+
 @pytest.mark.parametrize("form", ["csv", "h5"])
 def test_an_upload_is_stored_and_usable(client: httpx.Client, settings: Settings, form: str) -> None:
     name = f"bench-{form}"

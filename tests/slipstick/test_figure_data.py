@@ -151,3 +151,13 @@ def test_times_are_null_for_a_condition_that_never_locks(problem: InferenceProbl
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert data["prediction"]["mean"][2] is None
     assert data["prediction"]["before"][2] is None
+
+
+def test_of_the_measured_signals_an_engagement_has_those_that_there_are(small_recordings: Recordings) -> None:
+    assert small_recordings.signals is not None
+    some = replace(small_recordings, signals=replace(small_recordings.signals, pressure=None))
+    problem = simulated_problem(NOMINAL, some, ["initial_position"], HEAVY)
+    estimate = {"vector": [0.95, np.log(0.03), np.log(0.02)], "intervals": []}
+    engagement = figure_data(SETTINGS, problem, {"path": []}, estimate, NOMINAL, some)["engagement"]
+    assert list(engagement["measured"]) == [name for name in SIGNAL_UNITS if name != "pressure"]
+    assert set(SIGNAL_UNITS) <= set(engagement["simulated"])

@@ -51,6 +51,23 @@ def test_what_is_set_aside_and_looks_wrong_is_on_the_page(folder: Path, capsys: 
         assert said in out
 
 
+def test_the_page_shows_the_signals_that_there_are_and_what_stays_open(
+        folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = MAP.splitlines()
+    (folder / "channels.toml").write_text("\n".join(line for line in lines if not line.startswith("pressure")))
+    assert imported(folder) == 0
+    page, out = (folder / "out" / "mine.html").read_text(), capsys.readouterr().out
+    for said in ("pressure not mapped", "A study asks the blocks load, input and lock"):
+        assert said in page
+        assert said in out
+    assert "picture-engagement" in page
+    assert "output torque [N m]" in page
+    assert "pressure [bar]" not in page
+    (folder / "channels.toml").write_text(MAP)
+    assert imported(folder, out="out/whole.h5") == 0
+    assert "pressure [bar]" in (folder / "out" / "whole.html").read_text()
+
+
 def test_a_proposed_mapping_is_written_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "channels.toml").unlink()
     guess = ["import", str(folder / "files"), "--guess", "--map", str(folder / "channels.toml"), *BENCH]

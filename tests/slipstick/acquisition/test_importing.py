@@ -1,11 +1,15 @@
 """From files to recordings: what is mapped comes out, and what cannot be used is set aside and said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from slipstick.acquisition import import_sources, open_source, read_mapping
 from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.open_questions import open_questions
 from slipstick.acquisition.result import Imported
+from slipstick.bench import parameters
 from slipstick.errors import BadRecording
 from slipstick.recordings import Recordings
 from tests.benches import COMPACT, HEAVY
@@ -164,12 +168,73 @@ def test_further_channels_are_kept_with_their_unit_and_gaps() -> None:
     assert again.digest != without.digest
 
 
-def test_a_missing_signal_leaves_open_what_needs_it() -> None:
-    text = edited('output_torque = { channel = "M_out", unit = "N m", sign = -1 }\n', "")
-    found = imported(run().without("M_out"), text=text)
-    assert found.recordings.signals is None
-    assert found.recordings.measured_time == pytest.approx([LOCK], abs=3e-3)
-    assert "output_torque not mapped" in found.open_questions[0]
+LINES = {line.split(" = ")[0]: f"{line}\n" for line in MAP.splitlines()[2:6]}
+CHANNEL = {"pressure": "p_oil", "input_speed": "n_in", "output_speed": "n_out", "output_torque": "M_out"}
+
+
+def mapped(*names: str, more: str = "") -> Imported:
+    """An import of two engagements whose files have only the channels of these signals."""
+    text, runs = MAP + more, [run(), run(seed=2)]
+    for name in set(CHANNEL) - set(names):
+        text, runs = edited(LINES[name], "", text), [one.without(CHANNEL[name]) for one in runs]
+    return imported(*runs, text=text)
+
+
+def test_a_missing_signal_closes_what_needs_it_and_leaves_the_others() -> None:
+    found, whole = mapped("pressure", "input_speed", "output_speed"), imported(run(), run(seed=2))
+    signals, every = found.recordings.signals, whole.recordings.signals
+    assert signals is not None
+    assert every is not None
+    assert signals.missing == ("output_torque",)
+    for name in signals.names:
+        np.testing.assert_array_equal(signals[name], every[name])
+    np.testing.assert_array_equal(found.recordings.measured_time, whole.recordings.measured_time)
+    again = Recordings.read(found.recordings.to_bytes(), "h5")
+    assert again.digest == found.recordings.digest != whole.recordings.digest
+    holds, study, calibration = found.open_questions
+    assert holds == ("output_torque not mapped: the recordings hold pressure, input_speed and output_speed only")
+    assert study.startswith("A study asks the block valve. Closed are contact (output_torque), clutch (output_tor")
+    assert "lists the parameters that they do not determine" in calibration
+    assert "Without pressure" not in calibration
+    assert (whole.open_questions, found.doubts) == ((), ())
+
+
+def test_without_pressure_the_linked_parameters_are_said_if_all_of_them_are_uncertain() -> None:
+    found = mapped("input_speed", "output_speed", "output_torque")
+    assert "Without pressure current_gain, pressure_bias, " in found.open_questions[2]
+    assert "A study asks the blocks load, input and lock. Closed are valve (pressure)" in found.open_questions[1]
+    known = replace(COMPACT, priors=tuple(
+        replace(prior, uncertain=False) if name == "current_gain" else prior
+        for name, prior in zip(parameters.NAMES, COMPACT.priors, strict=True)))
+    assert "Without pressure" not in open_questions(("input_speed",), known)[2]
+
+
+def test_without_both_speeds_the_shifting_time_must_be_recorded() -> None:
+    with pytest.raises(BadRecording, match="no shifting time is recorded, and to compute it both speeds are needed"):
+        mapped("pressure", "output_speed")
+    found = mapped("output_speed", more=f'[shifting_time]\nvalue = "{LOCK} s"\n[further.speed]\nchannel = "n_out"\n')
+    signals = found.recordings.signals
+    assert signals is not None
+    assert signals.names == ("output_speed",)
+    assert found.recordings.further["speed"].values.shape == signals["output_speed"].shape
+    assert found.recordings.measured_time.tolist() == [LOCK, LOCK]
+    assert "A study stays open" in found.open_questions[1]
+
+
+@pytest.mark.parametrize(("names", "wrong", "says"), [
+    (("pressure", "output_torque"), {"M_out": -1.0}, "torque is negative"),
+    (("pressure", "output_torque"), {"p_oil": -1.0}, "pressure does not rise"),
+    (("input_speed", "output_torque"), {"n_in": 3.0}, "times the motor speed"),
+    (("input_speed", "output_speed"), {"n_in": 2.0}, "gear ratio"),
+])
+def test_doubts_are_those_of_the_signals_that_there_are(
+        names: tuple[str, ...], wrong: dict[str, float], says: str) -> None:
+    text, one = MAP + f'[shifting_time]\nvalue = "{LOCK} s"\n', run()
+    for name in set(CHANNEL) - set(names):
+        text = edited(LINES[name], "", text)
+    assert imported(one, text=text).doubts == ()
+    changed = one.changed(**{name: factor * one.columns[name] for name, factor in wrong.items()})
+    assert any(says in doubt for doubt in imported(changed, text=text).doubts)
 
 
 def _mapping_with(old: str, new: str) -> str:

@@ -18,6 +18,7 @@ from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import COMPACT, HEAVY, NOMINAL
+from worker.calibrate import report
 
 MEAN = np.array([1.04, 0.96, 1.03, 0.95, 1.03, 1.04, 0.95])
 SCATTER = np.array([0.01, 0.02, 0.006, 0.03, 0.02, 0.05, 0.01])
@@ -110,11 +111,52 @@ def test_a_parameter_at_its_bound_is_named() -> None:
     assert "friction_coefficient" in calibrate(recordings(COMPACT, 6), narrow).at_bound
 
 
+LINKED = {"current_gain", "temperature_gain", "initial_position", "friction_coefficient"}
+"""Without pressure, these and the pressure bias undo a change of the gain: the torque depends on products alone."""
+
+
+@pytest.mark.parametrize(("missing", "undetermined"), [
+    (["pressure"], LINKED),
+    (["output_torque"], {"pressure_bias", "temperature_gain"}),
+    pytest.param(["input_speed"], set(), marks=pytest.mark.slow),
+    pytest.param(["pressure", "output_torque"], LINKED, marks=pytest.mark.slow),
+    pytest.param(["pressure", "input_speed", "output_speed"], LINKED, marks=pytest.mark.slow),
+    pytest.param(["input_speed", "output_speed", "output_torque"],
+                 {"pressure_bias", "temperature_gain", "initial_position"}, marks=pytest.mark.slow),
+])
+def test_what_the_other_signals_determine_is_recovered_and_the_rest_is_listed(
+        missing: list[str], undetermined: set[str]) -> None:
+    every = recordings(HEAVY, 8)
+    assert every.signals is not None
+    some = replace(every, signals=replace(every.signals, **dict.fromkeys(missing)))
+    found = calibrate(some, HEAVY)
+    assert found.converged
+    assert f"Not measured: {', '.join(missing)}" in report(found)
+    assert ("Not determined by these recordings" in report(found)) == bool(undetermined)
+    # Without pressure the other signals tell about as little of the pressure bias as its bounds.
+    assert set(found.undetermined) - ({"pressure_bias"} if "pressure" in missing else set()) == undetermined
+    assert set(found.signals) == set(SIGNAL_UNITS) - set(missing) == found.noise_correlation.keys()
+    assert set(found.chi_square) == {*found.signals, "shifting_time"}
+    assert np.max(np.abs(mean(found) - MEAN) / multiples(found, found.standard_error)) < 4
+    if undetermined == LINKED and "output_torque" in found.signals:
+        # Products that the torque shows are determined although their factors are not.
+        values, true = (dict(zip(found.free, its, strict=True)) for its in (mean(found), MEAN))
+        assert values["current_gain"] * values["friction_coefficient"] == pytest.approx(
+            true["current_gain"] * true["friction_coefficient"], rel=0.01)
+
+
+def test_nothing_is_listed_where_all_signals_are_recorded() -> None:
+    found = calibrated(COMPACT, 3)
+    assert found.undetermined == ()
+    assert found.signals == tuple(SIGNAL_UNITS)
+    assert "Not " not in report(found)
+
+
 def test_recordings_that_cannot_be_calibrated_are_refused() -> None:
     few = recordings(HEAVY, 24)
     with pytest.raises(InvalidValue, match="too few for a calibration"):
         calibrate(few, HEAVY)
-    with pytest.raises(InvalidValue, match="Record pressure, speeds and torque"):
+    with pytest.raises(InvalidValue, match="Record pressure, speeds or torque"):
         calibrate(replace(few, signals=None), HEAVY)
     with pytest.raises(InvalidValue, match="another bench"):
         calibrate(few, COMPACT, NOMINAL)

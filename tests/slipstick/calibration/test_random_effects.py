@@ -1,10 +1,13 @@
 """The linear mixed model on engagements drawn from it, and the noise on autoregressive series."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, toeplitz
 
 from slipstick.calibration import noise, random_effects
+from slipstick.calibration.identification import undetermined
 from slipstick.calibration.linearised import neighbouring
 from slipstick.calibration.random_effects import Engagements
 
@@ -17,7 +20,7 @@ def engagements(seed: int, n: int = 60, scatter: np.ndarray = SCATTER) -> Engage
     information = root @ root.transpose(0, 2, 1)
     own = MEAN + scatter * rng.normal(size=(n, 3))
     pull = (information @ own[..., None])[..., 0] + (root @ rng.normal(size=(n, 3, 1)))[..., 0]
-    return Engagements(information, pull, np.full(3, 0.5), np.full(3, 1.5))
+    return Engagements(information, pull, np.full(3, 0.5), np.full(3, 1.5), np.ones(3), np.zeros((3, 0)))
 
 
 def test_likelihood_and_estimates_equal_those_of_the_stacked_regression() -> None:
@@ -79,3 +82,42 @@ def test_noise_and_its_correlation_are_estimated_also_through_a_coarse_resolutio
     std, correlation = noise.sensor_noise("pressure", np.round((series + smooth) / 0.2) * 0.2)
     assert std == pytest.approx(1, rel=0.06)
     assert correlation == pytest.approx(rho, abs=0.06)
+
+
+def test_a_direction_without_information_is_held_and_has_the_variance_of_the_bounds() -> None:
+    some, along = engagements(3), np.array([0.6, 0.8, 0.0])
+    off = np.eye(3) - np.outer(along, along)
+    blind = replace(some, information=off @ some.information @ off, pull=some.pull @ off)
+    variance = np.array([4e-4, 4e-4, 1e-3])
+    held = undetermined(random_effects.marginals(blind, variance)[0].sum(axis=0), blind.known)
+    assert held.shape == (3, 1)
+    np.testing.assert_allclose(held[:, 0] / np.linalg.norm(held), np.sign(held[0, 0]) * along, atol=1e-6)
+    found = random_effects.predicted(replace(blind, held=held), variance)
+    assert found.undetermined.tolist() == [True, True, False]
+    assert (found.mean - blind.start) @ along == pytest.approx(0, abs=1e-9)  # all bounds are equal
+    assert along @ found.covariance @ along == pytest.approx(1 / 12)
+    basis = np.linalg.qr(np.column_stack([along, np.eye(3)[:, 1:]]))[0][:, 1:]
+    marginal, pull, _ = random_effects.marginals(blind, variance)
+    left = pull.sum(axis=0) - marginal.sum(axis=0) @ blind.start
+    within = np.linalg.inv(basis.T @ marginal.sum(axis=0) @ basis)
+    np.testing.assert_allclose(found.mean, blind.start + basis @ within @ basis.T @ left, rtol=1e-9)
+    np.testing.assert_allclose(basis.T @ found.covariance @ basis, within, rtol=1e-6)
+
+
+def test_every_direction_is_determined_where_the_engagements_say_more_than_the_bounds() -> None:
+    some, variance = engagements(3), np.full(3, 1e-3)
+    total = random_effects.marginals(some, variance)[0].sum(axis=0)
+    assert undetermined(total, some.known).shape == (3, 0)
+    assert undetermined(total * 1e-9, some.known).shape == (3, 3)
+
+
+def test_a_variance_of_which_nothing_is_told_stays_and_has_the_error_of_its_range() -> None:
+    some, off = engagements(4), np.diag([1.0, 1.0, 0.0])
+    blind = replace(some, information=off @ some.information @ off, pull=some.pull @ off,
+                    held=np.eye(3)[:, 2:] / 12**0.5)
+    found = random_effects.estimate(blind, np.full(3, 1e-3))
+    assert found.variance[2] == pytest.approx(1e-3)
+    assert found.uncertainty[2, 2] == pytest.approx((1 / 36) ** 2 / 12)
+    assert found.mean[2] == pytest.approx(1)
+    seen = random_effects.estimate(some, np.full(3, 1e-3))
+    assert seen.uncertainty[2, 2] < 0.1 * found.uncertainty[2, 2]

@@ -12,7 +12,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from slipstick.pictures import CAPTIONS, Spec, inputs, pictures
+from slipstick.pictures import CAPTIONS, Spec, inputs, pictures, theme
+from slipstick.pictures.engagement import panels
 from slipstick.pictures.profiles import threshold
 from slipstick.pictures.rendering import render
 from slipstick.pictures.theme import SCHEMA
@@ -83,6 +84,26 @@ def test_engagements_that_never_lock_are_omitted_and_counted(made: Made, marks: 
     assert specs["engagement"]["title"]["text"].endswith("never in the fitted model")
     assert [row["phase"] for row in specs["engagement"]["datasets"]["phases"]] == ["fill"]
     assert marks(specs["engagement"], "line")
+
+
+def test_an_engagement_without_a_measured_signal_shows_the_simulated_one_alone(made: Made, marks: Marks) -> None:
+    whole, output = draw(made())["engagement"], made()
+    del output["figure_data"]["engagement"]["measured"]["pressure"]
+    partial = draw(output)["engagement"]
+    assert len(marks(partial, "line")) == len(marks(whole, "line")) - 1
+    assert not any("measured pressure" in row for row in partial["datasets"]["signals"])
+    assert all("simulated pressure" in row for row in partial["datasets"]["signals"])
+
+
+@pytest.mark.parametrize("names", [["pressure"], ["output_speed"], ["output_torque", "input_speed"]])
+def test_panels_are_those_of_the_signals_that_there_are(marks: Marks, names: list[str]) -> None:
+    time = [0.01 * k for k in range(100)]
+    series = {name: [float(k) for k in range(100)] for name in names}
+    spec = theme.picture("one", "engagement", panels(time, {"nominal": series, "measured": series},
+                                                     {"nominal": 0.5, "measured": 0.6}, 0.0, 3.2))
+    assert len(spec["vconcat"]) == len(names)
+    assert len(marks(spec, "line")) == 2 * len(names)
+    assert ("input ÷ gear ratio" in json.dumps(spec, ensure_ascii=False)) == ("input_speed" in names)
 
 
 def test_the_phases_of_an_engagement_follow_one_another(made: Made) -> None:
