@@ -152,14 +152,24 @@ class Scene:
 
     @cached_property
     def channels(self) -> dict[str, tuple[np.ndarray, str]]:
-        """Further recorded channels in words: the mean (n,) of each engagement up to lock-up, and the unit."""
+        """Further recorded channels in words: the mean (n,) of each engagement up to lock-up, and the unit.
+
+        Gaps do not count. A channel that has no value in an engagement is not among them, but among `unused`.
+        """
         slipping = (self.time >= 0) & (self.time < self.recordings.measured_time[:, None])
         found = {}
         for name, channel in self.recordings.further.items():
-            words = name.replace("_", " ")
-            mean = (channel.values * slipping).sum(axis=1) / np.maximum(slipping.sum(axis=1), 1)
-            found[f"recorded {words}" if words in DEPENDENCES else words] = mean, channel.unit
+            words, known = name.replace("_", " "), slipping & np.isfinite(channel.values)
+            if known.any(axis=1).all():
+                mean = np.where(known, channel.values, 0).sum(axis=1) / known.sum(axis=1)
+                found[f"recorded {words}" if words in DEPENDENCES else words] = mean, channel.unit
         return found
+
+    @property
+    def unused(self) -> list[str]:
+        """Names of further channels that have no value in some engagement."""
+        words = {name.removeprefix("recorded ") for name in self.channels}
+        return [name for name in self.recordings.further if name.replace("_", " ") not in words]
 
     @property
     def of_runs(self) -> tuple[str, ...]:

@@ -60,10 +60,6 @@ class Recordings:
             if channel.values.shape != shape:
                 raise BadRecording(f"The further channel {name} has shape {channel.values.shape}, not {shape}",
                                    "Give further channels at the times of the signals, and only beside them")
-            gaps = np.argwhere(~np.isfinite(channel.values))
-            if len(gaps):
-                raise BadRecording(f"The further channel {name} of condition {gaps[0][0]} is not finite at sample "
-                                   f"{gaps[0][1]}", "Fill the gap, or leave out the channel")
 
     def __len__(self) -> int:
         """Number of conditions."""

@@ -245,6 +245,8 @@ class StudyResult:
     """SHA-256 of the settings."""
     closed: list[ClosedBlock] = field(default_factory=list)
     """Blocks that were not asked: what is missing there remains unseen."""
+    unused_channels: list[str] = field(default_factory=list)
+    """Further channels that have no value in some engagement: no law over them was tried."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

@@ -87,7 +87,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
                      block in found.unexplained) for block, value in found.chi_square.items()],
         list(found.set_aside), _simulation(before), left, gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
-         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed)
+         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed, traces.scene.unused)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
 

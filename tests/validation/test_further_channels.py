@@ -4,10 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from slipstick.errors import BadRecording
 from slipstick.naming import answer, name
+from slipstick.naming.scene import Scene
 from slipstick.naming.study import Naming
 from slipstick.recordings import FurtherChannel, Recordings
 from tests.benches import HEAVY
@@ -54,9 +53,14 @@ def test_a_temperature_that_nothing_depends_on_is_not_named(tmp_path: Path) -> N
     assert not [pair for pair in pairs_of(name(HEAVY, recordings)) if pair[1] == "oil temperature"]
 
 
-def test_a_channel_with_gaps_is_refused(tmp_path: Path) -> None:
+def test_gaps_do_not_count_and_a_channel_without_values_is_not_used(tmp_path: Path) -> None:
     recordings, _ = recorded(tmp_path, 714, "order")
-    values = recordings.further["oil_temperature"].values.copy()
-    values[3, 7] = np.nan
-    with pytest.raises(BadRecording, match="oil_temperature of condition 3 is not finite at sample 7"):
-        replace(recordings, further={"oil_temperature": FurtherChannel("degC", values)})
+    channel = recordings.further["oil_temperature"]
+    gap, lost = channel.values.copy(), channel.values.copy()
+    gap[3, 7:20], lost[3] = np.nan, np.nan
+    whole = Scene.of(HEAVY, recordings)
+    assert whole.unused == []
+    with_gap, without = (Scene.of(HEAVY, replace(recordings, further={"oil_temperature": replace(channel, values=one)}))
+                         for one in (gap, lost))
+    np.testing.assert_allclose(with_gap.channels["oil temperature"][0], whole.channels["oil temperature"][0], atol=0.2)
+    assert (without.channels, without.unused) == ({}, ["oil_temperature"])

@@ -21,6 +21,9 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
         found.append((f"Not measured: {listed([channel(name) for name in missing])}.",
                       f"{listed([f'“{block.signals}”' for block in result.closed])} could not be asked. What is "
                       "missing there remains unseen, or passes for a finding of another block."))
+    if result.unused_channels:
+        found.append((f"Not used: {listed(result.unused_channels)}.",
+                      "Some engagement has no value of it up to lock-up, so that no law over it was tried."))
     if result.set_aside:
         names = [f"{place} ({described(aside, row)})" if aside else str(place)
                  for row, place in enumerate(result.set_aside)]
