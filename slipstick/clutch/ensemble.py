@@ -164,7 +164,7 @@ def initial_input_speed(converter: Converter, vectors: np.ndarray,
         return np.tile(speeds, (len(vectors), 1)), column
     speeds, column = np.unique(conditions.motor_speed, return_inverse=True)
     initial = np.empty((len(vectors), len(speeds)))
-    initial_speeds(np.ascontiguousarray(vectors, float), speeds, converter.terms, initial)
+    initial_speeds(np.ascontiguousarray(vectors, float), speeds[None], converter.terms, initial)
     return initial, column
 
 
@@ -174,11 +174,7 @@ def _paired_input_speed(converter: Converter, vectors: np.ndarray,
     if conditions.initial_input_speed is not None:
         return initial_input_speed(converter, vectors, conditions)
     initial = np.empty((len(vectors), 1))
-    for speed in np.unique(conditions.motor_speed):
-        rows = conditions.motor_speed == speed
-        found = np.empty((int(rows.sum()), 1))
-        initial_speeds(vectors[rows], np.array([speed]), converter.terms, found)
-        initial[rows] = found
+    initial_speeds(vectors, np.ascontiguousarray(conditions.motor_speed, float)[:, None], converter.terms, initial)
     return initial, np.zeros(len(vectors), np.int64)
 
 

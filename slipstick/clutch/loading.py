@@ -75,18 +75,23 @@ def torque(curves, ratio, motor_speed):
 
 @kernel
 def initial_speeds(vectors, motor_speeds, curves, out):
-    """Input speed at which converter torque and input losses balance: out[point, speed] in rad/s, by bisection."""
+    """Input speed at which converter torque and input losses balance: out[point, speed] in rad/s, by bisection.
+
+    The points have the same `motor_speeds` (1, speeds), or a row each (points, speeds).
+    """
+    shared = len(motor_speeds) == 1
     for point in range(len(vectors)):
         coulomb, viscous = vectors[point, _TIC], vectors[point, _BIV]
         is_repeated = point > 0 and vectors[point - 1, _TIC] == coulomb and vectors[point - 1, _BIV] == viscous
-        for k in range(len(motor_speeds)):
-            if is_repeated:
+        for k in range(motor_speeds.shape[1]):
+            if is_repeated and shared:
                 out[point, k] = out[point - 1, k]
                 continue
-            low, high = 0.0, 2.0 * motor_speeds[k]
+            motor_speed = motor_speeds[0 if shared else point, k]
+            low, high = 0.0, 2.0 * motor_speed
             for _ in range(55):
                 speed = 0.5 * (low + high)
-                if torque(curves, speed / motor_speeds[k], motor_speeds[k]) > viscous * speed + coulomb:
+                if torque(curves, speed / motor_speed, motor_speed) > viscous * speed + coulomb:
                     low = speed
                 else:
                     high = speed
