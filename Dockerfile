@@ -4,7 +4,8 @@ FROM python:3.11-slim AS packages
 WORKDIR /build
 COPY pyproject.toml ./
 RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
-    print(*project['dependencies'], *project['optional-dependencies']['dask'], sep='\n')" > requirements.txt \
+    extras = project['optional-dependencies']; \
+    print(*project['dependencies'], *extras['dask'], *extras['mdf'], *extras['parquet'], sep='\n')" > requirements.txt \
     && python -m venv /packages \
     && /packages/bin/pip install --no-cache-dir -r requirements.txt
 

@@ -7,11 +7,13 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from typing import BinaryIO
 
 import numpy as np
 
 from slipstick.acquisition.channel import LARGEST, Channel, Listed, split_unit, unknown_channel
+from slipstick.acquisition.timestamps import timestamp
 from slipstick.errors import BadRecording
 
 _LOOK = 200  # rows from which the format is found out
@@ -28,7 +30,10 @@ class CsvOptions:
 
 
 class CsvFile:
-    """A text file, all of whose columns are in memory. An empty cell is a missing value; other text is refused."""
+    """A text file, all of whose columns are in memory. An empty cell is a missing value; other text is refused.
+
+    A column of dates with times, or of times of day, is in s after its first row.
+    """
 
     def __init__(self, name: str, file: BinaryIO, options: CsvOptions) -> None:
         self.name = name
@@ -50,11 +55,15 @@ class CsvFile:
             if label in self._columns:
                 raise BadRecording(f"{name} has more than one column '{label}'", "Give each column a name of its own")
             self._columns[label] = unit, column
+        stamped = [column for column, cell in enumerate(_cells(lines[first], separator)) if timestamp(cell)]
+        self._columns |= {label: ("s", column) for label, (_, column) in self._columns.items() if column in stamped}
         self._table = _numbers(name, text, lines, first, separator, decimal, [cell.strip() for cell in names])
         self.remarks: tuple[str, ...] = (
             f"text with {_SEPARATORS.get(separator, repr(separator))} between cells, decimal "
             f"{'commas' if decimal == ',' else 'points'}, {encoding}, numbers from row {first + 1}"
-            f"{', units in the row above' if has_units else ''}",)
+            f"{', units in the row above' if has_units else ''}",
+            *(f"the column '{names[column].strip()}' states dates or times of day, which are read as s after its first "
+              "row" for column in stamped))
 
     def listed(self) -> tuple[Listed, ...]:
         """The columns."""
@@ -97,7 +106,8 @@ def _format(name: str, lines: list[str], options: CsvOptions) -> tuple[str, str,
 
 def _is_row(line: str, separator: str, decimal: str) -> bool:
     cells = _cells(line, separator)
-    return len(cells) > 1 and all(not cell or _is_number(cell, decimal) for cell in cells) and any(cells)
+    return len(cells) > 1 and all(not cell or _is_number(cell, decimal) or timestamp(cell) for cell in cells) and any(
+        _is_number(cell, decimal) for cell in cells)
 
 
 def _cells(line: str, separator: str) -> list[str]:
@@ -124,7 +134,7 @@ def _numbers(name: str, text: str, lines: Sequence[str], first: int, separator: 
         return np.loadtxt(io.StringIO(rows.replace(",", ".") if decimal == "," else rows), delimiter=separator, ndmin=2)
     except ValueError:
         pass
-    table = []
+    table, starts = [], [timestamp(cell) for cell in _cells(lines[first], separator)]
     for number, line in enumerate(lines[first:], first + 1):
         if not line.strip():
             continue
@@ -132,10 +142,21 @@ def _numbers(name: str, text: str, lines: Sequence[str], first: int, separator: 
         if len(cells) != len(names):
             raise BadRecording(f"Row {number} of {name} has {len(cells)} cells for {len(names)} columns",
                                "Give one cell for each column")
-        for column, cell in zip(names, cells, strict=True):
-            if cell and not _is_number(cell, decimal):
-                raise BadRecording(f"Row {number} of {name}, column '{column}': '{cell[:40]}' is not a number",
-                                   "Enter a number, leave the cell empty where the value is missing, or state "
-                                   "csv.decimal in the mapping")
-        table.append([float(cell.replace(decimal, ".")) if cell else np.nan for cell in cells])
+        table.append([_value(cell, decimal, start, f"Row {number} of {name}, column '{column}'")
+                      for column, cell, start in zip(names, cells, starts, strict=True)])
     return np.array(table)
+
+
+def _value(cell: str, decimal: str, start: datetime | None, where: str) -> float:
+    """The number in a cell, or the time in s after the `start` of its column."""
+    if not cell:
+        return np.nan
+    if start is None and _is_number(cell, decimal):
+        return float(cell.replace(decimal, "."))
+    stated = timestamp(cell)
+    if start is None or stated is None:
+        kind = "a number" if start is None else "a date with a time, as in the first row"
+        raise BadRecording(f"{where}: '{cell[:40]}' is not {kind}",
+                           "Correct the cell, leave it empty where the value is missing, or state csv.decimal in the "
+                           "mapping")
+    return (stated - start).total_seconds()

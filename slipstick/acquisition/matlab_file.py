@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, cast
 
 import h5py
 import numpy as np
-from scipy.io import loadmat
+from scipy.io import loadmat, whosmat
 
 from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel, unreadable
 
@@ -21,11 +21,16 @@ class MatlabFile:
 
     def __init__(self, name: str, file: BinaryIO, is_hdf5: bool) -> None:
         self.name = name
-        self.remarks: tuple[str, ...] = (f"MATLAB {'7.3' if is_hdf5 else '5 to 7'}",)
         try:
             self._vectors = dict(_of_hdf5(file) if is_hdf5 else _of_scipy(file))
+            file.seek(0)
+            objects = _objects_in_hdf5(file) if is_hdf5 else _objects_in_scipy(file)
         except Exception as error:  # scipy and h5py raise errors of many kinds on damaged files
             raise unreadable(name, "a MATLAB file", error, "Save it again in MATLAB, or leave it out") from error
+        self.remarks: tuple[str, ...] = (
+            f"MATLAB {'7.3' if is_hdf5 else '5 to 7'}",
+            *(f"{one} is an object of a MATLAB class, such as a timeseries or a table, which other programs cannot "
+              "read: save its fields as arrays" for one in objects))
 
     def listed(self) -> tuple[Listed, ...]:
         """The vectors of more than one number; the files state no units."""
@@ -42,6 +47,18 @@ def _of_scipy(file: BinaryIO) -> Iterator[tuple[str, np.ndarray]]:
     for name, value in loadmat(cast(Any, file), squeeze_me=False, struct_as_record=True).items():
         if not name.startswith("__"):
             yield from _vectors(name, value)
+
+
+def _objects_in_scipy(file: BinaryIO) -> list[str]:
+    """Variables that are objects; the format keeps no name of those of newer classes."""
+    return [f"'{name}'" if kind == "object" else "a variable" for name, _, kind in whosmat(cast(Any, file))
+            if kind in ("object", "opaque")]
+
+
+def _objects_in_hdf5(file: BinaryIO) -> list[str]:
+    with h5py.File(file, "r") as content:
+        return [f"'{name}'" for name in content if isinstance(content.get(name, getlink=True), h5py.HardLink)
+                and "MATLAB_object_decode" in content[name].attrs]
 
 
 def _vectors(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -68,7 +85,7 @@ def _of_group(prefix: str, group: h5py.Group) -> Iterator[tuple[str, np.ndarray]
         if isinstance(item, h5py.Group):
             yield from _of_group(f"{prefix}{name}.", item)
         elif item.dtype.kind in "fiub" and item.ndim <= 2 and not item.is_virtual and item.external is None and \
-                item.attrs.get("MATLAB_class", b"double") != b"char":
+                item.attrs.get("MATLAB_class", b"double") != b"char" and "MATLAB_object_decode" not in item.attrs:
             if item.size > LARGEST:
                 raise ValueError(f"'{prefix}{name}' has {item.size:,} values, more than {LARGEST:,}")
             yield from _columns(f"{prefix}{name}", item[()].T if item.ndim == 2 else item[()].reshape(-1, 1))

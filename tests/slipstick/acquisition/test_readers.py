@@ -143,6 +143,35 @@ def test_csv_has_units_in_names_or_in_a_row_of_their_own(text: str, units: dict[
     assert {one.name: one.unit for one in open_source("a.csv", opened(text.encode())).listed()} == units
 
 
+def test_objects_of_matlab_classes_are_said_to_be_unreadable() -> None:
+    with (MATLAB / "testobject_7.4_GLNX86.mat").open("rb") as file:
+        assert "'testobject' is an object of a MATLAB class" in open_source("a.mat", file).remarks[1]
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", userblock_size=512) as content:
+        content["p"] = np.arange(5.0)
+        content["series"] = np.arange(6, dtype=np.uint32).reshape(1, 6)
+        content["series"].attrs["MATLAB_class"] = np.bytes_("timeseries")
+        content["series"].attrs["MATLAB_object_decode"] = np.int32(3)
+    written = b"MATLAB 7.3 MAT-file".ljust(128) + memory.getvalue()[128:]
+    source = open_source("a.mat", opened(written))
+    assert [one.name for one in source.listed()] == ["p"]
+    assert source.remarks[1].startswith("'series' is an object of a MATLAB class")
+    memory = io.BytesIO()
+    savemat(memory, {"p": np.arange(5.0)})
+    assert open_source("a.mat", opened(memory.getvalue())).remarks == ("MATLAB 5 to 7",)
+
+
+@pytest.mark.parametrize("rows", [
+    "2026-11-02T14:03:11.25Z;1\n2026-11-02T14:03:11.75Z;2", "2026-11-02 14:03:11.250;1\n2026-11-02 14:03:11.750;2",
+    "02.11.2026 14:03:11,25;1\n02.11.2026 14:03:11,75;2", "9:59:59.75;1\n10:00:00.25;2",
+    "2026-11-02 23:59:59.8;1\n2026-11-03 00:00:00.3;2", "2026-10-25T02:59:59.5+02:00;1\n2026-10-25T02:00:00+01:00;2"])
+def test_dates_and_times_of_day_are_seconds_after_the_first_row(rows: str) -> None:
+    source = open_source("a.csv", opened(f"time;p\n{rows}\n".encode()))
+    np.testing.assert_allclose(source.channel("time").values, [0, 0.5], atol=1e-9)
+    assert {one.name: one.unit for one in source.listed()} == {"time": "s", "p": ""}
+    assert source.remarks[1].startswith("the column 'time' states dates or times of day")
+
+
 def test_csv_of_windows_is_read_and_said() -> None:
     source = open_source("a.csv", opened("t [s];Öl [°C]\n1;2\n2;3\n".encode("cp1252")))
     assert source.listed()[1].name == "Öl"
@@ -157,6 +186,9 @@ def test_an_empty_cell_is_missing_and_never_filled() -> None:
 @pytest.mark.parametrize(("content", "says"), [
     (b"", "a.csv is empty"),
     (b"t;p\n1;2\n2;n/a\n3;4\n", "Row 3 of a.csv, column 'p': 'n/a' is not a number"),
+    (b"t;p\n10:00:00;2\n2;3\n", "Row 3 of a.csv, column 't': '2' is not a date with a time, as in the first row"),
+    (b"t;p\n1;2\n10:00:00;3\n", "Row 3 of a.csv, column 't': '10:00:00' is not a number"),
+    (b"t;p\n11/02/2026 10:00:00;2\n", "a.csv has no rows of two or more numbers"),
     (b"t;p\n1;2\n2;3;4\n", "Row 3 of a.csv has 3 cells for 2 columns"),
     (b"t;p;p\n1;2;3\n2;3;4\n", "more than one column 'p'"),
     (b"1;2\n2;3\n", "a.csv has no row of 2 column names"),
