@@ -47,7 +47,8 @@ lint: setup ## ruff and mypy only
 picture: setup ## redraw the pictures of the README (needs a finished `make demo`)
 	@$(BIN)/python docs/picture.py var docs
 
-bench: setup ## rewrite the tables in benchmarks/ (minutes, on an idle machine)
+bench: setup ## compare with other codes in one run: benchmarks/peers.csv (three minutes, on an idle machine)
+	@$(PIP) install -e '.[bench]'
 	@$(BIN)/python -m benchmarks
 
 study-blind: setup ## what is named in recordings with hidden effects (an hour; resumable; DASK=ADDRESS)

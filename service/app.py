@@ -1,6 +1,7 @@
 """The FastAPI application: routers, error handlers, body limits, documentation page."""
 
 import asyncio
+import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -45,6 +46,7 @@ from service.settings import Settings
 from service.tokens import tokens_of
 from service.umbridge import routes as umbridge
 from service.umbridge.errors import BridgeErrors
+from service.warming import warm
 from slipstick import __version__
 from slipstick.storage.library import Library
 
@@ -96,6 +98,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         state = StateMetrics(app.state.fits, app.state.studies, heartbeats, app.state.computations, app.state.following)
         metrics.registry.register(state)
         removal = asyncio.create_task(remove_for_ever(client, configuration))
+        threading.Thread(target=warm, daemon=True).start()
         yield
         removal.cancel()
         metrics.registry.unregister(state)

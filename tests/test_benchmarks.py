@@ -2,10 +2,13 @@
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.expansion_peers import BASIS, Peers
+from benchmarks.peers import HEADER, Code, Work, measured
 from benchmarks.scipy_script import shifting_time
 from slipstick.bench.parameters import NAMES
 from slipstick.clutch import ensemble
@@ -27,3 +30,27 @@ def test_the_straightforward_implementation_simulates_the_same_bench() -> None:
     parameters = dict(zip(NAMES, HEAVY.physics.nominal, strict=True))
     times, _ = ensemble.shifting_times(Model(HEAVY.physics), HEAVY.conditions.take([100]))
     assert np.abs(shifting_time(parameters, HEAVY.conditions, 100) - times[0, 0]) < 1e-3
+
+
+def test_the_expansions_of_all_codes_are_the_same() -> None:
+    """Also of a model that is no polynomial, whose expansion depends on the rule."""
+    germs = np.random.default_rng(1).standard_normal((20, 2))
+    peers = Peers(np.exp(0.3 * BASIS.nodes @ [[1.0, -0.5], [0.2, 1.0]]), germs)
+    for code in (peers.numpy, peers.chaospy, peers.openturns):
+        np.testing.assert_allclose(code(), peers.ours(), rtol=1e-11)
+    assert np.abs(peers.ours() - np.exp(0.3 * germs @ [[1.0, -0.5], [0.2, 1.0]])).max() > 1e-8
+
+
+def test_a_peer_that_does_a_part_of_the_work_is_scaled_to_all_of_it() -> None:
+    work = Work("sums", Code(lambda: np.zeros(6), lambda: 0.5), {"slow": Code(lambda: wait(np.zeros(2)))}, "s",
+                {"slow": 1.0, "absent": 2.0}, limit=1e6, repeats=1)
+    ours, slow = (dict(zip(HEADER, row, strict=False)) for row in measured(work, 3))
+    assert (ours["code"], ours["error"], ours["target"], ours["met"]) == ("this project", 0.5, "1e+06 ms", "yes")
+    assert float(slow["least"]) > 0  # of the speedups, the later of two columns
+    assert float(str(slow["median [ms]"])) >= 3 * 2.0
+    assert slow["met"] == "yes"
+
+
+def wait(values: np.ndarray) -> np.ndarray:
+    time.sleep(0.002)
+    return values

@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.machine": "numpy h5py slipstick.errors slipstick.quantities slipstick.bench.document "
                          "slipstick.storage.hdf5 slipstick.storage.sheet",
-    "slipstick.table": "numpy scipy h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
+    "slipstick.table": "numpy numba h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
                        "slipstick.machine slipstick.storage.condition_layout slipstick.storage.files "
                        "slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "

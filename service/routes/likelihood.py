@@ -75,8 +75,9 @@ class LikelihoodRequest(StrictModel):
     candidates: list[CandidateBody] = Field(min_length=1, max_length=10_000, description="The candidates.")
     method: Literal["auto", "exact", "expansion", "sampling"] = Field(
         default="auto",
-        description="How the density is integrated over the inputs. `auto`: integrate the table itself along lines, "
-                    "whose number is doubled until the error is below 0.05 decades. `exact`: the same with the given "
+        description="How the density is integrated over the inputs. `auto`: integrate the table itself, on "
+                    "a lattice (a grid of one or two axes) or along lines, refined until the error is below 0.05 "
+                    "decades. `exact`: the same with the given "
                     "number of `lines`. `expansion`: integrate the polynomial chaos expansion along `lines`. "
                     "`sampling`: mean over `samples` of the expansion, as in the paper; inaccurate for narrow output "
                     "noise and for candidates that are far from the recordings.")
@@ -111,8 +112,9 @@ class CandidateLikelihood(BaseModel):
                     "recordings; null for minus infinity, which means that the model has no shifting time at any "
                     "relevant input (`auto`, `exact`) or that the expansion does not exist (`expansion`, `sampling`).")
     error: float | None = Field(
-        description="Estimated error of the log10 likelihood for `auto`, in decades: the change when the number of "
-                    "lines was last doubled; 0 for a grid of one or two axes. Null for the other methods.")
+        description="Estimated error of the log10 likelihood for `auto`, in decades: the change by the last "
+                    "refinement; 0 for a grid of one or two axes if the noise is too narrow for a lattice, and the "
+                    "integral is exact. Null for the other methods.")
     mass_outside: MassOutside
 
 

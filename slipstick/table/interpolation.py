@@ -1,16 +1,15 @@
-"""Multilinear interpolation in any number of dimensions, as one sparse matrix of corner weights.
+"""Multilinear interpolation in any number of dimensions, as one compiled loop over the points.
 
-A row of the matrix contains the weights of the 2^d corners of the cell in which a point lies; the product with the
-table gives all outputs at all points at once. This is about as fast as a compiled loop and needs no compilation. Zero
-weights are removed, so that values at grid points are reproduced bit for bit and a NaN corner affects only the points
-at which its weight is not zero.
+The outputs of a grid point are adjacent in memory, so that the weighted sum over the 2^d corners of a cell runs over
+contiguous rows, in SIMD registers. Corners of weight zero are left out, so that values at grid points are reproduced
+bit for bit and a NaN corner affects only the points at which its weight is not zero.
 """
 
 from collections.abc import Sequence
 from itertools import combinations, product
 
+import numba
 import numpy as np
-from scipy.sparse import csr_array
 
 from slipstick.table.axis import Axis
 from slipstick.table.derivatives import Derivatives
@@ -24,7 +23,9 @@ def interpolate(axes: Sequence[Axis], values: np.ndarray, points: np.ndarray, ou
     not of shape (m, d), and `OutsideTable`.
     """
     clipped, inside = clip_points(axes, points, outside)
-    result: np.ndarray = _weights(axes, clipped) @ values.reshape(-1, values.shape[-1])
+    result = np.empty((len(points), values.shape[-1]))
+    _interpolate(np.concatenate([axis.values for axis in axes]), np.array([len(axis.values) for axis in axes]),
+                 np.ascontiguousarray(values).reshape(-1, values.shape[-1]), np.ascontiguousarray(clipped), result)
     if outside == "nan":
         result[~inside] = np.nan
     return result
@@ -63,23 +64,56 @@ def derivatives(axes: Sequence[Axis], values: np.ndarray, point: np.ndarray) -> 
     return Derivatives(contracted(), jacobian, hessian)
 
 
-def _weights(axes: Sequence[Axis], points: np.ndarray) -> csr_array:
-    m = len(points)
-    corner = np.zeros((m, 1), dtype=np.int64)
-    weight = np.ones((m, 1))
-    for column, axis in enumerate(axes):
-        grid, x = axis.values, points[:, column]
-        cell = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
-        fraction = (x - grid[cell]) / (grid[cell + 1] - grid[cell])
-        corner = _outer(corner * len(grid), np.add, np.stack([cell, cell + 1], axis=1))
-        weight = _outer(weight, np.multiply, np.stack([1 - fraction, fraction], axis=1))
-    row_starts = np.arange(m + 1) * weight.shape[1]
-    grid_points = int(np.prod([len(axis.values) for axis in axes]))
-    matrix = csr_array((weight.ravel(), corner.ravel(), row_starts), shape=(m, grid_points))
-    matrix.eliminate_zeros()
-    return matrix
+@numba.njit(cache=True, nogil=True)
+def _interpolate(knots: np.ndarray, sizes: np.ndarray, values: np.ndarray, points: np.ndarray,
+                 result: np.ndarray) -> None:
+    """Interpolate rows of `values` at `points` inside the grid; `knots` are those of all axes, one after another."""
+    corners, weights = np.empty(1 << len(sizes), np.int64), np.empty(1 << len(sizes))
+    for row in range(points.shape[0]):
+        corners[0], weights[0], count, start = 0, 1.0, 1, 0
+        for axis in range(len(sizes)):
+            grid, x = knots[start:start + sizes[axis]], points[row, axis]
+            start += sizes[axis]
+            cell = min(max(np.searchsorted(grid, x, side="right") - 1, 0), sizes[axis] - 2)
+            fraction = (x - grid[cell]) / (grid[cell + 1] - grid[cell])
+            count = _split(corners, weights, count, sizes[axis], cell, fraction)
+        for first in range(0, count, 4):  # four corners in a pass, so that each result is stored once
+            _add_rows(result[row], values, corners[first:count], weights[first:count], first > 0)
 
 
-def _outer(rows: np.ndarray, combine: np.ufunc, pairs: np.ndarray) -> np.ndarray:
-    combined: np.ndarray = combine(rows[:, :, None], pairs[:, None, :])
-    return combined.reshape(len(rows), 2 * rows.shape[1])
+@numba.njit(cache=True, nogil=True)
+def _split(corners: np.ndarray, weights: np.ndarray, count: int, size: int, cell: int, fraction: float) -> int:
+    """Append an axis of `size` to the corners, in lexicographic order; returns how many have a weight other than 0."""
+    lower, upper = 1.0 - fraction, fraction
+    sides = (lower != 0.0) + (upper != 0.0)
+    for old in range(count - 1, -1, -1):  # backwards, because the new corners take the places of the old ones
+        corner, weight, new = corners[old] * size + cell, weights[old], sides * old
+        if lower != 0.0:
+            corners[new], weights[new] = corner, weight * lower
+            new += 1
+        if upper != 0.0:
+            corners[new], weights[new] = corner + 1, weight * upper
+    return sides * count
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_rows(total: np.ndarray, values: np.ndarray, corners: np.ndarray, weights: np.ndarray, add: bool) -> None:
+    """Set `total` to the weighted sum of up to four rows, or add the sum to it."""
+    a, p = values[corners[0]], weights[0]
+    count, n = len(corners), len(total)
+    if count == 1:
+        for i in range(n):
+            total[i] = p * a[i]
+        return
+    b, q = values[corners[1]], weights[1]
+    if count == 2:
+        for i in range(n):
+            total[i] = p * a[i] + q * b[i]
+        return
+    c, r, d, s = values[corners[2]], weights[2], values[corners[3]], weights[3]
+    if add:
+        for i in range(n):
+            total[i] = total[i] + p * a[i] + q * b[i] + r * c[i] + s * d[i]
+    else:
+        for i in range(n):
+            total[i] = p * a[i] + q * b[i] + r * c[i] + s * d[i]

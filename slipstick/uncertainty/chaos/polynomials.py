@@ -7,6 +7,8 @@ import numpy as np
 
 from slipstick.uncertainty.chaos.germs import Germ
 
+_BLOCK = 64  # germs that are evaluated together
+
 
 @dataclass(frozen=True, eq=False)
 class Polynomials:
@@ -34,22 +36,32 @@ class Polynomials:
         return values
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _evaluate(germs: np.ndarray, degrees: np.ndarray, alpha: np.ndarray, root_beta: np.ndarray,
               values: np.ndarray) -> None:
+    """Blocks of germs are innermost, so that the loops over them are compiled to vector instructions."""
     dimension, count = alpha.shape
-    single = np.ones((dimension, count))
-    for row in range(germs.shape[0]):
+    single = np.ones((dimension, count, _BLOCK))
+    product = np.empty((degrees.shape[0], _BLOCK))
+    for start in range(0, germs.shape[0], _BLOCK):
+        size = min(_BLOCK, germs.shape[0] - start)
         for axis in range(dimension):
-            germ = germs[row, axis]
             if count > 1:
-                single[axis, 1] = germ
+                single[axis, 1, :size] = germs[start:start + size, axis]
             for degree in range(1, count - 1):
-                lower = root_beta[axis, degree] * single[axis, degree - 1]
-                single[axis, degree + 1] = (((germ - alpha[axis, degree]) * single[axis, degree] - lower)
-                                            / root_beta[axis, degree + 1])
+                shift, below, above = alpha[axis, degree], root_beta[axis, degree], root_beta[axis, degree + 1]
+                first, one, two, new = single[axis, 1], single[axis, degree], single[axis, degree - 1], single[
+                    axis, degree + 1]
+                for point in range(_BLOCK):
+                    new[point] = ((first[point] - shift) * one[point] - below * two[point]) / above
         for term in range(degrees.shape[0]):
-            value = 1.0
-            for axis in range(dimension):
-                value *= single[axis, degrees[term, axis]]
-            values[row, term] = value
+            into, factor = product[term], single[0, degrees[term, 0]]
+            for point in range(_BLOCK):
+                into[point] = factor[point]
+            for axis in range(1, dimension):
+                factor = single[axis, degrees[term, axis]]
+                for point in range(_BLOCK):
+                    into[point] *= factor[point]
+        for point in range(size):
+            for term in range(degrees.shape[0]):
+                values[start + point, term] = product[term, point]

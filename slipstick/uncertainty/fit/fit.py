@@ -158,7 +158,7 @@ def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState
     """
     space, vector = search_space(settings, problem), np.array(estimate["vector"])
     candidate = space.candidate(vector)
-    likelihood, sampling_error = converged(problem, candidate, settings.seed)
+    likelihood, sampling_error = _converged(settings, problem, candidate)
     total = float(likelihood.sum())
     normals = standard_normals(len(space.axes), settings.samples, settings.seed)
     intervals = [{name: value for name, value in interval.items() if name != "unknowns"}
@@ -222,9 +222,14 @@ def _search_likelihood(settings: FitSettings, problem: InferenceProblem, candida
     return by_sampling(problem, candidates, settings.expansion(len(problem.axes)), normals)
 
 
+def _converged(settings: FitSettings, problem: InferenceProblem, candidate: Candidate) -> tuple[np.ndarray, float]:
+    """The likelihood that the refinement and the intervals maximise, and its error: without lattices."""
+    return converged(problem, candidate, settings.seed, lattices=False)
+
+
 def _candidate_summary(settings: FitSettings, problem: InferenceProblem, candidate: Candidate) -> dict[str, Any]:
     return {**_candidate_dict(candidate),
-            "log10_likelihood": _finite(float(converged(problem, candidate, settings.seed)[0].sum())),
+            "log10_likelihood": _finite(float(_converged(settings, problem, candidate)[0].sum())),
             "log10_likelihood_by_expansion": _finite(float(_search_likelihood(settings, problem, [candidate]).sum()))}
 
 

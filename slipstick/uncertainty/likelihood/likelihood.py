@@ -15,8 +15,8 @@ import numpy as np
 from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.chaos.expansion import Expansion, ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.likelihood import lines
-from slipstick.uncertainty.likelihood.line_rules import ACROSS, WINDOW, along, knotted
+from slipstick.uncertainty.likelihood import lattice, lines
+from slipstick.uncertainty.likelihood.line_rules import ACROSS, WINDOW, along, domain, knotted
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 from slipstick.uncertainty.sampling import log10_mean_density
 
@@ -45,16 +45,19 @@ def exact(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, 
                                candidate.output_std)
 
 
-def converged(problem: InferenceProblem, candidate: Candidate, seed: int = 1,
-              tolerance: float = TOLERANCE) -> tuple[np.ndarray, float]:
-    """`exact` with an adaptive number of lines: log10 p (n,), and the error of their sum in decades.
+def converged(problem: InferenceProblem, candidate: Candidate, seed: int = 1, tolerance: float = TOLERANCE,
+              lattices: bool = True) -> tuple[np.ndarray, float]:
+    """As `exact` with an adaptive number of points: log10 p (n,), and the error of their sum in decades.
 
-    The number of lines is doubled until the error is below `tolerance`, or `MOST_LINES` is reached. The error is the
-    change of the sum by the last doubling; it is 0 if lines with breakpoints at the knots are used.
+    For a model with knots and up to two inputs, the points are a lattice (lattice.py), or the lines of `exact`, with an
+    error of 0, if the output noise is too narrow for it or without `lattices`. Otherwise the number of lines is doubled
+    until the error is below `tolerance`, or `MOST_LINES` is reached. The error is the change by the last
+    refinement.
     """
-    count, likelihood, error = ACROSS, exact(problem, candidate, ACROSS, seed), 0.0
     if _is_knotted(problem, candidate.inputs):
-        return likelihood, error
+        sums = _by_lattice(problem, candidate, tolerance) if lattices else None
+        return sums or (exact(problem, candidate, ACROSS, seed), 0.0)
+    count, likelihood, error = ACROSS, exact(problem, candidate, ACROSS, seed), 0.0
     while count < MOST_LINES:
         count *= 2
         before, likelihood = likelihood, exact(problem, candidate, count, seed + count)
@@ -69,14 +72,28 @@ def integration_lines(problem: InferenceProblem, candidate: Candidate, count: in
     """The lines along which `exact` integrates the model for the candidate."""
     inputs, noise = candidate.inputs, candidate.output_std
     centre, slopes = centre_slopes(problem, inputs)
-    scatter = np.sqrt(noise**2 + np.sum((inputs.factor.T @ slopes) ** 2, axis=0))
-    distance = np.nanmax(np.abs(problem.measured_time - centre) / scatter, initial=0.0)
-    reach = WINDOW + float(distance)
+    reach = WINDOW + _distance(problem, candidate, centre, slopes)
     if _is_knotted(problem, inputs):
         assert problem.knots is not None
         return knotted(inputs, problem.knots, slopes, noise, min(reach, _FURTHEST))
     direction = steepest_direction(inputs, slopes) if problem.direction is None else problem.direction
     return along(direction, inputs.factor, min(reach, 2 * WINDOW), count, seed)
+
+
+def _by_lattice(problem: InferenceProblem, candidate: Candidate, tolerance: float) -> tuple[np.ndarray, float] | None:
+    assert problem.knots is not None
+    inputs = candidate.inputs
+    centre, slopes = centre_slopes(problem, inputs)
+    distance = _distance(problem, candidate, centre, slopes)
+    box = np.array([domain(inputs, problem.knots, axis, WINDOW + distance) for axis in range(inputs.dimension)])
+    return lattice.summed(problem, candidate, inputs.factor.T @ slopes, steepest_direction(inputs, slopes), distance,
+                          box, tolerance)
+
+
+def _distance(problem: InferenceProblem, candidate: Candidate, centre: np.ndarray, slopes: np.ndarray) -> float:
+    """The largest distance of a measured time from its mean in stds, for a linear model."""
+    scatter = np.sqrt(candidate.output_std**2 + np.sum((candidate.inputs.factor.T @ slopes) ** 2, axis=0))
+    return float(np.nanmax(np.abs(problem.measured_time - centre) / scatter, initial=0.0))
 
 
 def times_on_lines(problem: InferenceProblem, inputs: Inputs, quadrature: lines.Lines) -> np.ndarray:

@@ -81,12 +81,23 @@ def along(direction: np.ndarray, factor: np.ndarray, reach: float = WINDOW, coun
                  factor @ rotation)
 
 
+def domain(inputs: Inputs, knots: Knots, axis: int, reach: float) -> tuple[float, float]:
+    """The range of normal scores of one input that is integrated; beyond its outermost knots no more than needed."""
+    if inputs.marginal_std[axis] == 0:
+        return -reach, reach
+    return _ends(inputs.scores(axis, knots[axis][[0, -1]]), reach)
+
+
+def _ends(normals: np.ndarray, reach: float) -> tuple[float, float]:
+    return min(-WINDOW, max(-reach, float(normals[0]))), max(WINDOW, min(reach, float(normals[-1])))
+
+
 def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: float, scale: float, reach: float) -> np.ndarray:
     """The knots of one input as standard normals, conditional on the other input, and the two ends of the line."""
     if inputs.marginal_std[axis] == 0:
         return np.array([-WINDOW, WINDOW])
     normals = (inputs.scores(axis, knots[axis]) - shift) / scale
-    low, high = min(-WINDOW, max(-reach, normals[0])), max(WINDOW, min(reach, normals[-1]))
+    low, high = _ends(normals, reach)
     return np.concatenate([[low], normals[(normals > low) & (normals < high)], [high]])
 
 

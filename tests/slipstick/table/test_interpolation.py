@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
+from scipy.sparse import csr_array
 
 from slipstick.errors import InvalidValue, OutsideTable
 from slipstick.table.axis import Axis
@@ -10,6 +11,22 @@ from slipstick.table.interpolation import interpolate
 
 GRIDS = [np.array([0.5, 0.6, 1.1, 1.5]), np.linspace(0.7, 1.3, 6), np.array([0.9, 1.0, 1.4]),
          np.array([1.0, 2.0])]
+
+
+def by_sparse_matrix(axes, values, points):
+    """The same sums as a product of a sparse matrix of corner weights with the table."""
+    corner, weight = np.zeros((len(points), 1), dtype=np.int64), np.ones((len(points), 1))
+    for axis, x in zip(axes, points.T, strict=True):
+        grid = axis.values
+        cell = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
+        fraction = (x - grid[cell]) / (grid[cell + 1] - grid[cell])
+        corner = ((corner * len(grid))[:, :, None] + np.stack([cell, cell + 1], axis=1)[:, None]).reshape(len(x), -1)
+        weight = (weight[:, :, None] * np.stack([1 - fraction, fraction], axis=1)[:, None]).reshape(len(x), -1)
+    rows = values.reshape(-1, values.shape[-1])
+    matrix = csr_array((weight.ravel(), corner.ravel(), np.arange(len(points) + 1) * 2 ** len(axes)),
+                       shape=(len(points), len(rows)))
+    matrix.eliminate_zeros()
+    return matrix @ rows
 
 
 def case(dimension, outputs=4):
@@ -29,6 +46,21 @@ def test_agrees_with_scipy(dimension):
     points = inside(axes, 500)
     reference = RegularGridInterpolator([axis.values for axis in axes], values)(points)
     np.testing.assert_allclose(interpolate(axes, values, points, "error"), reference, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("outputs", [1, 7, 216])
+def test_the_compiled_loop_is_bit_identical_to_a_sparse_matrix(dimension, outputs):
+    """Also where weights are 0, at grid values of some axes, and where corners are NaN."""
+    axes, values = case(dimension, outputs)
+    values[np.random.default_rng(7).uniform(size=values.shape) < 0.02] = np.nan
+    points = inside(axes, 200)
+    for column, axis in enumerate(axes):
+        points[column::5, column] = np.random.default_rng(column).choice(axis.values, len(points[column::5]))
+    interpolated = interpolate(axes, values, points, "error")
+    np.testing.assert_array_equal(interpolated, by_sparse_matrix(axes, values, points))
+    np.testing.assert_array_equal(interpolate(axes, np.asfortranarray(values), points[::-1], "error"),
+                                  interpolated[::-1])
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])

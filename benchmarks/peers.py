@@ -1,0 +1,75 @@
+"""The times of this project and of its peers for the same work, measured in alternating rounds of one run."""
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+HEADER = ["work", "code", "median [ms]", "least", "most", "speedup of this project", "least", "most", "error", "unit",
+          "target", "met"]
+FASTEST = "the fastest peer"
+OURS = "this project"
+
+
+@dataclass(frozen=True)
+class Code:
+    """A function, and its error against the tight reference, or None."""
+
+    run: Callable[[], np.ndarray]
+    error: Callable[[], float] | None = None
+
+
+@dataclass(frozen=True)
+class Work:
+    """Work of this project and of its peers by name.
+
+    A peer may do a part of it: its times are scaled to the number of values of this project. `targets` are the speedups
+    aimed at, by peer or over `FASTEST`; `limit` is the largest median time in ms that is aimed at.
+    """
+
+    name: str
+    ours: Code
+    peers: dict[str, Code]
+    unit: str
+    targets: dict[str, float]
+    limit: float | None = None
+    repeats: int = 3
+
+
+def measured(work: Work, rounds: int) -> list[list[object]]:
+    """The rows of the table for one piece of work; a speedup is the ratio of two times of the same round."""
+    codes = {OURS: work.ours, **work.peers}
+    sizes = {name: code.run().size for name, code in codes.items()}  # compiles and fills caches, too
+    errors = {name: code.error() if code.error else "" for name, code in codes.items()}
+    times: dict[str, list[float]] = {name: [] for name in codes}
+    for number in range(rounds):
+        for name, code in codes.items():
+            best = min(_milliseconds(code) for _ in range(work.repeats))
+            times[name].append(best * sizes[OURS] / sizes[name])
+        print(f"{work.name}: round {number + 1} of {rounds}", file=sys.stderr)
+    spans = {name: np.array(values) for name, values in times.items()}
+    limit = ["", ""] if work.limit is None else [f"{work.limit:g} ms", _verdict(np.median(spans[OURS]) <= work.limit)]
+    rows: list[list[object]] = [[work.name, OURS, *_spread(spans[OURS]), "", "", "", errors[OURS], work.unit, *limit]]
+    fastest = min(work.peers, key=lambda name: float(np.median(spans[name])))
+    for name in work.peers:
+        ratios = spans[name] / spans[OURS]
+        target = work.targets.get(name, work.targets.get(FASTEST) if name == fastest else None)
+        verdict = ["", ""] if target is None else [f"{target:g}", _verdict(np.median(ratios) >= target)]
+        rows.append([work.name, name, *_spread(spans[name]), *_spread(ratios), errors[name], work.unit, *verdict])
+    return rows
+
+
+def _spread(values: np.ndarray) -> tuple[float, float, float]:
+    return float(np.median(values)), float(np.min(values)), float(np.max(values))
+
+
+def _milliseconds(code: Code) -> float:
+    start = time.perf_counter()
+    code.run()
+    return 1e3 * (time.perf_counter() - start)
+
+
+def _verdict(met: bool | np.bool_) -> str:
+    return "yes" if met else "no"

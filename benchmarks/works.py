@@ -1,0 +1,132 @@
+"""The work that `make bench` measures: what this project and its peers do, and the errors of each."""
+
+import functools
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+from benchmarks import simulator
+from benchmarks.benches import HEAVY
+from benchmarks.expansion_peers import BASIS, Peers
+from benchmarks.grid import AXES, points
+from benchmarks.likelihood import CASES, FITTED, reference
+from benchmarks.peers import FASTEST, Code, Work
+from slipstick.inference import table_problem
+from slipstick.recordings import Recordings
+from slipstick.table import Grid
+from slipstick.table.axis import Axis
+from slipstick.uncertainty import Inputs, log10_mean_density
+from slipstick.uncertainty.likelihood import converged
+
+SAMPLES = 10_000
+EXPANDED = Inputs(np.ones(2), np.array([0.05, 0.08]))
+
+
+def works() -> Iterator[Work]:
+    """All work, on the default table, which is simulated here."""
+    table = default_table()
+    interpolator = RegularGridInterpolator([axis.values for axis in table.axes], table.times)
+    yield likelihood(table, interpolator)
+    yield expansion(table)
+    yield interpolation(table, interpolator)
+    yield shifting_times()
+    yield effects()
+
+
+def default_table() -> Grid:
+    """The table of the README: 50 x 50 points, 216 conditions."""
+    grid = points(50)
+    axes = tuple(Axis(name, np.unique(grid[:, 0]), 1.0, "1") for name in AXES)
+    times = simulator.ensemble.shifting_times(simulator.MODEL, HEAVY.conditions, AXES, grid)[0].reshape(50, 50, -1)
+    return Grid(axes, times, np.zeros(times.shape, np.uint8), HEAVY.conditions, simulator.MODEL)
+
+
+def likelihood(table: Grid, interpolator: RegularGridInterpolator) -> Work:
+    """The log10 likelihood of the shipped recordings at their fit."""
+    problem = table_problem(table, Recordings.open("tables/measured.h5"), "clip")
+    candidate, measured = CASES[FITTED], problem.measured_time
+    inputs, noise = candidate.inputs, candidate.output_std
+    exact = reference(problem, candidate)
+    normals = np.random.default_rng(1).standard_normal((SAMPLES, 2))
+    values_of_basis = BASIS.at(normals)
+
+    def ours() -> np.ndarray:
+        return converged(problem, candidate)[0]
+
+    def monte_carlo() -> np.ndarray:
+        samples = np.clip(inputs.mean + inputs.marginal_std * normals, table.lower, table.upper)
+        return log10_mean_density(interpolator(samples), measured, noise)
+
+    def expansion_and_samples() -> np.ndarray:
+        nodes = np.clip(inputs.mean + inputs.marginal_std * BASIS.nodes, table.lower, table.upper)
+        times = values_of_basis @ (BASIS.projection @ interpolator(nodes))
+        return log10_mean_density(times, measured, noise)
+
+    def code(function) -> Code:
+        return Code(function, lambda: abs(float(function().sum()) - exact))
+
+    return Work("log10 likelihood of 216 conditions", code(ours),
+                {"10,000 samples by scipy's RegularGridInterpolator, numpy": code(monte_carlo),
+                 "expansion of order 8 and 10,000 samples, numpy": code(expansion_and_samples)},
+                "decades", {FASTEST: 10.0}, limit=2.0)
+
+
+def expansion(table: Grid) -> Work:
+    """Projection on the polynomials of order 8, and 10,000 x 216 values of the expansion."""
+    germs = np.random.default_rng(1).standard_normal((SAMPLES, 2))
+    peers = Peers(table.interpolate(EXPANDED.at_germs(BASIS.nodes)), germs)
+    basis, projection, times = (array.astype(np.longdouble) for array in (
+        peers.values_of_basis, BASIS.projection, peers.times))
+    extended = basis @ (projection @ times)
+
+    def code(function) -> Code:
+        return Code(function, lambda: float(np.abs(function() - extended).max()))
+
+    return Work("expansion of order 8: projection, and 10,000 x 216 values", code(peers.ours),
+                {"chaospy": code(peers.chaospy), "OpenTURNS": code(peers.openturns),
+                 "numpy, basis at the samples made in advance": code(peers.numpy)},
+                "s", {"chaospy": 40.0, "OpenTURNS": 60.0, "numpy, basis at the samples made in advance": 1.5})
+
+
+def interpolation(table: Grid, interpolator: RegularGridInterpolator) -> Work:
+    """10,000 points in the table, 216 conditions each."""
+    at = np.random.default_rng(1).uniform(0.5, 1.5, (SAMPLES, 2))
+
+    def gather(kind: type = np.float64) -> np.ndarray:
+        (first, p), (second, q) = (_cells(axis.values.astype(kind), x) for axis, x in zip(
+            table.axes, at.T.astype(kind), strict=True))
+        times = table.times
+        return ((1 - p) * ((1 - q) * times[first, second] + q * times[first, second + 1])
+                + p * ((1 - q) * times[first + 1, second] + q * times[first + 1, second + 1]))
+
+    extended = functools.cache(lambda: gather(np.longdouble))
+
+    def code(function) -> Code:
+        return Code(function, lambda: float(np.abs(function() - extended()).max()))
+
+    return Work("interpolation of 10,000 points x 216", code(lambda: table.interpolate(at)),
+                {"scipy's RegularGridInterpolator": code(lambda: interpolator(at)), "numpy, gathered": code(gather)},
+                "s", {FASTEST: 3.0})
+
+
+def shifting_times() -> Work:
+    """Shifting times of 21,600 engagements."""
+    return Work("shifting times of 21,600 engagements, one core",
+                Code(simulator.one_core, simulator.ensemble_error),
+                {"scalar Dormand-Prince 5(4), numba": Code(simulator.scalar, simulator.scalar_error),
+                 "scipy solve_ivp, Python (12 engagements, scaled)": Code(simulator.script, simulator.script_error)},
+                "s", {"scalar Dormand-Prince 5(4), numba": 12.0,
+                      "scipy solve_ivp, Python (12 engagements, scaled)": 5000.0}, repeats=1)
+
+
+def effects() -> Work:
+    """The ensemble with all effects compiled in and neutral, beside itself without any; the target is a time of 1.1."""
+    full, bare = simulator.CatalogueProcess("full"), simulator.CatalogueProcess("bare")
+    return Work("shifting times, all effects compiled in and neutral, one core", Code(full.run),
+                {"itself without effects": Code(bare.run)}, "s", {"itself without effects": 1 / 1.1}, repeats=1)
+
+
+def _cells(grid: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    cell = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
+    return cell, ((x - grid[cell]) / (grid[cell + 1] - grid[cell]))[:, None]

@@ -1,0 +1,165 @@
+"""Sums over lattices compared with the integral along lines and with plain sums by SciPy."""
+
+import platform
+import re
+
+import numba
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+from scipy.special import logsumexp
+from scipy.stats import norm
+
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.likelihood import TOLERANCE, Candidate, InferenceProblem, converged, exact, lattice
+from slipstick.uncertainty.likelihood.likelihood import _by_lattice
+
+KNOTS = (np.linspace(0.5, 1.5, 21), np.linspace(0.5, 1.5, 16))
+CONDITIONS = 30
+CASES = {
+    "wide noise": Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 0.02),
+    "narrow noise": Candidate(Inputs([1.05, 0.95], [0.05, 0.08]), 0.002),
+    "narrow inputs": Candidate(Inputs([1.0, 1.0], [0.002, 0.002]), 0.003),
+    "one input without scatter": Candidate(Inputs([1.0, 1.0], [0.05, 0.0]), 0.005),
+    "wider than the table": Candidate(Inputs([1.0, 1.0], [0.3, 0.3]), 0.01),
+    "correlated": Candidate(Inputs([1.0, 1.0], [0.05, 0.08], correlation=[[1.0, 0.8], [0.8, 1.0]]), 0.005),
+    "mixed": Candidate(Inputs([1.0, 1.0], mixing=[[0.05, 0.04], [0.01, 0.03]]), 0.004),
+    "other families": Candidate(Inputs([1.0, 1.0], [0.08, 0.06], families=("lognormal", "gamma")), 0.005),
+    "one input": Candidate(Inputs([1.02], [0.06]), 0.003),
+}
+
+
+def posed(truth: Candidate) -> InferenceProblem:
+    """A table of smooth surfaces with small random kinks at its knots, and one measured time per condition."""
+    random, d = np.random.default_rng(3), truth.inputs.dimension
+    mesh = np.stack(np.meshgrid(*KNOTS[:d], indexing="ij"), axis=-1) - 1.0
+    slopes = random.uniform(0.05, 0.25, (d, CONDITIONS)) * np.array([[1.0], [-1.0]])[:d]
+    times = 0.5 + np.expm1(mesh @ slopes) + random.uniform(-1e-3, 1e-3, (*mesh.shape[:-1], CONDITIONS))
+    table = RegularGridInterpolator(KNOTS[:d], times)
+
+    def model(points: np.ndarray, conditions: object) -> np.ndarray:
+        return np.asarray(table(np.clip(points, 0.5, 1.5)))
+
+    measured = (np.diagonal(model(truth.inputs.points(random.standard_normal((CONDITIONS, d))), None))
+                + truth.output_std * random.standard_normal(CONDITIONS))
+    return InferenceProblem(model, None, measured, np.full(d, 0.5), np.full(d, 1.5), ("a", "b")[:d], KNOTS[:d])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_lattices_agree_with_lines(case: str) -> None:
+    """The true error is below the estimated one, and both are below the tolerance."""
+    candidate = CASES[case]
+    problem = posed(candidate)
+    summed = _by_lattice(problem, candidate, TOLERANCE)
+    assert summed is not None
+    density, error = summed
+    reference = exact(problem, candidate)
+    assert abs(density.sum() - reference.sum()) <= error + 1e-5 < TOLERANCE
+    np.testing.assert_allclose(density, reference, atol=3e-3)
+    np.testing.assert_array_equal(converged(problem, candidate)[0], density)
+    # Negative control: the candidates of the test differ by more than their tolerances.
+    shifted = Candidate(candidate.inputs, 1.05 * candidate.output_std)
+    assert np.abs(exact(problem, shifted) - reference).max() > 3e-3
+
+
+def test_a_smaller_tolerance_has_a_smaller_error() -> None:
+    candidate = CASES["narrow noise"]
+    problem = posed(candidate)
+    errors = {}
+    for tolerance in (1.0, 1e-3):
+        summed = _by_lattice(problem, candidate, tolerance)
+        assert summed is not None
+        errors[tolerance] = np.abs(summed[0] - exact(problem, candidate)).sum()
+    assert errors[1e-3] < min(1e-3, errors[1.0])
+
+
+@pytest.mark.parametrize("noise", [1e-5, 1e-9])
+def test_noise_too_narrow_for_a_lattice_is_integrated_along_lines(noise: float) -> None:
+    candidate = Candidate(CASES["wide noise"].inputs, noise)
+    problem = posed(candidate)
+    assert _by_lattice(problem, candidate, TOLERANCE) is None
+    density, error = converged(problem, candidate)
+    np.testing.assert_array_equal(density, exact(problem, candidate))
+    assert error == 0
+
+
+def test_without_lattices_the_lines_are_used() -> None:
+    candidate = CASES["wide noise"]
+    problem = posed(candidate)
+    density, error = converged(problem, candidate, lattices=False)
+    np.testing.assert_array_equal(density, exact(problem, candidate))
+    assert error == 0
+    assert np.any(density != converged(problem, candidate)[0])
+
+
+def test_a_time_far_from_the_predicted_ones_is_integrated() -> None:
+    """Up to ten stds, where the density is 10^-23 of its peak."""
+    candidate = CASES["wide noise"]
+    problem = posed(candidate)
+    problem.measured_time[:3] += (0.1, -0.2, 0.25)
+    density, error = converged(problem, candidate)
+    reference = exact(problem, candidate)
+    assert reference.min() < -15
+    assert abs(density.sum() - reference.sum()) < TOLERANCE
+    assert error < TOLERANCE
+
+
+def test_a_condition_without_times_has_a_density_of_zero_and_a_partly_missing_one_is_right() -> None:
+    candidate = CASES["wide noise"]
+    problem = posed(candidate)
+    complete = problem.model
+
+    def model(points: np.ndarray, conditions: object) -> np.ndarray:
+        times = complete(points, conditions)
+        times[:, 0] = np.nan
+        times[points[:, 0] > 1.05, 1] = np.nan
+        return times
+
+    partial = InferenceProblem(model, None, problem.measured_time, problem.lower, problem.upper, ("a", "b"), KNOTS)
+    density = converged(partial, candidate)[0]
+    assert density[0] == -np.inf
+    assert density[1] < converged(problem, candidate)[0][1] - 0.01
+    np.testing.assert_allclose(density[1:], exact(partial, candidate)[1:], atol=0.01)
+
+
+def test_the_compiled_sum_is_that_of_scipy() -> None:
+    """Also if the points come in two calls, and with NaN, which has a density of 0."""
+    random = np.random.default_rng(1)
+    times, distances = random.normal(0.5, 0.05, (300, 21)), random.chisquare(2, 300)
+    measured = random.normal(0.5, 0.1, 21)
+    times[random.uniform(size=times.shape) < 0.1] = np.nan
+    for noise in (0.002, 0.05):
+        peaks, squares, sums = np.full(21, -np.inf), np.zeros(21), np.zeros(21)
+        for part in (slice(0, 100), slice(100, None)):
+            lattice._add(times[part], measured, noise, distances[part], peaks, squares, sums)
+        terms = norm.logpdf(measured, times, noise) - norm.logpdf(0, 0, noise) - 0.5 * distances[:, None]
+        terms = np.where(np.isnan(terms), -np.inf, terms)
+        np.testing.assert_allclose(peaks + np.log(sums), logsumexp(terms, axis=0), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(squares, distances[np.argmax(terms, axis=0)])
+
+
+@pytest.mark.parametrize("direction", [np.ones(1), np.array([0.6, 0.8])])
+def test_refinements_are_nested_lattices_of_half_the_cell(direction: np.ndarray) -> None:
+    """All points so far, of each refinement, are the integer multiples of two (one) of them, within the disc."""
+    refinements = lattice._refinements(direction, 0.5, 4.0)
+    points, size = next(refinements)
+    for _ in range(4):
+        added, half = next(refinements)
+        assert half == pytest.approx(size / 2)
+        size, points = half, np.concatenate([points, added])
+        assert len(np.unique(points.round(9), axis=0)) == len(points)
+        measure = 8.0 if len(direction) == 1 else np.pi * 16
+        assert len(points) * size == pytest.approx(measure, rel=0.1)
+        nearest = points[np.argsort(np.linalg.norm(points, axis=1))[1:len(direction) + 2]]
+        basis = nearest[:1] if len(direction) == 1 else nearest[[0, 1 if abs(np.linalg.det(nearest[:2])) > 1e-9 else 2]]
+        multiples = points @ np.linalg.inv(basis)
+        np.testing.assert_allclose(multiples, multiples.round(), atol=1e-9)
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
+def test_the_sum_is_compiled_to_vector_instructions() -> None:
+    """A loss of vectorization is silent, and costs a factor of about eight."""
+    add = numba.njit(error_model="numpy", fastmath={"contract"})(lattice._add.py_func)  # a cached one has no assembly
+    add(np.zeros((2, 9)), np.zeros(9), 1.0, np.zeros(2), np.zeros(9), np.zeros(9), np.zeros(9))
+    packed = re.findall(r"v?(?:add|sub|mul|f\w+)pd\s", "".join(add.inspect_asm().values()))
+    assert len(packed) > 16  # the exp alone has a polynomial of degree 7 and nine squares
