@@ -6,8 +6,9 @@ The service runs on a temporary folder with the table and recordings of benchmar
 this process, each with a connection of its own that is kept alive, and send one request of a weighted random choice
 after the other. Errors are transport errors and statuses other than those a request should have; 429 and 503 with
 Retry-After are none, and a client waits half a second after them. A further client asks for the health ten times a
-second. Memory is the resident set of the service. Times are those that the clients see; they share the processors with
-the service, as nothing else on the machine should.
+second, and does so for 10 s before the others start: what is slow then is the machine. Memory is the resident set of
+the service. Times are those that the clients see; they share the processors with the service, as nothing else on the
+machine should.
 """
 
 import argparse
@@ -18,6 +19,7 @@ import tempfile
 import time
 from collections import Counter, defaultdict
 from collections.abc import Awaitable, Callable
+from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -63,7 +65,9 @@ def _npy(count: int) -> dict[str, Any]:
 _PROPAGATE = {"json": {**_TABLE, "inputs": _INPUTS, "output_std": 0.003, "outside": "clip"}}
 _LIKELIHOOD = {"json": {**_TABLE, "recordings": "few", "per_condition": False, "outside": "clip",
                         "candidates": [{**_INPUTS, "output_std": 0.01}] * 4}}
-HEALTH = Kind("health (its own client)", 0, "GET", "/v1/health")
+HEALTH = Kind("health, by a client of its own", 0, "GET", "/v1/health")
+IDLE = Kind("health, before the load", 0, "GET", "/v1/health")
+_IDLE_SECONDS = 10.0
 MIX = (
     Kind("evaluate, 2 points", 20, "POST", "/v1/evaluate", body={"json": {**_TABLE, "points": [[1, 1], [0.9, 1.1]]}}),
     Kind("evaluate, 2,000 points as .npy", 8, "POST", "/v1/evaluate", body=_npy(2000)),
@@ -126,29 +130,33 @@ async def send(client: httpx.AsyncClient, kind: Kind, seen: Seen) -> bool:
 async def crowd(address: str, clients: int, seconds: float, memory: Callable[[str], None]) -> dict[str, Seen]:
     """What `clients` see in `seconds`."""
     seen: dict[str, Seen] = defaultdict(Seen)
-    end, weights = time.monotonic() + seconds, np.array([one.weight for one in MIX])
+    weights = np.array([one.weight for one in MIX])
 
-    async def mixed(number: int) -> None:
+    async def mixed(number: int, client: httpx.AsyncClient, end: float) -> None:
         rng = np.random.default_rng([7, number])
-        async with httpx.AsyncClient(base_url=address, timeout=60) as client:
-            while time.monotonic() < end:
-                kind = MIX[int(rng.choice(len(MIX), p=weights / weights.sum()))]
-                if await send(client, kind, seen[kind.name]):
-                    await asyncio.sleep(_PAUSE)
+        while time.monotonic() < end:
+            kind = MIX[int(rng.choice(len(MIX), p=weights / weights.sum()))]
+            if await send(client, kind, seen[kind.name]):
+                await asyncio.sleep(_PAUSE)
 
-    async def healthy() -> None:
-        async with httpx.AsyncClient(base_url=address, timeout=60) as client:
-            while time.monotonic() < end:
-                await send(client, HEALTH, seen[HEALTH.name])
-                await asyncio.sleep(0.1)
+    async def healthy(kind: Kind, client: httpx.AsyncClient, end: float) -> None:
+        while time.monotonic() < end:
+            await send(client, kind, seen[kind.name])
+            await asyncio.sleep(0.1)
 
     async def watched() -> None:
         for moment in ("at a tenth", "in the middle"):
             await asyncio.sleep(seconds * (0.1 if moment == "at a tenth" else 0.4))
             memory(moment)
 
-    work: list[Awaitable[None]] = [mixed(number) for number in range(clients)]
-    await asyncio.gather(*work, healthy(), watched())
+    async with AsyncExitStack() as stack:
+        # Made before, because each takes some 50 ms of the processor.
+        own, *others = [await stack.enter_async_context(httpx.AsyncClient(base_url=address, timeout=60))
+                        for _ in range(1 + clients)]
+        await healthy(IDLE, own, time.monotonic() + _IDLE_SECONDS)
+        end = time.monotonic() + seconds
+        work: list[Awaitable[None]] = [mixed(number, client, end) for number, client in enumerate(others)]
+        await asyncio.gather(*work, healthy(HEALTH, own, end), watched())
     memory("at the end")
     return seen
 
@@ -203,7 +211,7 @@ def main() -> int:
             assert service.poll() is None
         finally:
             stack.end()
-    rows = [seen[kind.name].row(kind) for kind in (*MIX, HEALTH)]
+    rows = [seen[kind.name].row(kind) for kind in (*MIX, HEALTH, IDLE)]
     width = len(HEADER) - 2
     rows += [("memory of the service " + moment, f"{value:.0f} MB", *[""] * width) for moment, value in found]
     write("load", HEADER, rows, f"python -m benchmarks.load --seconds {arguments.seconds:g} --clients "
