@@ -39,10 +39,13 @@ KILLS, KILLS_A_ROUND, SEED, PATIENCE = 50, 4, 16, 1500.0
 DATABASES = ("PostgreSQL", "SQLite")
 WORKS = ("fits", "study", "build")
 VICTIMS = ("service", "worker", "database", "build")
+CYCLE = (("PostgreSQL", "fits"), ("SQLite", "fits"), ("PostgreSQL", "study"), ("SQLite", "study"), ("SQLite", "build"),
+         ("PostgreSQL", "fits"), ("SQLite", "fits"), ("PostgreSQL", "study"), ("SQLite", "build"), ("SQLite", "build"))
+"""Database and work of the rounds. Builds use no database: they run beside the service on SQLite."""
 HEADER = ("database", "work", "rounds", *(f"kills of {victim}" for victim in VICTIMS), "jobs", "jobs lost",
           "jobs doubled", "results different")
 SMALL = ("--axis", "pressure_bias=0.5:1.5:9", "--axis", "initial_position=0.5:1.5:9")
-LARGE = ("--axis", "pressure_bias=0.5:1.5:120", "--axis", "initial_position=0.5:1.5:120")
+LARGE = ("--axis", "pressure_bias=0.5:1.5:120", "--axis", "initial_position=0.5:1.5:100")  # of all 216 conditions
 _FIT = {"table": "small", "recordings": "few"}
 _SEARCH = {"population": 16, "generations": 12, "patience": 12, "order": 3, "intervals": False}
 JOBS: dict[str, dict[str, dict[str, Any]]] = {
@@ -148,8 +151,7 @@ def built(stack: Stack, rng: np.random.Generator | None, longest: float) -> tupl
     """Digest of a table whose build was killed, the kills, and how long it took in s."""
     path, begin = stack.folder / "large.h5", time.monotonic()
     path.unlink(missing_ok=True)
-    build = Program(lambda: stack.run("worker", "build", *LARGE, "--conditions",
-                                      str(stack.folder / "tables" / "few.h5"), "--out", str(path)))
+    build = Program(lambda: stack.run("worker", "build", *LARGE, "--out", str(path)))
     blow = Blow({"build": build}, rng, longest) if rng else None
     while build.process.poll() != 0 and time.monotonic() < begin + PATIENCE:
         if blow:
@@ -171,7 +173,7 @@ def rounds(stack: Stack, database: str, numbers: dict[int, str]) -> Iterator[Rou
             seconds[work] = time.monotonic() - begin
             print(f"{database}, {work}: undisturbed in {seconds[work]:.1f} s: {expected[work]}", flush=True)
         rng, begin = np.random.default_rng([SEED, number]), time.monotonic()
-        longest = seconds[work] / 2
+        longest = seconds[work] / (4 if work == "build" else 2)  # a build ends whether it was killed or not
         if work == "build":
             found, counts, _ = built(stack, rng, longest)
             results, jobs = {"table": found}, 1
@@ -233,10 +235,7 @@ def main() -> int:
     path = ROOT / "var" / "kills.csv"
     path.parent.mkdir(exist_ok=True)
     done = finished(path)
-    # Builds need no database: they run once, beside the services on SQLite.
-    cycle = [("PostgreSQL", "fits"), ("SQLite", "fits"), ("PostgreSQL", "study"), ("SQLite", "study"),
-             ("SQLite", "build")]
-    planned = {number: cycle[number % len(cycle)] for number in range(-(-kills // KILLS_A_ROUND))}
+    planned = {number: CYCLE[number % len(CYCLE)] for number in range(-(-kills // KILLS_A_ROUND))}
     for database in DATABASES:
         missing = {number: work for number, (its, work) in planned.items()
                    if its == database and number not in {one.number for one in done}}
