@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: help setup demo demo-stop test test-slow fuzz lint picture bench study-blind clean
+.PHONY: help setup demo demo-stop test test-slow fuzz lint audit picture bench study-blind clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -43,6 +43,9 @@ fuzz: setup ## many generated requests to every operation of the service, alone 
 lint: setup ## ruff and mypy only
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
+
+audit: setup ## known vulnerabilities of the dependencies (needs the network)
+	@$(BIN)/python .ci/audit.py
 
 picture: setup ## redraw the pictures of the README (needs a finished `make demo`)
 	@$(BIN)/python docs/picture.py var docs

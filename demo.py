@@ -202,7 +202,7 @@ def follow(path: str) -> dict:
 def progress_line(progress: dict) -> str | None:
     """The progress of a job as text; None while a fit has no candidate yet."""
     if "doing" in progress:
-        return progress["doing"]
+        return f"step {progress['step']} of {progress['steps']}: {progress['doing']}"
     if progress["log10_likelihood"] is None:
         return None
     return STAGES.get(progress["stage"], progress["stage"]) if progress["stage"] != "search" else (

@@ -15,7 +15,10 @@ from service.computations import Client, Computations
 from service.query import QueryNames
 from service.revalidation import headers_of
 from service.settings import Settings
-from slipstick.errors import SlipstickError
+from slipstick.errors import InvalidValue, SlipstickError
+
+_ONCE = ("Content-Type", "Idempotency-Key")
+"""Headers that are not repeated: the limit would be that of one Content-Type, and the body read as another one."""
 
 
 class BodyLimits:
@@ -57,6 +60,9 @@ class BodyLimits:
 
     async def _read(self, scope: Scope, receive: Receive, body: bytearray) -> None:
         headers = dict(scope["headers"])
+        for name in _ONCE:
+            if (count := sum(header == name.lower().encode() for header, _ in scope["headers"])) > 1:
+                raise InvalidValue(f"The header {name} is given {count} times", "Give it once")
         is_json = headers.get(b"content-type", b"").partition(b";")[0].strip().lower() == b"application/json"
         most, setting = (self.settings.json_bytes, "JSON") if is_json else (self.settings.body_bytes, "BODY")
         hint = "Send arrays as .npy or in several requests" if is_json else "Send a smaller body"

@@ -52,12 +52,16 @@ class Server:
         return psycopg.connect(host="127.0.0.1", port=self.port, user=USER, password=PASSWORD, dbname=database,
                                autocommit=True)
 
-    def start(self) -> None:
+    def launch(self) -> subprocess.Popen[bytes]:
         with (self.folder / "log").open("ab") as log:
             self.process = subprocess.Popen(
                 [str(program("postgres")), "-D", str(self.folder / "data"), "-p", str(self.port), "-k",
                  str(self.folder), "-c", "listen_addresses=127.0.0.1"], stdout=log, stderr=log, cwd=self.folder,
                 **self.user)
+        return self.process
+
+    def start(self) -> None:
+        self.launch()
         while True:
             try:
                 return self.connected("postgres").close()

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.expansion_peers import BASIS, Peers
+from benchmarks.kills import Round, digest_of, totals
 from benchmarks.peers import HEADER, Code, Work, measured
 from benchmarks.scipy_script import shifting_time
 from slipstick.bench.parameters import NAMES
@@ -54,3 +55,18 @@ def test_a_peer_that_does_a_part_of_the_work_is_scaled_to_all_of_it() -> None:
 def wait(values: np.ndarray) -> np.ndarray:
     time.sleep(0.002)
     return values
+
+
+def test_a_result_that_differs_in_its_last_digit_counts_as_different_but_not_one_that_took_longer() -> None:
+    result = {"id": "a", "seconds": {"search": 1.0}, "result": {"mean": [1.0, 0.1 + 0.2]}}
+    assert digest_of(result) == digest_of({**result, "id": "b", "seconds": {"search": 9.0}})
+    assert digest_of(result) != digest_of({**result, "result": {"mean": [1.0, 0.3]}})
+
+
+def test_the_rounds_of_kills_are_added_by_database_and_work() -> None:
+    rounds = [Round(0, "PostgreSQL", "fits", 1, 2, 1, 0, 3, 0, 0, 1),
+              Round(1, "PostgreSQL", "fits", 0, 1, 3, 0, 3, 1, 0, 0),
+              Round(2, "SQLite", "build", 0, 0, 0, 4, 1, 0, 0, 0)]
+    assert totals(rounds) == [("PostgreSQL", "fits", 2, 1, 3, 4, 0, 6, 1, 0, 1),
+                              ("none", "build", 1, 0, 0, 0, 4, 1, 0, 0, 0),
+                              ("all", "", 3, 1, 3, 4, 4, 7, 1, 0, 1)]

@@ -5,7 +5,6 @@ import datetime
 import json
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from slipstick.report.study.page import study_page
 from slipstick.storage.files import replacing
 from slipstick.study import StudyResult, StudySettings, conclude, examine
 from slipstick.study.export import file_stem, has_table, law_csv, law_mat
+from slipstick.study.progress import Log, StudyProgress
 from slipstick.study.record import figures_from_dict, result_from_dict
 from worker.bench_option import add_bench_argument, open_recordings
 from worker.clocks import clock_times, stage_times
@@ -83,12 +83,13 @@ def study_output(settings: StudySettings, bench: Bench, recordings: Recordings) 
     return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(times, "confirm", begin)}
 
 
-def progress() -> Callable[[str], None]:
-    """A function that prints a step and the time since now in s to stderr."""
+def progress() -> Log:
+    """A function that prints the progress and the time since now in s to stderr."""
     start = time.monotonic()
 
-    def log(step: str) -> None:
-        print(f"{time.monotonic() - start:6.1f} s  {step}", file=sys.stderr, flush=True)
+    def log(progress: StudyProgress) -> None:
+        print(f"{time.monotonic() - start:6.1f} s  step {progress.step} of {progress.steps}: {progress.doing}",
+              file=sys.stderr, flush=True)
 
     return log
 

@@ -3,7 +3,7 @@
 The checkpoint between both holds what is `named`.
 """
 
-from collections.abc import Callable
+import time
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -11,24 +11,25 @@ from slipstick.bench import Bench
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.study import StudySettings, conclude, examine
-from slipstick.study.progress import Stage, StudyProgress
+from slipstick.study.progress import Log, StudyProgress
 from worker.clocks import clock_times, stage_times
 from worker.computing import Report
 from worker.orders import Checkpoint, Order, require_same
+
+_REPORT_SECONDS = 0.5
 
 
 def name(library: Library, report: Report, order: Order) -> Checkpoint:
     """What the blocks of the model say is missing."""
     begin, task = clock_times(), _open(library, order)
-    named = examine(task.settings, task.bench, task.recordings, _log(report, "name"))
+    named = examine(task.settings, task.bench, task.recordings, _log(report))
     return {"named": named, **stage_times({}, "name", begin)}
 
 
 def confirm(library: Library, report: Report, order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
     """The output of the job."""
     begin, task = clock_times(), _open(library, order)
-    result, figures = conclude(task.settings, task.bench, task.recordings, checkpoint["named"],
-                               _log(report, "confirm"))
+    result, figures = conclude(task.settings, task.bench, task.recordings, checkpoint["named"], _log(report))
     return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(checkpoint, "confirm", begin)}
 
 
@@ -39,8 +40,17 @@ class _Task:
     recordings: Recordings
 
 
-def _log(report: Report, stage: Stage) -> Callable[[str], None]:
-    return lambda doing: report(asdict(StudyProgress(stage, doing)))
+def _log(report: Report) -> Log:
+    """Report each step when it begins, and within a step at most twice a second what is tried."""
+    step, last = 0, 0.0
+
+    def log(progress: StudyProgress) -> None:
+        nonlocal step, last
+        if progress.step != step or time.monotonic() > last + _REPORT_SECONDS:
+            step, last = progress.step, time.monotonic()
+            report(asdict(progress))
+
+    return log
 
 
 def _open(library: Library, order: Order) -> _Task:

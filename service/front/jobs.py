@@ -75,16 +75,22 @@ def _doing(job: Active) -> str:
         place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
         return paragraph(place, "doing")
     match job.progress:
-        case StudyProgress(stage=stage, doing=doing):
-            return paragraph(f"Stage {1 + (stage == 'confirm')} of 2: {doing}", "doing")
+        case StudyProgress(step=step, steps=steps, done=done, doing=doing):
+            return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")
         case FitProgress(stage="search", done=done, seconds_left=left):
-            share = f"{100 * done:.0f} %"
             rest = "" if left is None else f", at most {_rounded(left)} left"
-            return (f'<progress value="{done:.3f}" aria-label="Search of {escape(job.id)}">{share}</progress>'
-                    + paragraph(f"Searching: {share}{rest}", "doing"))
+            return _bar(f"Search of {job.id}", done) + paragraph(f"Searching: {_percent(done)}{rest}", "doing")
         case FitProgress(stage=stage):
             return paragraph(f"Search complete, {_STAGES[stage]}", "doing")
     return paragraph("Starting", "doing")
+
+
+def _bar(label: str, done: float) -> str:
+    return f'<progress value="{done:.3f}" aria-label="{escape(label)}">{_percent(done)}</progress>'
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
 
 
 def _rounded(seconds: float) -> str:

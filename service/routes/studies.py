@@ -85,7 +85,7 @@ def list_studies(store: StudyStore, request: Request, wanted: Wanted, limit: Lim
 @router.get("/{id}", summary="Get the status of a study", responses=error_responses(404, 503))
 async def follow_study(id: StudyId, store: StudyStore, following: FollowingDependency, request: Request,
                        wait: Wait = 0) -> StudyWithProgress:
-    """Return the status of a study and its progress: its stage, and what it is doing.
+    """Return the status of a study and its progress: its step, the share of steps that are done, and what it is doing.
 
     With `wait`, the response comes when the study has ended, or after this time.
     """
@@ -152,4 +152,4 @@ def with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
     """Return a study with its place in the queue and its progress."""
     progress = store.progress(study.workflow_id)
     return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study),
-                             progress=None if progress is None else StudyProgress(**progress))
+                             progress=None if progress is None or "done" not in progress else StudyProgress(**progress))

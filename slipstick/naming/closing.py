@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
-from slipstick.naming.selection import Finding, Log, in_errors, is_enough, is_unexplained, priced, rivals
+from slipstick.naming.selection import Finding, is_enough, is_unexplained, priced, rivals
 from slipstick.naming.settings import NamingSettings
 
 _QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
@@ -64,11 +65,11 @@ def evidence_of(fit: CurvedFit) -> float:
 
 
 def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, least: float = 0.0,
-            log: Log = lambda *_: None) -> tuple[CurvedFit, list[Finding]]:
+            ask: Ask = lambda _: None) -> tuple[CurvedFit, list[Finding]]:
     """Add pairs of the piston to the fit `start` while they gain more than `least` nats."""
     now, findings = start, list[Finding]()
     for _ in range(_MOST):
-        tried = _tried(block, now, settings)
+        tried = _tried(block, now, settings, ask)
         enough = [one for one in tried if is_enough(one[0], settings)]
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
@@ -78,10 +79,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
                         from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
-                tried = _tried(block, now, settings, [pair for _, pair, _ in enough])
+                tried = _tried(block, now, settings, ask, [pair for _, pair, _ in enough])
                 enough = [one for one in tried if is_enough(one[0], settings)]
-        log("piston", round(float(now.chi2.mean()), 3),
-            [(" ~ ".join(pair), round(float(gain.sum())), round(in_errors(gain), 1)) for gain, pair, _ in tried])
         further = settings.further * sum(one.nats for one in findings)
         if not enough or enough[0][0].sum() < max(least, further):
             break
@@ -90,16 +89,16 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
     return now, findings
 
 
-def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
+def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
            pairs: Sequence[Pair] | None = None) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
     """Gain, pair and fit of those of the `pairs` that promise most, the largest gain first."""
     tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
-             for pair, one in fits_with_pairs(block, now, settings, pairs).items()]
+             for pair, one in fits_with_pairs(block, now, settings, pairs, ask).items()]
     return sorted(tried, key=lambda one: -float(one[0].sum()))
 
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
-                    pairs: Sequence[Pair] | None = None) -> dict[Pair, CurvedFit]:
+                    pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> dict[Pair, CurvedFit]:
     """The fits with the best of the `pairs` that promise something, by default of all, each from several starts.
 
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it.
@@ -109,17 +108,19 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     promising = gains([about], list(now.laws), known)
     if not is_unexplained(now.chi2, now.chi2, settings):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
-    begun = sorted((_begun(block, now, one) for one in promising), key=evidence_of, reverse=True)
+    begun = sorted((_begun(block, now, one, ask) for one in promising), key=evidence_of, reverse=True)
     found = {}
     for start in begun[:1 + settings.rivals]:
+        ask(Asked("clutch", ("clutch",), start.laws[-1]))
         best = fit_curved(block, start.laws, start=start, iterations=10)
         again = from_common(block, best.mean, best.shared, best.held, iterations=10)
         found[best.laws[-1]] = max(best, again, key=evidence_of)
     return found
 
 
-def _begun(block: ClutchBlock, now: CurvedFit, one: Gain) -> CurvedFit:
+def _begun(block: ClutchBlock, now: CurvedFit, one: Gain, ask: Ask) -> CurvedFit:
     """The best start of a fit with a further pair."""
+    ask(Asked("clutch", ("clutch",), one.pair))
     starts = [fit_curved(block, (*now.laws, one.pair), start=now, iterations=3)]
     for means, shares in ((now.mean, _SHARES), (np.zeros_like(now.mean), _NOMINAL_SHARES)):
         held = [[*now.held, (one.pair, share * one.law)] for share in shares]

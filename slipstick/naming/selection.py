@@ -2,16 +2,15 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from slipstick.naming.asked import Ask, Asked, Step
 from slipstick.naming.block import Pair
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.settings import NamingSettings
 
-Log = Callable[..., None]
 CERTAIN = 3.0
 """Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
 FINER = 17
@@ -89,22 +88,22 @@ def priced(gain: np.ndarray, size: int) -> np.ndarray:
     return np.asarray(gain - 0.5 * size * np.log(len(gain)) / len(gain))
 
 
-def forward(fits: Mapping[str, BlockFit], settings: NamingSettings,
-            log: Log = lambda *_: None) -> tuple[dict[str, BlockFit], list[Finding]]:
-    """Add pairs to the blocks of `fits` while the recordings ask for them."""
+def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None,
+            step: Step = "laws") -> tuple[dict[str, BlockFit], list[Finding]]:
+    """Add pairs to the blocks of `fits` while the recordings ask for them, as a `step` of naming."""
     fits, findings, closed = dict(fits), list[Finding](), set[str]()
     for one in fits.values():
         if one.chi2.mean() > settings.strong:
             one.block.fine = FINER
     tables: dict[str, Table] = {}
     while len(closed) < len(fits):
+        ask(Asked(step, tuple(name for name in fits if name not in closed), compares=True))
         tables = {name: tables[name] if name in tables and tables[name].fit is one else table(one)
                   for name, one in fits.items() if name not in closed}
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
         offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
         pairs = [pair for pair in offered if pair not in current]
         ranked = [one for one in gains(list(tables.values()), current, pairs) if is_enough(one.nats, settings)]
-        log(_shown(fits), [(" ~ ".join(one.pair), round(float(one.nats.sum()))) for one in ranked[:4]])
         touched = set[str]()
         for best in ranked:
             others = [one for one in ranked if one is not best and set(one.blocks) & set(best.blocks)]
@@ -112,8 +111,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings,
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
             if touched & {block for one in (best, *near) for block in one.blocks}:
                 continue
-            finding, its = _settled(fits, best, near, ranked, settings)
-            log("   ", " ~ ".join(finding.pair), round(finding.nats), [one.pair for one in finding.rivals])
+            finding, its = _settled(fits, best, near, ranked, settings,
+                                    lambda one: ask(Asked(step, one.blocks, one.pair)))
             touched |= set(best.blocks) | set(its)
             earlier = max((one.nats for one in findings if set(one.blocks) & set(finding.blocks)), default=0.0)
             if not is_enough(finding.gain, settings) or finding.nats < settings.further * earlier:
@@ -143,7 +142,7 @@ class _Tried:
 
 
 def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ranked: Sequence[Gain],
-             settings: NamingSettings) -> tuple[Finding, dict[str, BlockFit]]:
+             settings: NamingSettings, ask: Callable[[Gain], None]) -> tuple[Finding, dict[str, BlockFit]]:
     """The finding among the best pair and others `near` it, and the fits of the blocks that it changes.
 
     Every pair is fitted anew in all its blocks at once, because a strong law is far from the linearisation. Rises of
@@ -155,6 +154,7 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
 
     def tried(one: Gain) -> _Tried:
         if one.pair not in known:
+            ask(one)
             its = _fitted(fits, one)
             rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
             known[one.pair] = _Tried(one, priced(np.asarray(rise), len(one.places)), its)
@@ -195,7 +195,3 @@ def _fitted(fits: Mapping[str, BlockFit], one: Gain) -> dict[str, BlockFit]:
     its = [(*fits[name].laws, *([one.pair] if name in one.blocks else [])) for name in order]
     found = fit_together([fits[name].block for name in order], its, [fits[name] for name in order])
     return dict(zip(order, found, strict=True))
-
-
-def _shown(fits: Mapping[str, BlockFit]) -> dict[str, Any]:
-    return {name: round(float(one.chi2.mean()), 3) for name, one in fits.items()}

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.closing import settled
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
@@ -18,7 +19,7 @@ from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
-from slipstick.naming.selection import Finding, Log, forward
+from slipstick.naming.selection import Finding, forward
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
@@ -55,33 +56,38 @@ class Start:
         return [one.chi2 for one in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
 
 
-def begin(scene: Scene, settings: NamingSettings, log: Log) -> Start:
+def begin(scene: Scene, settings: NamingSettings, ask: Ask) -> Start:
     """Fit the blocks one after the other, each with what the ones before explain of its inputs."""
     can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
     if "valve" in can:
+        ask(Asked("valve", ("valve",)))
         valve_block = ValveBlock(scene)
         bare = fit(valve_block)
-        fits, findings = forward({"valve": bare}, settings, log)
+        fits, findings = forward({"valve": bare}, settings, ask, "valve")
         valve = bare, fits["valve"]
         pressure = valve_block.pressure(valve[1].points, valve[1].held)
         scene = scene.explained("pressure", pressure)
     if "clutch" in can:
+        ask(Asked("onset", ("clutch",)))
         closing_piston = _onset(scene, pressure)
-        log("onset", round(float(closing_piston.onset.chi2.mean()), 3))
     fits = {}
     if scene.has("output_torque"):
         scene = scene.explained("output_torque", scene.model_torque(_torque(scene, closing_piston)))
     if "load" in can:
+        ask(Asked("load", ("load",)))
         load_block = LoadBlock(scene)
         fits["load"] = load = fit(load_block)
         scene = scene.explained("output_speed", load_block.true_speed(load.predicted))
     if "input" in can:
+        ask(Asked("input", ("input",)))
         shaft_block = InputBlock(scene)
         fits["input"] = shaft = fit(shaft_block)
         scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
     if "lock" in can:
+        ask(Asked("lock", ("lock",)))
         fits["lock"] = fit(LockBlock(scene, load_block.clean(load.points)))
     if closing_piston is not None:
+        ask(Asked("contact", ("contact",)))
         onset = closing_piston.onset
         wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
         fits["contact"] = fit(ContactBlock(scene, pressure, onset.points, wait=wait))

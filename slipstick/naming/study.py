@@ -11,6 +11,7 @@ import numpy as np
 from slipstick.bench import Bench
 from slipstick.bench.converter import Converter
 from slipstick.errors import InvalidValue
+from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Block, Pair
 from slipstick.naming.closing import closing, evidence_of, settled
 from slipstick.naming.contact import OnsetBlock
@@ -22,7 +23,7 @@ from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
-from slipstick.naming.selection import Finding, Log, forward, is_unexplained
+from slipstick.naming.selection import Finding, forward, is_unexplained
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.start import Start, begin
@@ -61,27 +62,28 @@ class Naming:
 
 
 def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None = None,
-         log: Log = lambda *_: None) -> Naming:
+         ask: Ask = lambda _: None) -> Naming:
     """Find what `recordings` of a `bench` ask for; raises `InvalidValue` as `scene_of` does."""
     began, settings = time.perf_counter(), settings or NamingSettings()
+    ask(Asked("engagements"))
     whole = scene_of(bench, recordings)
     kept = np.arange(len(whole))
     bad = implausible(whole, settings)
     if bad.mean() <= settings.most_outlying:
         kept = kept[~bad]
-    start = begin(whole.take(kept), settings, log)
+    start = begin(whole.take(kept), settings, ask)
     bad = np.any([outlying(one, settings) for one in start.chi_squares or [np.zeros(len(kept))]], axis=0)
     if bad.any() and len(kept) - bad.sum() >= (1 - settings.most_outlying) * len(whole):
         kept = kept[~bad]
-        start = begin(whole.take(kept), settings, log)
-    fits, findings = forward(start.fits, settings, log)
+        start = begin(whole.take(kept), settings, ask)
+    fits, findings = forward(start.fits, settings, ask)
     before = {key: one.chi2 for key, one in start.fits.items()}
     everything, more = dict(fits), list[Finding]()
     if start.valve is not None:
         before["valve"], everything = start.valve[0].chi2, {"valve": start.valve[1], **everything}
     if start.closing is not None:
         before["clutch"] = before["contact"]
-        everything["clutch"], more = _closed(start, fits["contact"], findings, settings, log)
+        everything["clutch"], more = _closed(start, fits["contact"], findings, settings, ask)
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   tuple(key for key, one in everything.items()  # the clutch holds full contact, with a better piston
                         if key != "contact" and is_unexplained(one.chi2, before[key], settings)),
@@ -134,10 +136,11 @@ def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
 
 
 def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: NamingSettings,
-            log: Log) -> tuple[CurvedFit, list[Finding]]:
+            ask: Ask) -> tuple[CurvedFit, list[Finding]]:
     """The closing piston with the laws of full contact, and what it asks for itself."""
     assert start.closing is not None
     assert start.valve is not None
+    ask(Asked("clutch", ("clutch",)))
     block = start.closing.block
     block.fine = contact.block.fine
     points = start.closing.onset.points.copy()
@@ -153,4 +156,4 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
     if start.valve[1].chi2.mean() > settings.strong:  # the piston integrates the error of the pressure
         return clutch, []
     least = settings.further * max((one.nats for one in findings if "contact" in one.blocks), default=0.0)
-    return closing(block, clutch, settings, least, log)
+    return closing(block, clutch, settings, least, ask)

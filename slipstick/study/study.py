@@ -6,7 +6,7 @@
 Both take some seconds to a minute. What `examine` returns is JSON, complete, and the same after a restart.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -33,12 +33,12 @@ from slipstick.recordings import Recordings
 from slipstick.recordings.needed import NEEDED
 from slipstick.study.figures import Figures, figures
 from slipstick.study.findings import finding_result
+from slipstick.study.progress import Log, StudySteps
 from slipstick.study.result import BlockResult, ClosedBlock, Control, FurtherExperiment, Gap, SimulationResult
 from slipstick.study.result import StudyResult as Result
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import SIGNALS, sentence
 
-Log = Callable[[str], None]
 _NOMINAL_LOSSES = ("input_inertia", "input_coulomb", "input_viscous")
 """Parameters that start at nominal: those that the input block finds also stand for other small errors of it, and with
 losses that are too small the converter drives the input shaft beyond the motor."""
@@ -47,8 +47,7 @@ losses that are too small the converter drives the input shaft beyond the motor.
 def examine(settings: StudySettings, bench: Bench, recordings: Recordings,
             log: Log = lambda _: None) -> dict[str, Any]:
     """Name what the blocks ask for, as JSON; raises `InvalidValue` for recordings that say too little."""
-    log("asking the blocks")
-    return to_json(name(bench, recordings, settings.naming, lambda *_: log("asking the blocks")))
+    return to_json(name(bench, recordings, settings.naming, _steps(recordings, log).asked))
 
 
 def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, named: dict[str, Any],
@@ -58,14 +57,15 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     found = replace(found, findings=tuple(_distinct(settings, found)))
     answers = [answer(one, found.measured.get(one.pair), settings.catalogue) for one in found.findings]
     traces, points = _traces(bench, recordings, found)
+    doing = _steps(recordings, log).confirming
     terms = _terms(bench, found, answers)
-    log("fitting the simulation without and with the findings")
+    doing("fit", "Fitting the simulation of the whole bench" + (" without and with the findings" if answers else ""))
     before, after = confirmed(traces, terms, points, lambda gain: is_enough(gain, settings.naming))
-    log("comparing with effects that are tied")
+    doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), after, its)
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
-    log("predicting held-out conditions")
+    doing("predict", "Predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)
     if is_extended:
         # What predicts best without the findings is what they are compared with.
@@ -90,6 +90,10 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed, traces.scene.unused)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
+
+
+def _steps(recordings: Recordings, log: Log) -> StudySteps:
+    return StudySteps(() if recordings.signals is None else recordings.signals.names, log)
 
 
 def _distinct(settings: StudySettings, found: Naming) -> Iterator[Finding]:

@@ -36,6 +36,19 @@ def test_a_name_that_no_header_can_hold_is_refused(client: httpx.Client, route: 
         assert "is not a valid file name" in problem(refused, 422)["detail"]
 
 
+def test_a_repeated_header_is_refused(client: httpx.Client) -> None:
+    """A second Content-Type decided which limit a body has, and the first one how it was read."""
+    large = b'{"points": [[1.0, 1.0]' + b", [1.0, 1.0]" * 300_000 + b"]}"
+    types = [("Content-Type", "application/json"), ("Content-Type", npy.MEDIA_TYPE)]
+    refused = client.post("/v1/evaluate", content=large, headers=types)
+    assert "Content-Type is given 2 times" in problem(refused, 422)["detail"]
+    problem(client.post("/v1/evaluate", content=large, headers=types[:1]), 413)
+    keys = [("Idempotency-Key", "first-of-two"), ("Idempotency-Key", "second-of-two")]
+    refused = client.post("/v1/fits", json={}, headers=keys)
+    assert "Idempotency-Key is given 2 times" in problem(refused, 422)["detail"]
+    assert client.get("/v1/fits/first-of-two").status_code == 404
+
+
 @pytest.mark.parametrize(("shape", "status"), [(b"(True, 2)", 422), (b"(1, 2)", 200)])
 def test_a_shape_of_truth_values_is_refused(client: httpx.Client, shape: bytes, status: int) -> None:
     content = npy.dump(np.ones((1, 2)))
