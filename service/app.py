@@ -111,6 +111,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     metrics = app.state.metrics = RequestMetrics()
     app.state.computations = Computations(configuration.computations, configuration.waiting,
                                           configuration.waiting_seconds)
+    app.state.uploads = Computations(configuration.uploads, configuration.waiting, configuration.waiting_seconds)
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,

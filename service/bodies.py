@@ -103,8 +103,8 @@ class _StrictRequest(Request):
 class JsonRoute(APIRoute):
     """A route that refuses unknown query parameters, and requires strict JSON of this Content-Type if it takes JSON.
 
-    If its endpoint `computes`, a request waits for a place among the computations of the application, unless its client
-    closes the connection.
+    If its endpoint `computes` or `reads_upload`, a request waits for a place among the computations or uploads of the
+    application, unless its client closes the connection.
     """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
@@ -116,9 +116,9 @@ class JsonRoute(APIRoute):
             if self.body_field is not None:
                 require_media_type(request, "application/json")
             strict_request = _StrictRequest(request.scope, request.receive)
-            if getattr(self.endpoint, "computes", False):
+            if places := getattr(self.endpoint, "places", None):
                 await strict_request.body()
-                response = await _compute(handler, strict_request)
+                response = await _compute(handler, strict_request, getattr(request.app.state, places))
             else:
                 response = await handler(strict_request)
             response.headers.update(headers_of(request))
@@ -127,9 +127,9 @@ class JsonRoute(APIRoute):
         return strict
 
 
-async def _compute(handler: Callable[[Request], Coroutine[Any, Any, Response]], request: Request) -> Response:
-    """Handle the request at a place among the computations; `request.state.client` learns if the client is gone."""
-    computations: Computations = request.app.state.computations
+async def _compute(handler: Callable[[Request], Coroutine[Any, Any, Response]], request: Request,
+                   computations: Computations) -> Response:
+    """Handle the request at a place among these `computations`; `request.state.client` learns if the client is gone."""
     client = request.state.client = Client(threading.Event())
     computing = False
 

@@ -19,7 +19,16 @@ _Endpoint = TypeVar("_Endpoint", bound=Callable[..., object])
 
 def computes(endpoint: _Endpoint) -> _Endpoint:
     """Mark an endpoint whose requests take a place among the computations."""
-    endpoint.computes = True  # type: ignore[attr-defined]
+    endpoint.places = "computations"  # type: ignore[attr-defined]
+    return endpoint
+
+
+def reads_upload(endpoint: _Endpoint) -> _Endpoint:
+    """Mark an endpoint whose requests take a place among the uploads.
+
+    They wait for a child process that reads the file, and must not keep requests from computing meanwhile.
+    """
+    endpoint.places = "uploads"  # type: ignore[attr-defined]
     return endpoint
 
 

@@ -33,6 +33,7 @@ class Settings(BaseSettings):
     body_seconds: float = Field(default=30.0, gt=0, description="Maximum time in s to receive the headers "
                                                                "or the body of a request.")
     computations: int = Field(default=2, gt=0, description="Maximum number of requests that compute at once.")
+    uploads: int = Field(default=1, gt=0, description="Maximum number of uploads that are read at once.")
     waiting: int = Field(default=64, ge=0, description="Maximum number of requests that wait to compute.")
     waiting_seconds: float = Field(default=30.0, gt=0, description="Maximum time in s to wait for a computation.")
     followers: int = Field(default=200, ge=0, description="Maximum number of clients that wait for jobs at once, by "

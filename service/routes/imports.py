@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
-from service.computations import computes
+from service.computations import reads_upload
 from service.problem_details import error_responses
 from service.routes.recordings import RecordingsDescription, store
 from service.schemas import LibraryDependency
@@ -87,7 +87,7 @@ async def _archive(request: Request) -> bytes:
 @router.post("/import", summary="Import files of a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name", "model": ImportDescription}})
-@computes
+@reads_upload
 def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[bytes, Depends(_archive)],
                       library: LibraryDependency, response: Response) -> ImportDescription:
     """Make recordings of the files of a data-acquisition system and store them.

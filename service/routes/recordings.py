@@ -6,7 +6,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
-from service.computations import computes
+from service.computations import reads_upload
 from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from service.paging import Limit, Offset, Page, page_links
 from service.problem_details import Conflict, error_responses
@@ -133,7 +133,7 @@ def describe_recordings(name: RecordingsNamePath, library: LibraryDependency,
              responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name",
                  "model": RecordingsDescription}})
-@computes
+@reads_upload
 def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, bytes], Depends(_upload_body)],
                       library: LibraryDependency, response: Response,
                       bench: RecordingsBench = None, table: MachineTable = None) -> RecordingsDescription:

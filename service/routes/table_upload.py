@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute, require_media_type
-from service.computations import computes
+from service.computations import reads_upload
 from service.problem_details import Conflict, error_responses
 from service.routes.tables import TableDescription, describe
 from service.schemas import LibraryDependency
@@ -29,7 +29,7 @@ async def _file(request: Request) -> bytes:
 @router.post("", summary="Upload a table", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(408, 409, 413, 415, 503) | {200: {
                  "description": "The same table already existed under this name", "model": TableDescription}})
-@computes
+@reads_upload
 def upload_table(name: NewTableName, content: Annotated[bytes, Depends(_file)], library: LibraryDependency,
                  response: Response) -> TableDescription:
     """Verify a table of any axes and store it.

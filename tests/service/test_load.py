@@ -20,12 +20,16 @@ from service.problem_details import Busy, TooSlow
 from service.routes import evaluate, likelihood
 from service.settings import Settings
 
+RECORDING = ("current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]\n"
+             "0,150,2,10,0.5\n")
+
 
 @pytest.fixture
 def computations(monkeypatch: pytest.MonkeyPatch) -> Computations:
     """The computations of the service: one at a time, and one that waits."""
-    made = Computations(1, 1, 20)
-    monkeypatch.setattr("service.app.Computations", lambda *_: made)
+    made, uploads = Computations(1, 1, 20), Computations(1, 1, 20)
+    both = iter((made, uploads))
+    monkeypatch.setattr("service.app.Computations", lambda *_: next(both))
     return made
 
 
@@ -80,6 +84,10 @@ def test_reading_goes_on_while_computations_are_held_and_others_wait_or_are_refu
         assert refused.headers["Retry-After"] == "2"
         for path in ("/v1/health", "/v1/tables/nominal", "/v1/fits", "/v1"):
             assert client.get(path).is_success
+        upload = client.post("/v1/recordings", params={"name": "one", "bench": "heavy"}, content=RECORDING.encode(),
+                             headers={"Content-Type": "text/csv"})
+        assert upload.status_code == 201, upload.text
+        assert client.delete("/v1/recordings/one").is_success
         assert held.count == 1
         held.go_on.set()
         assert [first.result().status_code, second.result().status_code] == [200, 200]

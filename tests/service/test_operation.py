@@ -5,6 +5,7 @@ import logging
 import re
 import shutil
 import socket
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -162,6 +163,9 @@ def test_the_log_has_an_entry_for_each_request(client: httpx.Client, caplog: pyt
     monkeypatch.setattr(logging.getLogger("slipstick.access"), "level", logging.INFO)
     try:
         client.get("/v1/tables/a%0ab?secret=1", headers={"X-Request-ID": "mine"})
+        deadline = time.monotonic() + 20
+        while len(lines) < 2 and time.monotonic() < deadline:  # the entry comes after the response
+            time.sleep(0.01)
     finally:
         logging.getLogger("slipstick").removeHandler(handler)
     entry, text = json.loads(lines[0]), lines[1]

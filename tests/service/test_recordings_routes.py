@@ -23,8 +23,8 @@ def test_only_the_recorded_signals_are_described(client: httpx.Client, settings:
     shutil.copy(settings.tables / "measured.h5", tmp_path / "some.h5")
     with h5py.File(tmp_path / "some.h5", "r+") as file:
         del file["signals/pressure"]
-    response = client.post("/v1/recordings", params={"name": "partial"}, content=(tmp_path / "some.h5").read_bytes(),
-                           headers={"Content-Type": "application/x-hdf5"})
+    response = client.post("/v1/recordings", params={"name": "without-pressure"},
+                           content=(tmp_path / "some.h5").read_bytes(), headers={"Content-Type": "application/x-hdf5"})
     assert response.status_code == 201, response.text
     assert response.json()["signals"]["units"] == {
         "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
