@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from slipstick.naming import answer, name
 from slipstick.naming.scene import Scene
@@ -35,6 +36,7 @@ def pairs_of(found: Naming) -> list[tuple[str, str]]:
     return [one.pair for one in found.findings]
 
 
+@pytest.mark.slow
 def test_a_gain_that_warms_is_a_law_over_the_oil_temperature(tmp_path: Path) -> None:
     recordings, share = recorded(tmp_path, 714, "order")
     found = name(HEAVY, recordings)
@@ -48,6 +50,7 @@ def test_a_gain_that_warms_is_a_law_over_the_oil_temperature(tmp_path: Path) -> 
     assert np.std(measured - true) < 0.2 * np.std(true)
 
 
+@pytest.mark.slow
 def test_a_temperature_that_nothing_depends_on_is_not_named(tmp_path: Path) -> None:
     recordings, _ = recorded(tmp_path, 714, "chance")
     assert not [pair for pair in pairs_of(name(HEAVY, recordings)) if pair[1] == "oil temperature"]

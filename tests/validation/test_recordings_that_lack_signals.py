@@ -50,6 +50,7 @@ def test_nothing_is_named_where_nothing_is_hidden_and_a_signal_is_missing(tmp_pa
     assert (found.findings, found.unexplained) == ((), ())
 
 
+@pytest.mark.slow
 def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) -> None:
     result, figures, recordings = studied(tmp_path, ["friction_falls_with_slip"], ["pressure"])
     assert (result.kind, result.findings) == ("unlisted", [])

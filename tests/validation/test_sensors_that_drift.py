@@ -25,9 +25,8 @@ def recorded(folder: Path, seed: int, sensor: str, drift: float) -> Recordings:
     return replace(found, signals=replace(found.signals, **{sensor: changed}))
 
 
-@pytest.mark.parametrize(("sensor", "drift"), [
-    ("output_torque", 12.0), pytest.param("output_speed", 0.8, marks=pytest.mark.slow),
-    pytest.param("input_speed", 1.5, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("sensor", "drift"), [("output_torque", 12.0), ("output_speed", 0.8), ("input_speed", 1.5)])
 def test_a_drift_is_named_and_measured(tmp_path: Path, sensor: str, drift: float) -> None:
     found = name(HEAVY, recorded(tmp_path, 716, sensor, drift))
     pair = f"{sensor.replace('_', ' ')} sensor", "run order"
