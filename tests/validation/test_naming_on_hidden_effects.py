@@ -20,6 +20,7 @@ def recorded(folder: Path, case: Case) -> Recordings:
     return Recordings.open(folder / "case.h5")
 
 
+@pytest.mark.slow
 def test_nothing_is_named_on_another_bench_where_everything_scatters(tmp_path: Path) -> None:
     case = Case(seed=711, count=COUNT, bench="compact", world="any")
     found = name(ON["compact"], recorded(tmp_path, case))

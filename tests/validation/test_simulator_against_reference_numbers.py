@@ -52,6 +52,7 @@ def test_tight_signals_agree_to_1e_4_of_their_range(condition: int) -> None:
         assert np.max(error) < 1e-4 * np.ptp(rows[:, column]), name
 
 
+@pytest.mark.slow
 def test_default_accuracy_is_within_1e_4_s_over_the_whole_default_grid() -> None:
     grid = np.linspace(0.5, 1.5, 50)
     points = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)

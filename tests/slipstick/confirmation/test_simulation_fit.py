@@ -62,6 +62,7 @@ def test_a_fit_is_never_below_the_one_that_is_nested_in_it(fits: Callable) -> No
         assert after.evidence.sum() >= before.evidence.sum() - 1e-6
 
 
+@pytest.mark.slow
 def test_a_fit_that_ended_too_early_is_raised_to_the_nested_one(traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
     before, after = fits("drag")
     poor = fit_simulation(after.block.traces, after.block.terms, np.zeros_like(after.fitted.points) + 0.05,
@@ -97,6 +98,7 @@ def test_of_two_names_the_simulation_confirms_the_true_one(fits: Callable) -> No
     assert after.block.terms.names == ("quadratic_load_drag",)
 
 
+@pytest.mark.slow
 def test_further_experiments_tell_models_apart_that_differ(fits: Callable) -> None:  # type: ignore[type-arg]
     before, after = fits("drag")
     other = fit_simulation(after.block.traces, Terms(HEAVY, ("falling_load_friction",)), before.fitted.points)

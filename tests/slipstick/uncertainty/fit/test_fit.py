@@ -171,6 +171,7 @@ def test_a_mean_at_the_edge_of_the_table_gives_a_remark(
     assert "table" not in cause + remedy
 
 
+@pytest.mark.slow
 def test_scatter_outside_the_table_gives_a_remark(problem_measured_at: Callable[[Candidate], InferenceProblem]) -> None:
     problem = problem_measured_at(Candidate(Inputs([1.05, 1.0], [0.06, 0.03]), 0.004))
     cause, remedy = remarks(QUICK, replace(problem, upper=np.array([1.1, 1.5])))["pressure_bias"]
@@ -253,6 +254,7 @@ def test_settings_that_do_not_suit_the_problem_raise(problem: InferenceProblem) 
         fit.initial_state(FitSettings(nodes=5), problem)
 
 
+@pytest.mark.slow
 def test_intervals_contain_the_truth_and_are_open_for_an_input_without_influence(
         problem: InferenceProblem, truth: Candidate, finished: SearchState) -> None:
     result = conclude(replace(QUICK, intervals=True), problem, finished)
