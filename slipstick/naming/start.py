@@ -71,7 +71,7 @@ def begin(scene: Scene, settings: NamingSettings, ask: Ask) -> Start:
         ask(Asked("onset", ("clutch",)))
         closing_piston = _onset(scene, pressure)
     fits = {}
-    if scene.has("output_torque"):
+    if "load" in can or "input" in can:
         scene = scene.explained("output_torque", scene.model_torque(_torque(scene, closing_piston)))
     if "load" in can:
         ask(Asked("load", ("load",)))

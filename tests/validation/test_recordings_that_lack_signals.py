@@ -34,6 +34,7 @@ def effects_of(found: Naming) -> list[str]:
 @pytest.mark.parametrize(("effects", "without", "blocks"), [
     (["quadratic_load_drag"], ["pressure"], ["load", "input", "lock"]),
     (["supply_droop"], ["input_speed", "output_speed", "output_torque"], ["valve"]),
+    (["supply_droop"], ["input_speed", "output_speed"], ["valve"]),
     pytest.param(["converter_lag"], ["pressure", "output_speed"], ["input"], marks=pytest.mark.slow),
 ])
 def test_the_blocks_between_recorded_signals_name_their_effect(
