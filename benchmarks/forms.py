@@ -1,8 +1,9 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
-    python -m benchmarks.forms
+    python -m benchmarks.forms [final|unseen]
 
-Each form of a listed pair is compared with each catalogue effect of the same pair, at its typical strength and on both
+The forms are those of the final list of cases, or of the list `unseen`, in forms_unseen.csv. Each form of a listed pair
+is compared with each catalogue effect of the same pair, at its typical strength and on both
 benches: the RMS difference after the best fit of the effect's coefficients within their bounds, as a share of the
 range of the form. Both are evenly spaced over the abscissae that twelve engagements with the form visit.
 
@@ -12,8 +13,8 @@ range of the form. Both are evenly spaced over the abscissae that twelve engagem
   changes it by more than 1 % of its largest change; hysteresis as the change of the current of the profiles.
 """
 
-from collections.abc import Callable
-from pathlib import Path
+import argparse
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -31,9 +32,11 @@ from tests.validation.hidden.nominal import Setup
 from tests.validation.hidden.pairs import listed, pair
 from tests.validation.hidden.responses import RESPONSES
 from tests.validation.hidden.run import Run
+from tests.validation.hidden.third import THIRD
 from tests.validation.hidden.unseen import UNSEEN
 from tests.validation.hidden.valve import play, plays
 
+FORMS = {"final": ("forms", UNSEEN), "unseen": ("forms_unseen", THIRD)}
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",
@@ -115,6 +118,10 @@ def hysteresis(form: Form, run: Run) -> tuple[np.ndarray, Law]:
     if form.quantity == "valve_plays":
         widths = setup.scale.get("valve_current", 1.0) * form.law(form.typical, PLAYS)
         changed = sampled(*plays(*knots, widths)) - commanded
+    elif form.quantity == "valve_play":
+        width = setup.scale.get("valve_current", 1.0)
+        up, down = (width * float(form.law(form.typical, way)) for way in (1, -1))
+        changed = sampled(*play(*knots, up, down)) - commanded
     else:
         lag = np.full((len(commanded), 1), MAGNET_TIME * setup.scale.get("time", 1.0))
         changed = run.bench.change(form, form.typical, commanded - lagged_signal(commanded, time, lag))
@@ -161,10 +168,10 @@ def near(share: float, with_constant: float | str) -> str:
     return "with a constant" if isinstance(with_constant, float) and with_constant < LEAST else ""
 
 
-def rows() -> list[tuple[object, ...]]:
-    """The rows of the table: each listed form, bench and catalogue effect."""
+def rows(forms: Iterable[Form]) -> list[tuple[object, ...]]:
+    """The rows of the table: each listed one of the forms, bench and catalogue effect."""
     found: list[tuple[object, ...]] = []
-    for form in filter(listed, UNSEEN):
+    for form in filter(listed, forms):
         for bench in BENCHES:
             run = simulate(Case({form.name: form.typical}, seed=SEED, count=ENGAGEMENTS, bench=bench), relative=1e-5)
             found += [(form.name, *pair(form), bench, effect.name, *(both := shares(form, effect, run)), near(*both))
@@ -175,4 +182,7 @@ def rows() -> list[tuple[object, ...]]:
 
 
 if __name__ == "__main__":
-    write(Path(__file__).stem, HEADER, rows(), "python -m benchmarks.forms")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.forms")
+    parser.add_argument("which", choices=FORMS, nargs="?", default="final")
+    name, its = FORMS[which := parser.parse_args().which]
+    write(name, HEADER, rows(its), f"python -m benchmarks.forms {which}")

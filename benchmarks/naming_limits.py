@@ -70,7 +70,8 @@ def without_noise(case: Case) -> Scene:
         recordings = Recordings.open(Path(folder) / "case.h5")
     run, signals = simulate(case, relative=1e-6), recordings.signals
     assert signals is not None
-    exact = Recordings(recordings.conditions, run.lock_time, Signals(signals.time, **run.readings))
+    exact = Recordings(recordings.conditions, run.lock_time, Signals(signals.time, **run.readings),
+                       further=recordings.further)
     scene = replace(Scene.of(bench, exact), noise=Scene.of(bench, recordings).noise)
     return scene.take(np.setdiff1d(np.arange(len(scene)), [bad.run for bad in bad_runs_of(case, run.conditions)]))
 

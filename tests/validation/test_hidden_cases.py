@@ -1,5 +1,6 @@
 """The unseen effects of the simulated test bench, and its lists of cases, are as its README states."""
 
+import csv
 import json
 from collections import Counter
 from dataclasses import replace
@@ -7,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
+from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, plan_unseen, simulate
 from hidden.__main__ import main
 from hidden.cases import DEVELOPMENT, FINAL
+from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
 from hidden.limits import compute
 from hidden.limits import read as read_limits
@@ -17,6 +19,8 @@ from hidden.nominal import HEAVY, SETUPS
 from hidden.pairs import DEPENDS_ON, LISTED, QUANTITY, listed, pair
 from hidden.plan import LARGEST_STRENGTH
 from hidden.responses import RESPONSES
+from hidden.temptations import TEMPTATIONS
+from hidden.third import THIRD
 from hidden.valve import play, plays
 
 from slipstick.recordings import Recordings
@@ -59,6 +63,7 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 
 
 OF_EACH_QUANTITY = {effect.quantity: effect for effect in UNSEEN}
+OF_EACH_QUANTITY |= {effect.quantity: effect for effect in THIRD if effect.quantity not in OF_EACH_QUANTITY}
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
@@ -77,7 +82,8 @@ def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
     ramp = np.minimum(20 + 30 * HEAVY.time, 65)[None]
     late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
     lag = (ramp - late)[0, 500] / 30
-    expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55)}
+    expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
+                "fall": 0}
     assert lag == pytest.approx(expected[kind], abs=0.0011)
     assert late[0, -1] == pytest.approx(65)
 
@@ -86,6 +92,19 @@ def test_a_slew_limit_holds_the_rate() -> None:
     step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
     late = RESPONSES["slew"](step, 0.02, "input_speed", HEAVY)
     assert np.max(np.diff(late)) == pytest.approx(165 / 0.2 * HEAVY.period)
+
+
+def test_a_held_value_is_late_by_the_strength_on_average() -> None:
+    ramp = 30 * HEAVY.time[None]
+    lag = (ramp - RESPONSES["hold"](ramp, 0.01, "input_speed", HEAVY))[0] / 30
+    assert np.mean(lag[100:]) == pytest.approx(0.01, abs=HEAVY.period)
+    assert np.max(lag) == pytest.approx(0.02, abs=1.1 * HEAVY.period)
+
+
+def test_a_falling_signal_is_late_by_the_strength() -> None:
+    ramp = 65 - 30 * HEAVY.time[None]
+    late = RESPONSES["fall"](ramp, 0.01, "input_speed", HEAVY)
+    assert (late - ramp)[0, 500] / 30 == pytest.approx(0.01, abs=0.0011)
 
 
 def test_plays_in_parallel_are_averaged() -> None:
@@ -131,6 +150,42 @@ def test_the_final_list_has_only_unseen_effects() -> None:
     assert Counter(case.bench for case in cases)["compact"] >= 70
 
 
+def test_the_unseen_list_has_only_effects_of_its_own() -> None:
+    cases, own = list(UNSEEN_CASES.values()), {effect.name for effect in THIRD}
+    assert not own & {effect.name for effect in UNSEEN} | own & set(EFFECTS)
+    assert {name for case in cases for name in case.effects} <= own
+    assert len(cases) == 48
+    assert sum(map(is_null, cases)) == 10
+    alone = [LAWS[next(iter(case.effects))] for case in cases if len(case.effects) == 1]
+    assert Counter((listed(effect), effect.abscissa == "oil_temperature") for effect in alone) == {
+        (True, False): 24, (False, False): 6, (False, True): 2}
+    pairs = [[LAWS[name] for name in case.effects] for case in cases if len(case.effects) == 2]
+    assert Counter(first.block == second.block for first, second in pairs) == {True: 3, False: 3}
+    assert all(pair(first) != pair(second) for first, second in pairs)
+    assert Counter(case.bench for case in cases) == {"heavy": 24, "compact": 24}
+    assert all(set(ingredients(case.drawn_world)) == set(INGREDIENTS) for case in cases if case.effects)
+    assert Counter(case.count == 27 for case in cases)[True] == 4
+    assert all(54 <= case.count <= 108 for case in cases if case.count != 27)
+
+
+def test_five_nulls_of_the_unseen_list_tempt() -> None:
+    with (Path(plan_unseen.__file__).parent / "data" / "unseen.csv").open() as file:
+        texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
+    assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(TEMPTATIONS)
+
+
+def test_strengths_of_the_unseen_list_span_the_stated_range() -> None:
+    limits = read_limits()
+    multiples = []
+    for case in UNSEEN_CASES.values():
+        for name, strength in case.effects.items():
+            assert strength <= LARGEST_STRENGTH * LAWS[name].typical * 1.01
+            if len(case.effects) == 1 and listed(LAWS[name]):
+                multiples.append(strength / limits[name, case.bench])
+    assert 0.4 < min(multiples) < max(multiples) <= 30.1
+    assert np.mean(np.less(multiples, 4)) == pytest.approx(0.5, abs=0.15)
+
+
 def test_strengths_of_the_final_list_span_the_stated_range() -> None:
     limits = read_limits()
     multiples = [strength / limits[name, case.bench]
@@ -154,9 +209,9 @@ def ingredients(world: World) -> list[str]:
 
 
 def test_seeds_and_files_of_the_lists_differ() -> None:
-    seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values())]
+    seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values())]
     assert len(set(seeds)) == len(seeds)
-    assert not set(DEVELOPMENT) & set(FINAL)
+    assert not set(DEVELOPMENT) & set(FINAL) | (set(DEVELOPMENT) | set(FINAL)) & set(UNSEEN_CASES)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

@@ -41,7 +41,8 @@ class Bench:
 
     The current is linear between the values `knot_current` at the times `knot_time`, (n, m); the last knot may be
     repeated. The motor speed is lower than `motor_speed` by the fraction `sag` at the largest torque on the pump.
-    `clocks` gives the delays of sensors in sampling periods, at most 1.
+    `clocks` gives the delays of sensors in sampling periods, at most 1. `channels` are further quantities, (n,) each,
+    that effects may depend on.
     """
 
     values: Mapping[str, np.ndarray]
@@ -55,6 +56,7 @@ class Bench:
     setup: Setup = HEAVY
     sag: float = 0.0
     clocks: Mapping[str, float] = field(default_factory=dict)
+    channels: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     tolerance = TOLERANCE
 
@@ -62,7 +64,8 @@ class Bench:
         """Return the engagements at the indices `lanes`, which may repeat."""
         columns = {column.name: getattr(self, column.name) for column in fields(self)}
         arrays = {name: column[lanes] for name, column in columns.items() if isinstance(column, np.ndarray)}
-        return replace(self, values={name: value[lanes] for name, value in self.values.items()}, **arrays)
+        return replace(self, values={name: value[lanes] for name, value in self.values.items()},
+                       channels={name: value[lanes] for name, value in self.channels.items()}, **arrays)
 
     @cached_property
     def _effects_on(self) -> dict[str, list[tuple[Effect, float]]]:
@@ -142,7 +145,7 @@ class Bench:
             "time": time, "sequence": self.sequence, "motor_speed": self.motor_speed, "pressure": state[PRESSURE],
             "piston": state[PISTON], "input_speed": state[INPUT], "output_speed": state[OUTPUT],
             "energy": state[ENERGY], "contact_time": state[CONTACT], "pump_angle": 0.5 * self.motor_speed * time,
-            "output_position": state[POSITION], "heat": state[HEAT],
+            "output_position": state[POSITION], "heat": state[HEAT], **self.channels,
         }
         rates = np.zeros_like(state)
         hydraulics(self, q, rates, state, phase)

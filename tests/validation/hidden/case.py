@@ -12,12 +12,14 @@ from .bench import Bench
 from .catalogue import PHYSICAL, UNLISTED
 from .nominal import SETUPS, Setup
 from .run import Run, observe
+from .temptations import READING, oil_temperature, second_batch
+from .third import THIRD
 from .unseen import UNSEEN
 from .valve import play, plays
 from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
-LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN}}
+LAWS = {**EFFECTS, **{effect.name: effect for effect in (*UNSEEN, *THIRD)}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")
@@ -80,9 +82,20 @@ def generate(case: Case, relative: float = 1e-8) -> tuple[Run, np.ndarray, senso
     times = np.maximum(np.round(noisy / TIME_STEP), 1) * TIME_STEP
     noise = dict.fromkeys(run.readings, case.noise) if world.noise is None else world.noise
     memory = dict.fromkeys(run.readings, sensors.NOISE_MEMORY) if world.memory is None else world.memory
+    if world.batches:
+        factor = np.where(second_batch(run.order), 1.3, 0.7)[:, None]
+        noise = {name: std * factor for name, std in noise.items()}
     signals = sensors.measured(run.readings, noise, memory, random)
     bad_runs.corrupt(signals, case.setup.time, bad_runs_of(case, run.conditions))
     return run, times, signals
+
+
+def further(case: Case, run: Run) -> sensors.Signals:
+    """Return the measured further channels (n, k) of a run of the case, by name, in °C."""
+    random = np.random.default_rng([case.seed, 8])
+    shape = len(run.conditions), len(case.setup.time)
+    return {name: (values[:, None] + READING * random.standard_normal(shape)).astype(np.float32)
+            for name, values in run.bench.channels.items()}
 
 
 def bad_runs_of(case: Case, recorded: np.ndarray) -> tuple[bad_runs.BadRun, ...]:
@@ -102,8 +115,14 @@ def _bench(case: Case, conditions: np.ndarray, order: np.ndarray, random: np.ran
     n, setup, world = len(conditions), case.setup, case.drawn_world
     errors = np.random.default_rng([case.seed, 5])
     actual = with_other_curves(setup, world.converter, errors)
-    levels = (with_errors(column, world.conditions, errors)[conditions]
-              for column in (setup.motor_speed, setup.load_inertia, setup.brake_torque))
+    columns = setup.motor_speed, setup.load_inertia, setup.brake_torque
+    levels = [with_errors(column, world.conditions, errors)[conditions] for column in columns]
+    if world.batches:
+        later = [with_errors(column, world.conditions, errors)[conditions] for column in columns]
+        levels = [np.where(second_batch(order), *pair) for pair in zip(later, levels, strict=True)]
+    sequence = order / max(n - 1, 1)
+    ambient = 1 + world.ambient * (sequence - 0.5)
+    levels = [level * factor for level, factor in zip(levels, (ambient, 1.0, ambient), strict=True)]
     effects = tuple((LAWS[name], strength) for name, strength in case.effects.items() if strength)
     profile = setup.profile_time, setup.profile_current
     for effect, strength in effects:
@@ -116,8 +135,15 @@ def _bench(case: Case, conditions: np.ndarray, order: np.ndarray, random: np.ran
     for bad in _bad_runs(case, conditions):
         if bad.kind == "valve sticks":
             time, current = _with_stuck_valve(time, current, np.flatnonzero(conditions == bad.condition)[0], bad)
-    return Bench(_values(case, order, random), *levels, order / max(n - 1, 1), time, current, effects, actual,
-                 world.sag, world.clocks)
+    return Bench(_values(case, order, random), *levels, sequence, time, current, effects, actual,
+                 world.sag, world.clocks, _channels(case, order))
+
+
+def _channels(case: Case, order: np.ndarray) -> dict[str, np.ndarray]:
+    needed = any(LAWS[name].abscissa == "oil_temperature" for name in case.effects)
+    if not (needed or case.drawn_world.thermometer):
+        return {}
+    return {"oil_temperature": oil_temperature(order, np.random.default_rng([case.seed, 7]))}
 
 
 def _values(case: Case, order: np.ndarray, random: np.random.Generator) -> dict[str, np.ndarray]:

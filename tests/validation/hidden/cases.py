@@ -1,19 +1,19 @@
-"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, with unseen effects, for judging it."""
+"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL` and `UNSEEN` for judging it."""
 
 import csv
 from pathlib import Path
 
 from .case import Case
 from .nominal import SETUPS
+from .temptations import TEMPTATIONS, tempted
 from .world import INGREDIENTS, World, draw
 
 _DATA = Path(__file__).parent / "data"
 
 
 def read(path: Path) -> dict[str, Case]:
-    """Read a list of cases, one per row: `effects` are `name:strength`, `world` are ingredients, joined by `+`.
-
-    `world` may also be "none" or "any".
+    """Read a list of cases, one per row: `effects` are `name:strength`, `world` are ingredients and temptations,
+    joined by `+`. `world` may also be "none", and "any" stands for all ingredients.
     """
     with path.open() as file:
         return {row["id"]: _case(row) for row in csv.DictReader(file)}
@@ -29,9 +29,12 @@ def _case(row: dict[str, str]) -> Case:
 def _world(text: str, seed: int, bench: str) -> World | None:
     if text == "none":
         return None
-    return draw(seed, SETUPS[bench], INGREDIENTS if text == "any" else text.split("+"))
+    names = [name for part in text.split("+") for name in (INGREDIENTS if part == "any" else (part,))]
+    world = draw(seed, SETUPS[bench], [name for name in names if name not in TEMPTATIONS])
+    return tempted(world, seed, [name for name in names if name in TEMPTATIONS])
 
 
 DEVELOPMENT = read(_DATA / "development.csv")
 FINAL = read(_DATA / "final.csv")
-LISTS = {"development": DEVELOPMENT, "final": FINAL}
+UNSEEN = read(_DATA / "unseen.csv")
+LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN}

@@ -6,7 +6,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from .case import Case, bad_runs_of, generate
+from .case import Case, bad_runs_of, further, generate
 
 _UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
 
@@ -38,3 +38,5 @@ def write(path: Path, case: Case, relative: float = 1e-8) -> None:
             for name, unit in _UNITS.items():
                 chunks = (min(27, len(conditions)), len(time))
                 put(f"signals/{name}", signals[name], unit, compression="gzip", chunks=chunks)
+            for name, values in further(case, run).items():
+                put(f"further/{name}", values, "degC", compression="gzip", chunks=chunks)

@@ -4,6 +4,7 @@
 """
 
 import csv
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -39,12 +40,14 @@ def compute(name: str, bench: str) -> float:
 
 
 def main() -> None:
-    """Compute and write the limits of all effects on all benches."""
-    rows = [(name, bench, f"{compute(name, bench):.3g}") for name in LAWS for bench in SETUPS]
-    with PATH.open("w", newline="") as file:
+    """Compute and add the limits of those effects and benches that have none yet."""
+    known = read()
+    with PATH.open("a", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("effect", "bench", "limit"))
-        writer.writerows(rows)
+        for name, bench in product(LAWS, SETUPS):
+            if (name, bench) not in known:
+                writer.writerow((name, bench, f"{compute(name, bench):.3g}"))
+                file.flush()
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ DEPENDS_ON = {
     "pump_angle": "time", "free_piston_rate": "piston rate", "piston": "piston position",
     "piston_position": "piston position", "load_point": "motor speed", "output_position": "output position",
     "heat": "heat", "current_excess": "past current", "twist": "twist",
+    "oil_temperature": "oil temperature",
 }
 LISTED = frozenset({
     ("line pressure", "motor speed"), ("valve current", "past current"), ("valve current", "current"),

@@ -1,4 +1,6 @@
-"""Draws the lists of cases.py; run once for each list, because a list is fixed before anything is run on it.
+"""Draws two of the lists of cases.py (the third: plan_unseen.py).
+
+Run once for each list, because a list is fixed before anything is run on it.
 
     python -m tests.validation.hidden.plan development|final
 """
@@ -40,7 +42,7 @@ def development(random: np.random.Generator) -> Iterator[Row]:
         strengths = {effect.name: multiple * effect.typical}
         yield bench, ("none", "any")[i // 2 % 2], MANY[bench] if i % 10 == 4 else 54, strengths
     for i in range(23):
-        pair = _pair(effects, same_block=i % 2 == 0, random=random)
+        pair = two(effects, same_block=i % 2 == 0, random=random)
         multiples = np.exp(random.uniform(np.log(0.7), np.log(7), 2))
         bench = BENCHES[i // 2 % 2]
         strengths = [float(multiple) * effect.typical for effect, multiple in zip(pair, multiples, strict=True)]
@@ -65,20 +67,22 @@ def final(random: np.random.Generator) -> Iterator[Row]:
     for i, multiple in enumerate(random.permutation(np.geomspace(0.5, 30, len(chosen)))):
         effect, bench = chosen[i]
         strength = multiple * limits[effect.name, bench]
-        yield bench, "any", MANY[bench] if i % 9 == 4 else 54, {effect.name: _capped(effect, strength)}
+        yield bench, "any", MANY[bench] if i % 9 == 4 else 54, {effect.name: capped(effect, strength)}
     for i in range(22):
         bench = BENCHES[i // 2 % 2]
-        pair = _pair(list(UNSEEN), same_block=i % 2 == 0, random=random)
+        pair = two(list(UNSEEN), same_block=i % 2 == 0, random=random)
         multiples = np.exp(random.uniform(np.log(1), np.log(30), 2))
-        yield bench, "any", 54, {effect.name: _capped(effect, multiple * limits[effect.name, bench])
+        yield bench, "any", 54, {effect.name: capped(effect, multiple * limits[effect.name, bench])
                                  for effect, multiple in zip(pair, multiples, strict=True)}
 
 
-def _capped(effect: Effect, strength: float) -> float:
+def capped(effect: Effect, strength: float) -> float:
+    """Return the strength, at most `LARGEST_STRENGTH` times typical."""
     return float(min(strength, LARGEST_STRENGTH * effect.typical))
 
 
-def _pair(effects: list[Effect], same_block: bool, random: np.random.Generator) -> tuple[Effect, Effect]:
+def two(effects: list[Effect], same_block: bool, random: np.random.Generator) -> tuple[Effect, Effect]:
+    """Draw two of the effects, of different quantities."""
     while True:
         first, second = (effects[i] for i in random.permutation(len(effects))[:2])
         if (first.block == second.block) == same_block and first.quantity != second.quantity:

@@ -48,6 +48,23 @@ def count(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return filtered
 
 
+def hold(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Read every 2 times `strength` and hold the value in between, as a slow bus."""
+    interval = 2 * strength * _slowness(setup)
+    read = np.floor(setup.time / interval + 1e-9) * interval
+    return np.array([np.interp(read, setup.time, row) for row in signal])
+
+
+def fall(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow a rise at once, and lag by `strength` while the signal falls, as a peak detector."""
+    falling = 1 - np.exp(-setup.period / (strength * _slowness(setup)))
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        difference = signal[:, k] - filtered[:, k - 1]
+        filtered[:, k] = filtered[:, k - 1] + np.where(difference > 0, 1.0, falling) * difference
+    return filtered
+
+
 def size(name: str, setup: Setup) -> float:
     """Return the range of a signal on a bench."""
     return RANGE[name] * setup.scale.get(name, 1.0)
@@ -57,4 +74,4 @@ def _slowness(setup: Setup) -> float:
     return setup.scale.get("time", 1.0)
 
 
-RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count}
+RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold": hold, "fall": fall}

@@ -24,7 +24,9 @@ class World:
     noise of the shifting time in s. `converter` and `conditions`: relative std of the error of the converter's curves,
     a smooth function of the speed ratio, and of the error of each level of the conditions. `sag`: relative loss of
     motor speed at the largest torque on the pump. `clocks`: delay of each sensor in sampling periods, at most 1.
-    `bad_runs`: probability that a run is bad.
+    `bad_runs`: probability that a run is bad. `batches`: the errors of the levels and the noise are other ones in the
+    second half of the test sequence. `ambient`: relative change of motor speed and brake torque over the test
+    sequence. `thermometer`: the oil temperature is recorded.
     """
 
     scatter: Mapping[str, float] | None = None
@@ -36,6 +38,9 @@ class World:
     sag: float = 0.0
     clocks: Mapping[str, float] = field(default_factory=dict)
     bad_runs: float = 0.0
+    batches: bool = False
+    ambient: float = 0.0
+    thermometer: bool = False
 
 
 def draw(seed: int, setup: Setup, ingredients: Iterable[str] = INGREDIENTS) -> World:
