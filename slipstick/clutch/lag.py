@@ -39,16 +39,19 @@ def lagged_signal(values: np.ndarray, times: np.ndarray, lag: np.ndarray) -> np.
 
 
 def _filter(values: np.ndarray, times: np.ndarray, lags: np.ndarray, filtered: np.ndarray) -> None:
+    decays = np.zeros(len(times))
     for row in range(len(values)):
         lag = lags[row]
+        if row == 0 or lag != lags[row - 1]:  # rows usually share their lag, and exponentials are slow
+            for k in range(1, len(times)):
+                decays[k] = np.exp(-(times[k] - times[k - 1]) / lag) if lag > 0.0 else 0.0
         state = values[row, 0]
         filtered[row, 0] = state
         for k in range(1, len(times)):
             step, before, now = times[k] - times[k - 1], values[row, k - 1], values[row, k]
             # On a ramp the output trails the input by lag * slope, after an exponential transient.
             ramp_error = lag * (now - before) / step if lag > 0.0 and step > 0.0 else 0.0
-            decay = np.exp(-step / lag) if lag > 0.0 else 0.0
-            state = now - ramp_error + (state - before + ramp_error) * decay
+            state = now - ramp_error + (state - before + ramp_error) * decays[k]
             filtered[row, k] = state
 
 

@@ -12,7 +12,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 
 _MULTIPLES = (-3.0, -1.0, -0.3, 0.0, 0.1, 0.3, 1.0, 3.0)
 """Of the typical value of an amplitude, from which the best one starts the fit."""
-_ITERATIONS = 15
+_ITERATIONS = 40
 _ROUNDING = 1e-6
 """Nats by which a fit may be below the one that is nested in it: rounding errors."""
 
@@ -80,9 +80,11 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     Noise is that which the fit with all terms leaves, in all of them.
     """
     bare = replace(terms, effects=(), laws=())
-    whole = fit_simulation(traces, terms, points)
+    whole = first = fit_simulation(traces, bare, points)
+    if terms.names:
+        whole = above(fit_simulation(traces, terms, points), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
-    before = now = fit_simulation(traces, bare, points)
+    before = now = fit_simulation(traces, bare, first.fitted.points)
     left = list(terms.names)
     while left:
         tried = {}

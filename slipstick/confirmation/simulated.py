@@ -55,6 +55,8 @@ class SimulatedBench:
         self.widest = scatter if widest is None else widest
         self.fixed_std = np.full(len(self.fixed), _WIDE)
         self.shared = np.zeros(len(self.fixed))
+        ends = [((one.lower - one.neutral) / one.span, (one.upper - one.neutral) / one.span) for one in terms.unknowns]
+        self.bounds = np.array(ends).reshape(-1, 2).T
 
     def at(self, shared: np.ndarray) -> None:
         """Set the coefficients: `shared` (p,) are differences from neutral over the span."""

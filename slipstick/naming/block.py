@@ -69,7 +69,12 @@ class Block(Protocol):
 
 
 class SearchedBlock(Block, Protocol):
-    """A block that is far from linear, whose start values are searched."""
+    """A block that is far from linear, whose start values are searched.
+
+    `bounds` (2, p) are the least and the largest shared values, beyond which the block does not change.
+    """
+
+    bounds: np.ndarray
 
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair, without its columns."""

@@ -30,7 +30,7 @@ from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.fit import BlockFit, gram_of, predict
 from slipstick.naming.grams import REACH, Gram, estimate, marginalise, solve
 
-_OWN_DAMPINGS = (0.0, 0.1, 1.0, 10.0, 100.0)
+_OWN_DAMPINGS = (0.0, 0.003, 0.03, 0.3, 3.0)
 """Dampings of the step of an engagement, relative to the diagonal of its second derivatives; none is tried as well."""
 
 _DAMPING, _LEAST_DAMPING, _FACTOR, _TRIALS = 1e-3, 1e-5, 10.0, 5
@@ -43,6 +43,9 @@ _LEAST = 1e-4**2
 _LONGEST = 0.25
 """Longest step of a parameter of an engagement, relative to nominal: the linear model does not hold further away."""
 
+_HOLDINGS, _HOLD = 3, 1e6
+"""Most rounds of holding parameters at their bounds, and the curvature that holds them over that of the data."""
+
 LOWEST, HIGHEST = -0.9, 2.0
 """Bounds of the parameters of an engagement, relative to nominal: none changes its sign, or is more than tripled."""
 
@@ -52,8 +55,9 @@ _FIRST_SCATTER, _OTHER_SCATTER = 0.01, 0.03
 _SPREADINGS, _SPREAD = 30, 0.01
 """Most steps of expectation-maximisation, and the relative change of the variances below which they end."""
 
-_SETTLED = 0.3
-"""Change of the evidence in nats below which the iterations end: far less than any decision depends on."""
+_SETTLED, _SETTLED_SHARE = 0.3, 0.01
+"""Change of the evidence below which the iterations end: in nats, far less than any decision depends on, and as a share
+of the standard error of the evidence over engagements, which is large where the model is wrong."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +139,8 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
             best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients,
                              estimate(gram, variance, fixed=True), predicted, noise, values.mean, variance, evidence,
                              squares, False)
-        at_rest = iteration > 1 and abs(evidence.sum() - last) < _SETTLED
+        settled = max(_SETTLED, _SETTLED_SHARE * np.sqrt(n) * float(evidence.std()))
+        at_rest = iteration > 1 and abs(evidence.sum() - last) < settled
         if iteration == iterations or at_rest:
             break
         last = evidence.sum()
@@ -211,8 +216,12 @@ def _damped(values: _Values, gram: Gram, variance: np.ndarray, damping: float) -
     return solve(gram, np.concatenate([marginal, hold]))[0]
 
 
-def _followed(values: _Values, gram: Gram, variance: np.ndarray, common: np.ndarray) -> list[_Values]:
-    """Values with this `common` part (q + p + m,): with the points as they are, and after a step of each damping."""
+def _followed(block: SearchedBlock, values: _Values, gram: Gram, variance: np.ndarray,
+              common: np.ndarray) -> list[_Values]:
+    """Values with this `common` part (q + p + m,), shared ones within their bounds, and the points that follow.
+
+    They are first as they are, and then after a step of each damping.
+    """
     q, p = gram.random, len(values.shared)
     mean, shared, rest = np.split(common, [q, q + p])
     ends = np.cumsum([len(law) for _, law in values.laws])
@@ -221,19 +230,40 @@ def _followed(values: _Values, gram: Gram, variance: np.ndarray, common: np.ndar
     slope = gram.products[:, :q, -1] - others - (own @ values.points[..., None])[..., 0]
     slope = slope - (values.points - mean) / variance
     curvature = own + np.diag(1 / variance)
+    shared = np.clip(shared, *block.bounds)
     found = [_Values(values.points, mean, shared, coefficients)]
     for damping in _OWN_DAMPINGS:
-        change = np.linalg.solve(curvature * (1 + damping * np.eye(q)), slope[..., None])[..., 0]
-        points = np.clip(values.points + np.clip(change, -_LONGEST, _LONGEST), LOWEST, HIGHEST)
-        found.append(replace(found[0], points=points))
+        change = _within_bounds(values.points, curvature * (1 + damping * np.eye(q)), slope)
+        found.append(replace(found[0], points=values.points + change))
     return found
+
+
+def _within_bounds(points: np.ndarray, curvature: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Newton steps (n, q) from `points` (n, q), in which parameters stop at their bounds and the others allow for it.
+
+    A step that is too long is shortened as a whole: it is the direction that follows a narrow valley.
+    """
+    q = points.shape[1]
+    held, place = np.zeros(points.shape, bool), np.zeros(points.shape)
+    change = np.linalg.solve(curvature, slope[..., None])[..., 0]
+    for _ in range(_HOLDINGS):
+        moved = points + change
+        beyond = ~held & ((moved < LOWEST) | (moved > HIGHEST))
+        if not beyond.any():
+            break
+        place = np.where(beyond, np.clip(moved, LOWEST, HIGHEST) - points, place)
+        held |= beyond
+        hold = _HOLD * np.einsum("nqq->nq", curvature) * held
+        change = np.linalg.solve(curvature + hold[..., None] * np.eye(q), (slope + hold * place)[..., None])[..., 0]
+    change *= np.minimum(1, _LONGEST / np.maximum(np.abs(change).max(axis=1, keepdims=True), _LONGEST))
+    return np.asarray(np.clip(points + change, LOWEST, HIGHEST) - points)
 
 
 def _stepped(block: SearchedBlock, values: _Values, gram: Gram, variance: np.ndarray, noise: BlockNoise,
              cost: float, damping: float) -> tuple[_Values, float]:
     """A step that lowers the `cost`, and the damping of the next one; the same values where none was found."""
     for _ in range(_TRIALS):
-        moved = _followed(values, gram, variance, _damped(values, gram, variance, damping))
+        moved = _followed(block, values, gram, variance, _damped(values, gram, variance, damping))
         each = [_squares(block, _predicted(block, one), noise) + _scatter(one, variance) for one in moved]
         if np.min(each, axis=0).sum() + _prior(moved[0], gram) < cost:
             points = np.stack([one.points for one in moved])[np.argmin(each, axis=0), np.arange(len(values.points))]

@@ -54,7 +54,7 @@ class ClutchBlock:
         self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
         self._set(0.0)
         self.end = last_of(self.counted)
-        self.fixed_std = np.array([scene.step])
+        self.fixed_std, self.bounds = np.array([scene.step]), np.array([[-np.inf], [np.inf]])
         self.widest = np.array([0.1, 0.2, 0.4, 0.3, 0.05, 0.05, 0.05])
         self.random_std = np.array([np.inf, np.inf, np.inf, np.inf, KNOWN, KNOWN, KNOWN])
         self._nominal = scene.base[[parameters.index(name) for name in NAMES]]

@@ -32,6 +32,7 @@ class Decay:
     fixed: tuple[str, ...] = ("clock",)
     random_std: np.ndarray = field(default_factory=lambda: np.array([np.inf]))
     fixed_std: np.ndarray = field(default_factory=lambda: np.array([0.05]))
+    bounds: np.ndarray = field(default_factory=lambda: np.array([[-np.inf], [np.inf]]))
     widest: np.ndarray = field(default_factory=lambda: np.array([1.0]))
 
     def noise(self, points: np.ndarray) -> BlockNoise:
