@@ -4,6 +4,8 @@ BENCH ?= tables/heavy.toml
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
+# Tests run in parallel themselves: threads that wait for each other would only slow them down.
+ONE_THREAD := OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
 .PHONY: help setup demo demo-stop test test-slow fuzz lint audit picture bench study-blind clean
 .DEFAULT_GOAL := help
@@ -32,13 +34,13 @@ demo-stop: ## stop the service and the worker of the demo
 
 test: setup ## ruff, mypy and the tests (at most six minutes on two cores)
 	@$(BIN)/python -m tests.compiled & $(MAKE) --no-print-directory lint && wait
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
+	@$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
 test-slow: setup ## the tests that `make test` leaves out (minutes)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow --numprocesses auto --durations=10
+	@$(ONE_THREAD) $(BIN)/python -m pytest -m slow --numprocesses auto --durations=10
 
 fuzz: setup ## many generated requests to every operation of the service, alone and in sequences (minutes)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow tests/service/test_schema.py
+	@$(ONE_THREAD) $(BIN)/python -m pytest -m slow tests/service/test_schema.py
 
 lint: setup ## ruff and mypy only
 	@$(BIN)/ruff check .

@@ -1,10 +1,10 @@
 """Signals in the form of rows: clocks, noise filter and means in one pass over the samples."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 
-@njit(nogil=True, cache=True, error_model="numpy", parallel=True)
+@njit(nogil=True, cache=True, error_model="numpy")
 def fill(signal, late, rho, scale, width, out):  # type: ignore[no-untyped-def]
     """Fill `out` (m, k // width) with the scaled means of `width` samples each of e_t = (y_t - rho y_{t-1}) / root.
 
@@ -12,7 +12,7 @@ def fill(signal, late, rho, scale, width, out):  # type: ignore[no-untyped-def]
     has it; root is sqrt(1 - rho^2), and 1 in the first sample.
     """
     k, fresh = signal.shape[1], scale / np.sqrt(1 - rho * rho)
-    for i in prange(len(signal)):
+    for i in range(len(signal)):
         before = 0.0
         for block in range(out.shape[1]):
             total = 0.0

@@ -6,10 +6,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import lsq_linear
 from scipy.stats import norm
 
 from slipstick.blocks.whitening import BlockNoise, whitened
-from slipstick.naming.curved import CurvedFit, _linearised, _predicted, _spread, _stepped, _Values, fit_curved
+from slipstick.naming.curved import (
+    HIGHEST,
+    LOWEST,
+    CurvedFit,
+    _linearised,
+    _predicted,
+    _spread,
+    _stepped,
+    _Values,
+    _within_bounds,
+    fit_curved,
+)
 from slipstick.naming.grams import Gram
 
 TIME = np.linspace(0, 1, 60)
@@ -121,7 +133,7 @@ def slowed(plain: CurvedFit, speed: np.ndarray, law: float) -> np.ndarray:
 
 @pytest.mark.parametrize("law", [0.0, 0.15])
 def test_a_further_law_does_not_lower_the_evidence_and_is_as_good_as_from_the_truth(law: float) -> None:
-    for seed in range(6):
+    for seed in range(2):
         block, _ = drawn(seed, law=law)
         plain = fit_curved(block)
         useless = fit_curved(block, [WAVE], start=plain)
@@ -220,3 +232,26 @@ def test_a_fit_begins_where_it_is_told_to() -> None:
     assert again.coefficients[SPEED] == LAW
     assert again.coefficients[WAVE] == 0
     assert not fit_curved(block, iterations=0).points.any()
+
+
+def test_a_step_ends_at_the_least_squares_within_the_bounds() -> None:
+    rng, ended = np.random.default_rng(8), 0
+    for _ in range(30):
+        jacobian = rng.normal(size=(6, 3)) @ np.array([[1.0, 0.95, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 1.0]])  # a valley
+        points, residual = np.array([[LOWEST + 0.01, 0.0, 0.0]]), rng.normal(size=6) * 0.03
+        change = _within_bounds(points, (jacobian.T @ jacobian)[None], (jacobian.T @ residual)[None])[0]
+        best = lsq_linear(jacobian, residual, (LOWEST - points[0], HIGHEST - points[0])).x
+        size = np.abs(best).max()
+        np.testing.assert_allclose(change, best * min(1, 0.25 / size), atol=1e-4)
+        ended += abs(best[0] + 0.01) < 1e-6
+    assert 5 < ended < 25  # at the bound, and not
+
+
+def test_a_shared_value_stops_at_its_bound_and_the_fit_converges_there() -> None:
+    block, _ = drawn(2, law=LAW)
+    free, bound = fit_curved(block, [SPEED], iterations=20), np.array([[-np.inf], [CLOCK / 2]])
+    held = fit_curved(replace(block, bounds=bound), [SPEED], iterations=20)
+    assert free.shared[0] > 0.8 * CLOCK
+    assert held.shared[0] == CLOCK / 2
+    assert held.converged
+    assert held.evidence.sum() < free.evidence.sum() - 1

@@ -259,7 +259,7 @@ def test_a_killed_writer_leaves_no_partial_table(table, tmp_path):
     table.write(tmp_path / "first.h5")
     other.write(tmp_path / "second.h5")
     out, generator, digests = tmp_path / "out.h5", np.random.default_rng(3), set()
-    for _ in range(6):
+    for _ in range(3):
         arguments = [sys.executable, "-c", WRITER, tmp_path / "first.h5", tmp_path / "second.h5", out]
         with subprocess.Popen(arguments, stdout=subprocess.PIPE, cwd=Path(__file__).parents[3]) as writer:
             assert writer.stdout.readline() == b"ready\n"
