@@ -116,7 +116,8 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
     is a float64 array of shape (points, axes) written by numpy.save, and the options are query parameters. With Accept
     application/x-npy, the response body is an array of shape (points, conditions) in s, and the headers
     Slipstick-Table-Digest and Slipstick-Points-Outside contain the digest of the table and the number of points
-    outside. With `?format=csv` or Accept text/csv, the response has a row for each point and condition.
+    outside. Such a response may have more values than one in another form: `array_values` instead of `answer_values` of
+    the limits in /v1. With `?format=csv` or Accept text/csv, the response has a row for each point and condition.
     """
     media_type, content = body
     options: EvaluateOptions
@@ -130,16 +131,19 @@ def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_
         options, points = _parse(content)
     table = open_table(library, options.table, options.bench)
     selected, conditions = select_conditions(table, options.conditions)
+    as_csv = wants_csv(request, query.format)
+    as_npy = not as_csv and query.format is None and npy.MEDIA_TYPE in request.headers.get("accept", "")
     # Counted before each point is checked, which takes longer than the evaluation.
-    require_size(len(points) * len(conditions), settings.answer_values, "shifting times",
-                 "Send fewer points per request, or select conditions")
+    require_size(len(points) * len(conditions), settings.array_values if as_npy else settings.answer_values,
+                 "shifting times", "Send fewer points per request, or select conditions" if as_npy else
+                 "Send fewer points per request, select conditions, or request .npy")
     points = points if isinstance(points, np.ndarray) else _checked(points)
     times = selected.interpolate(points, options.outside)
     outside = count_outside(points, table.lower, table.upper)
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
-    if wants_csv(request, query.format):
+    if as_csv:
         return _csv(points, times, selected, conditions, settings, headers)
-    if query.format is None and npy.MEDIA_TYPE in request.headers.get("accept", ""):
+    if as_npy:
         return Response(npy.dump(times), headers=headers, media_type=npy.MEDIA_TYPE)
     return json_response({"table": options.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
                           "outside": options.outside, "points_outside": outside, "conditions": conditions,
