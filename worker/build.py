@@ -19,6 +19,7 @@ from slipstick.recordings import open_conditions
 from slipstick.table import Axis, Table
 from worker.bench_option import add_bench_argument, open_model
 from worker.building import build
+from worker.compiling import compile_simulator
 from worker.executors import add_dask_argument, open_executor
 from worker.machine_plan import MachineRuns, add_machine_argument, machine_axes, open_machine_file
 from worker.plan import GridPlan, Plan
@@ -105,6 +106,8 @@ def _clutch_plan(arguments: argparse.Namespace) -> tuple[GridPlan, Executor, str
     require_distinct(axes)
     require_memory(axes, len(conditions))
     plan = Plan(model, conditions, axes, ACCURACIES[arguments.accuracy])
+    if arguments.dask is None:
+        compile_simulator(model, conditions)
     return plan, open_executor(arguments.dask, lambda: ThreadPoolExecutor(arguments.threads)), "engagements"
 
 
