@@ -131,9 +131,10 @@ def require_distinct(axes: tuple[Axis, ...]) -> None:
 
 
 def require_memory(axes: tuple[Axis, ...], conditions: int) -> None:
-    """Raise `InvalidValue` if memory cannot hold the table twice, as needed to verify the written file."""
+    """Raise `InvalidValue` if memory cannot hold the table twice, as needed to verify the written file, and its check.
+    """
     cells = math.prod(len(axis.values) for axis in axes) * conditions
-    required, installed = 2 * 9 * cells, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    required, installed = 21 * cells, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if required > installed:
         raise InvalidValue(f"A table of {cells:,} engagements needs {required / 1e9:,.0f} GB of memory, and this "
                            f"machine has {installed / 1e9:,.0f} GB", "Give fewer points per axis, or fewer axes")
