@@ -137,10 +137,10 @@ async def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(
 
 def _is_quick(options: EvaluateOptions, points: int, library: Library) -> bool:
     """Whether the answer takes less time than the way into a thread, so that it holds up no other request."""
-    if points > 1 or options.conditions is not None or options.bench is not None or not library.has_read(options.table):
+    if points > 1 or options.conditions is not None or options.bench is not None:
         return False
-    table = library.table(options.table)
-    return len(table.conditions) << len(table.axes) <= _FEW_VALUES
+    table = library.table_in_memory(options.table)
+    return table is not None and len(table.conditions) << len(table.axes) <= _FEW_VALUES
 
 
 def _read(media_type: str, content: bytes, query: NpyQuery) -> tuple[EvaluateOptions, _Points]:

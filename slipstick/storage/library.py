@@ -91,13 +91,17 @@ class Library:
         """Whether there are recordings of this name, valid or not; the folder is not listed."""
         return (path := self._file(name)) is not None and not _holds_table(path)
 
-    def has_read(self, name: str) -> bool:
-        """Whether `table` returns the table `name` without reading its file."""
-        path = self._file(name)
-        return path is not None and path.is_file() and _version(path) in _READ
+    def table_in_memory(self, name: str) -> Table | None:
+        """The table `name` if its file need not be read again, otherwise None."""
+        if _NAME.fullmatch(name):
+            with suppress(OSError):  # there is no such file
+                return _READ.get(_version(self.folder / f"{name}.h5"))
+        return None
 
     def table(self, name: str) -> Table:
         """Open and verify the table `name`; raises `UnknownName` and what `Table.open` raises."""
+        if (known := self.table_in_memory(name)) is not None:
+            return known
         if not self.has_table(name):
             raise UnknownName.of("table", name, self.tables())
         with _readable(self.folder / f"{name}.h5", BadTable) as version:
