@@ -1,14 +1,16 @@
 """How times grow: with cores, conditions, grid, expansion order, population of a fit, and recordings.
 
-    python -m benchmarks.growth
+    python -m benchmarks.growth [NAME ...]
 
-It writes growth.csv and a plot of each growth, docs/growth_NAME.svg (two minutes). A slope is that of a straight line
-fitted to the logarithms of all times: 1 is proportional, 0 constant. Times are processor times of one thread, the least
-of `ROUNDS`, except for those against cores, which are elapsed times and need an otherwise idle machine.
+It writes growth.csv and a plot of each growth, docs/growth_NAME.svg (a minute); by default all. A slope is that of a
+straight line fitted to the logarithms of all times: 1 is proportional, 0 constant. Times are processor times of one
+thread, the least of `ROUNDS`, except for those against cores, which are elapsed times and need an otherwise idle
+machine.
 """
 
 import math
 import os
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -125,14 +127,16 @@ def plotted(growth: Growth, times: np.ndarray, slope: float) -> bytes:
 
 def main() -> None:
     """Measure, write the table and draw the plots."""
-    rows: list[tuple[object, ...]] = []
+    names, rows = sys.argv[1:], list[tuple[object, ...]]()
     for growth in growths():
+        if names and growth.name not in names:
+            continue
         times = growth.times()
         slope = float(np.polyfit(np.log(growth.sizes), np.log(times), 1)[0]) if len(growth.sizes) > 1 else math.nan
         (ROOT / "docs" / f"growth_{growth.name}.svg").write_bytes(plotted(growth, times, slope))
         rows += [(growth.work, growth.against, size, 1e3 * seconds, f"{slope:.2f}")
                  for size, seconds in zip(growth.sizes, times.tolist(), strict=True)]
-    write("growth", HEADER, rows, "python -m benchmarks.growth")
+    write("growth", HEADER, rows, " ".join(["python -m benchmarks.growth", *names]))
 
 
 if __name__ == "__main__":

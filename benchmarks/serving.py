@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
@@ -37,6 +38,8 @@ _PICTURE = json.dumps({"table": "nominal", "inputs": {"mean": [1.0, 1.0], "std":
                        "conditions": [0, 100, 200]}).encode()
 _WARMING_SECONDS = 5.0
 """After which the service has imported what only computations need; a person takes longer to ask for a picture."""
+_COUNTED = 1000
+"""Requests whose processor time is measured, for which the clock of the kernel has steps of 10 ms."""
 Run = Callable[[], float]
 Row = tuple[object, ...]
 
@@ -96,6 +99,11 @@ def over_http(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Ro
                     "this project by UM-Bridge": _rate(connection, request("/umbridge/Evaluate", _UMBRIDGE), 100),
                 }, {"bare Starlette route": ("at least", 0.8), "UM-Bridge's Python server": ("at least", 10)},
                                  rounds)
+                spent = compared("processor time of the server for one point", "ms", {
+                    OURS: _spent(ours, connection, point),
+                    "bare Starlette route": _spent(floor, bare_one, bare_one.request("/point.json", _POINT, _JSON)),
+                    "UM-Bridge's Python server": _spent(bridge, bridge_one, bridge_one.request("/Evaluate", _UMBRIDGE)),
+                }, {}, rounds)
                 times = compared("10,000 points x 216 as .npy", "ms", {
                     OURS: _milliseconds(connection, points),
                     "loopback copy by a bare Starlette route": _milliseconds(
@@ -104,7 +112,7 @@ def over_http(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Ro
         finally:
             floor.end()
             bridge.end()
-    return [*rates, *times]
+    return [*rates, *spent, *times]
 
 
 def _rate(connection: Connection, request: bytes, count: int) -> Run:
@@ -113,6 +121,16 @@ def _rate(connection: Connection, request: bytes, count: int) -> Run:
         for _ in range(count):
             connection.exchange(request)
         return count / (time.perf_counter() - begin)
+
+    return run
+
+
+def _spent(server: Server, connection: Connection, request: bytes) -> Run:
+    def run() -> float:
+        begin = server.processor_seconds()
+        for _ in range(_COUNTED):
+            connection.exchange(request)
+        return 1e3 * (server.processor_seconds() - begin) / _COUNTED
 
     return run
 
@@ -128,7 +146,7 @@ def _milliseconds(connection: Connection, request: bytes) -> Run:
 
 def starts(tables: Path, rounds: int) -> list[Row]:
     """From the start of the process to the first answer of the health check, and the first picture after that."""
-    health, pictures = [], []
+    health, spent, pictures = [], [], []
     for _ in range(rounds):
         begin = time.perf_counter()
         server = service(tables)
@@ -136,6 +154,7 @@ def starts(tables: Path, rounds: int) -> list[Row]:
             with server.connected() as connection:
                 connection.exchange(connection.request("/v1/health", method="GET"))
                 health.append(time.perf_counter() - begin)
+                spent.append(server.processor_seconds())
             time.sleep(_WARMING_SECONDS)
             with server.connected() as connection:
                 picture = connection.request("/v1/propagate?format=svg", _PICTURE, _JSON)
@@ -143,6 +162,7 @@ def starts(tables: Path, rounds: int) -> list[Row]:
         finally:
             server.end()
     return [single("start of the service, to its first answer", "s", health, 1.0),
+            single("processor time of that start", "s", spent, None),
             single("first picture", "s", pictures, 0.5)]
 
 
@@ -169,29 +189,37 @@ def memory(tables: Path) -> list[Row]:
 def first_use(tables: Path, cache: Path, rounds: int) -> list[Row]:
     """The compilation of the simulator into an empty cache, loading it from there, and building the default table."""
     bench, out = tables / "heavy.toml", tables / "nominal.h5"
-    compiled, loaded, built, peak = [], [], [], []
+    compiled, loaded, built = [], [], []
     for _ in range(rounds):
         shutil.rmtree(cache, ignore_errors=True)
-        for times in (compiled, loaded):
-            times.append(_run(cache, "worker.compiling", str(bench))[0])
-        seconds, megabytes = _run(cache, "worker", "build", "--bench", str(bench), "--out", str(out))
-        built.append(seconds)
-        peak.append(megabytes)
-    return [single("first use: process that compiles the simulator", "s", compiled, 10.0),
-            single("process that loads the compiled simulator", "s", loaded, None),
-            single("build of the default table, compiled", "s", built, None),
-            single("peak memory of that build", "MB", peak, 500.0)]
+        for used in (compiled, loaded):
+            used.append(_run(cache, "worker.compiling", str(bench)))
+        built.append(_run(cache, "worker", "build", "--bench", str(bench), "--out", str(out)))
+    return [single("first use: process that compiles the simulator", "s", [used.seconds for used in compiled], 10.0),
+            single("processor time of that process", "s", [used.processor_seconds for used in compiled], None),
+            single("process that loads the compiled simulator", "s", [used.seconds for used in loaded], None),
+            single("build of the default table, compiled", "s", [used.seconds for used in built], None),
+            single("peak memory of that build", "MB", [used.megabytes for used in built], 500.0)]
 
 
-def _run(cache: Path, *arguments: str) -> tuple[float, float]:
-    """Time in s and peak of the resident set in MB of `python -m ...`."""
+@dataclass(frozen=True)
+class Used:
+    """What a process has used; `megabytes` is the peak of its resident set."""
+
+    seconds: float
+    processor_seconds: float
+    megabytes: float
+
+
+def _run(cache: Path, *arguments: str) -> Used:
+    """Run `python -m ...`."""
     begin = time.perf_counter()
     process = subprocess.Popen([sys.executable, "-m", *arguments], cwd=ROOT, stdout=subprocess.DEVNULL,
                                stderr=subprocess.DEVNULL, env={**os.environ, "NUMBA_CACHE_DIR": str(cache)})
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     assert process.returncode == 0, arguments
-    return time.perf_counter() - begin, usage.ru_maxrss * 1024 / 1e6
+    return Used(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024 / 1e6)
 
 
 def main() -> None:
