@@ -1,6 +1,7 @@
 """`python -m service`: serve the application at the configured address; `... token NAME ROLE`: make a token."""
 
 import argparse
+import gc
 import sys
 import textwrap
 
@@ -58,12 +59,16 @@ def main() -> int:
             print(f"The token of {arguments.name} is shown this once:\n{secret}", file=sys.stderr)
             print(line)
         else:
-            from service.server import make_server  # takes seconds, which a token need not wait for
+            settings = Settings()
+            gc.disable()  # all that is imported stays, and would be searched for garbage again and again
+            from service.server import make_server  # takes a second, which a token need not wait for
             from slipstick.storage.database import open_database
 
-            settings = Settings()
             open_database(settings.jobs).dispose()  # its error in one line, which the server would log as a traceback
-            make_server(settings).run()
+            server = make_server(settings)
+            gc.freeze()
+            gc.enable()
+            server.run()
     except SlipstickError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

@@ -44,7 +44,8 @@ class BodyLimits:
 
     async def _forward(self, scope: Scope, receive: Receive, send: Send, body: bytearray) -> None:
         try:
-            await asyncio.wait_for(self._read(scope, receive, body), self.seconds)
+            async with asyncio.timeout(self.seconds):
+                await self._read(scope, receive, body)
         except TimeoutError:
             return await _reject(scope, receive, send, problem_details.TooSlow(
                 f"The request body did not arrive within {self.seconds:g} s",
@@ -131,26 +132,25 @@ async def _compute(handler: Callable[[Request], Coroutine[Any, Any, Response]], 
                    computations: Computations) -> Response:
     """Handle the request at a place among these `computations`; `request.state.client` learns if the client is gone."""
     client = request.state.client = Client(threading.Event())
-    computing = False
-
-    async def compute() -> Response:
-        nonlocal computing
-        async with computations.place():
-            computing = True
-            return await handler(request)
+    computing, task = False, asyncio.current_task()
+    assert task is not None
 
     async def watch() -> None:
         while (await request.receive())["type"] != "http.disconnect":
             pass
         client.gone.set()
         if not computing:
-            response.cancel()
+            task.cancel()
 
-    response, watcher = asyncio.create_task(compute()), asyncio.create_task(watch())
+    watcher = asyncio.create_task(watch())
     try:
-        return await response
+        async with computations.place():
+            computing = True
+            return await handler(request)
     except asyncio.CancelledError:
-        client.require()  # cancelled by `watch`; otherwise by the server, which stops
+        if client.gone.is_set():  # cancelled by `watch`; otherwise by the server, which stops
+            task.uncancel()
+            client.require()
         raise
     finally:
         watcher.cancel()

@@ -46,7 +46,8 @@ class Computations:
             raise Busy(f"{self.waiting} requests are waiting for a computation to end")
         self.waiting += 1
         try:
-            await asyncio.wait_for(self.places.acquire(), self.seconds)
+            async with asyncio.timeout(self.seconds):
+                await self.places.acquire()
         except TimeoutError:
             raise Busy(f"No computation ended within {self.seconds:g} s") from None
         finally:
@@ -79,7 +80,7 @@ class Client:
         return evaluate
 
 
-def _client(request: Request) -> Client:
+async def _client(request: Request) -> Client:
     client: Client = request.state.client
     return client
 

@@ -116,8 +116,9 @@ class Fit(Job):
 class FitProgress(BaseModel):
     """Progress of a fit, and its best candidate so far."""
 
-    stage: Literal["search", "refine", "intervals", "conclude"] = Field(
-        description="Current stage: the search, the refinement, the intervals, or the assembly of the result.")
+    stage: Literal["start", "search", "refine", "intervals", "conclude"] = Field(
+        description="Current stage: the start, in which the simulator is compiled at its first use, the search, the "
+                    "refinement, the intervals, or the assembly of the result.")
     generation: int = Field(description="Completed generations, or completed blocks of the classic grid.")
     generations: int = Field(description="Maximum number of generations, or number of blocks of the classic grid.")
     done: float = Field(description="Share of the search that is done, at least: a genetic search may end earlier.")

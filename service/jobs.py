@@ -45,7 +45,7 @@ SinceFilter = Annotated[datetime.datetime | None, Query(
     alias="since", description="Only jobs submitted at this time or later, such as 2026-09-21T14:00:00Z.")]
 
 
-def job_filter(status: StatusFilter = None, recordings: RecordingsFilter = None,
+async def job_filter(status: StatusFilter = None, recordings: RecordingsFilter = None,
                since: SinceFilter = None) -> JobFilter:
     """The filter of a list of jobs. A time without offset is UTC."""
     if since is not None and since.tzinfo is None:

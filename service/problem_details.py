@@ -312,7 +312,7 @@ _EXAMPLES: dict[int, ProblemDetails] = {
                              "Check the Content-Length header, or increase SLIPSTICK_BODY_SECONDS on the server")),
         problem_from(Conflict("A different file named 'measured' already exists", "Choose another name")),
         problem_from(TooLarge("The request requires 21,600,000 shifting times; the limit is 2,000,000",
-                              "Send fewer points per request, or select conditions")),
+                              "Send fewer points per request, select conditions, or request .npy")),
         problem_from(UnsupportedMedia("The media type of the request body is application/x-www-form-urlencoded",
                                       f"Send application/json. {CURL_JSON}")),
         problem_from(_DATABASE_ERROR),

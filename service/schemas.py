@@ -114,12 +114,15 @@ class InputsBody(StrictModel):
                       None if self.correlation is None else np.array(self.correlation), support)
 
 
-def _library(request: Request) -> Library:
+# Coroutines, because FastAPI calls any other dependency in a thread of its own, which takes longer than an evaluation.
+
+
+async def _library(request: Request) -> Library:
     library: Library = request.app.state.library
     return library
 
 
-def _settings(request: Request) -> Settings:
+async def _settings(request: Request) -> Settings:
     settings: Settings = request.app.state.settings
     return settings
 

@@ -43,7 +43,10 @@ class Settings(BaseSettings):
     folder_bytes: int = Field(default=16 << 30, gt=0, description="Maximum size in bytes of the folder of the tables "
                                                                   "after an upload.")
     engagements: int = Field(default=20_000, gt=0, description="Maximum number of engagements of uploaded recordings.")
-    answer_values: int = Field(default=2_000_000, gt=0, description="Maximum number of values in one response.")
+    answer_values: int = Field(default=2_000_000, gt=0, description="Maximum number of values in one response, except "
+                                                                    "as .npy.")
+    array_values: int = Field(default=4_000_000, gt=0, description="Maximum number of values in one response as .npy; "
+                                                                   "each takes 8 bytes.")
     fit_values: int = Field(default=4_000_000_000_000, gt=0, description="Maximum cost of a fit in interpolations of "
                                                                          "shifting times; about 6 hours on one core.")
     kept_days: float = Field(default=365.0, gt=0, description="Time in days for which jobs that have ended are kept.")

@@ -19,6 +19,7 @@ from slipstick.recordings import open_conditions
 from slipstick.table import Axis, Table
 from worker.bench_option import add_bench_argument, open_model
 from worker.building import build
+from worker.compiling import compile_simulator
 from worker.executors import add_dask_argument, open_executor
 from worker.machine_plan import MachineRuns, add_machine_argument, machine_axes, open_machine_file
 from worker.plan import GridPlan, Plan
@@ -105,6 +106,8 @@ def _clutch_plan(arguments: argparse.Namespace) -> tuple[GridPlan, Executor, str
     require_distinct(axes)
     require_memory(axes, len(conditions))
     plan = Plan(model, conditions, axes, ACCURACIES[arguments.accuracy])
+    if arguments.dask is None:
+        compile_simulator(model, conditions)
     return plan, open_executor(arguments.dask, lambda: ThreadPoolExecutor(arguments.threads)), "engagements"
 
 
@@ -128,9 +131,10 @@ def require_distinct(axes: tuple[Axis, ...]) -> None:
 
 
 def require_memory(axes: tuple[Axis, ...], conditions: int) -> None:
-    """Raise `InvalidValue` if memory cannot hold the table twice, as needed to verify the written file."""
+    """Raise `InvalidValue` if memory cannot hold the table twice, as needed to verify the written file, and its check.
+    """
     cells = math.prod(len(axis.values) for axis in axes) * conditions
-    required, installed = 2 * 9 * cells, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    required, installed = 21 * cells, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if required > installed:
         raise InvalidValue(f"A table of {cells:,} engagements needs {required / 1e9:,.0f} GB of memory, and this "
                            f"machine has {installed / 1e9:,.0f} GB", "Give fewer points per axis, or fewer axes")

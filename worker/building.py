@@ -9,8 +9,9 @@ import os
 import shutil
 import zipfile
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,8 @@ Report = Callable[[int, int], None]
 """Called after every chunk with the number of finished engagements and how many of them an earlier build simulated."""
 
 
+_AHEAD = 200
+"""Chunks given to the executor before they are stored, 36 MB: a cheap simulation may be faster than the disk."""
 Results = tuple[Path, np.ndarray, np.ndarray]
 """Folder of the chunks, outputs (m, n) and statuses (m, n)."""
 
@@ -72,13 +75,18 @@ def simulated(plan: Runs, out: Path, executor: Executor, report: Report) -> Iter
 
 
 def _simulate(plan: Runs, chunks: list[slice], executor: Executor) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    simulate = plan.simulate
-    futures = {executor.submit(simulate, plan.points(chunk)): chunk for chunk in chunks}
+    simulate, left = plan.simulate, iter(chunks)
+    futures: dict[Future[tuple[np.ndarray, np.ndarray]], slice] = {}
     try:
-        for future in as_completed(list(futures)):
-            with explained():
-                result = future.result()
-            yield futures.pop(future), *result
+        while True:
+            for chunk in islice(left, _AHEAD - len(futures)):
+                futures[executor.submit(simulate, plan.points(chunk))] = chunk
+            if not futures:
+                return
+            for future in wait(futures, return_when=FIRST_COMPLETED).done:
+                with explained():
+                    result = future.result()
+                yield futures.pop(future), *result
     finally:
         for future in futures:
             future.cancel()

@@ -31,10 +31,14 @@ _REPORT_SECONDS = 0.5
 
 
 def start(library: Library, report: Report, simulators: Simulators, order: Order) -> Checkpoint:
-    """The state before the first generation."""
+    """The state before the first generation; a simulator is compiled here, at its first use, not in the search."""
     begin = clock_times()
     task = _open(library, simulators, order)
-    return {"state": fit.initial_state(task.settings, task.problem), **stage_times({}, "open", begin)}
+    state = fit.initial_state(task.settings, task.problem)
+    if order["simulate"] and not isinstance(task.model, Machine):
+        problem = _Progress(task, report, "start").problem(state)
+        problem.model(0.5 * (problem.lower + problem.upper)[None], problem.conditions)
+    return {"state": state, **stage_times({}, "open", begin)}
 
 
 def search(library: Library, report: Report, simulators: Simulators, order: Order,

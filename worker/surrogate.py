@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 import slipstick
 from slipstick.bench import parameters
@@ -24,6 +24,7 @@ from slipstick.table.axis import box
 from slipstick.table.surrogate import germs
 from worker.build import ACCURACIES, add_model_arguments, read_model_arguments, require_distinct, require_output
 from worker.building import simulated
+from worker.compiling import compile_simulator
 from worker.executors import explained, open_executor
 from worker.machine_plan import MachineRuns, machine_axes, open_machine_file
 from worker.plan import CHUNK, slices
@@ -64,6 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
         model, conditions = read_model_arguments(arguments)
         axes = tuple(read_span(text, model) for text in arguments.axis)
         require_distinct(axes)
+        if arguments.dask is None:
+            compile_simulator(model, conditions)
         with open_executor(arguments.dask, lambda: ThreadPoolExecutor(arguments.threads)) as executor:
             surrogate = build(model, conditions, axes, arguments.runs, arguments.steps, arguments.seed,
                               ACCURACIES[arguments.accuracy], executor)
@@ -107,7 +110,7 @@ class _Design:
                                f"Give {FEWEST_RUNS} or more runs, one or more steps, and a seed from 0 to 2^32 - 1")
         sampling, validation, training = np.random.default_rng(seed).spawn(3)
         lower, upper = box(axes)
-        points = lower + (upper - lower) * qmc.LatinHypercube(len(axes), rng=sampling).random(runs)
+        points = lower + (upper - lower) * scipy.stats.qmc.LatinHypercube(len(axes), rng=sampling).random(runs)
         return cls(points, validation.uniform(lower, upper, (held_out, len(axes))), training)
 
     def trained(self, axes: tuple[Axis, ...], times: np.ndarray, expected: np.ndarray,

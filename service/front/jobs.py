@@ -17,7 +17,8 @@ from slipstick.report.markup import paragraph
 from slipstick.report.words import fitted, listed
 from slipstick.study.progress import StudyProgress
 
-_STAGES = {"search": "searching", "refine": "refining the best candidate", "intervals": "computing intervals",
+_STAGES = {"start": "starting the simulator, which is compiled at its first use", "search": "searching",
+           "refine": "refining the best candidate", "intervals": "computing intervals",
            "conclude": "assembling the result"}
 _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> Jobs wait until one is started: '
               "<code>python -m worker serve-jobs</code></p></aside>")

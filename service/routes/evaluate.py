@@ -1,5 +1,6 @@
 """Evaluation of a table: shifting times at given points."""
 
+from functools import partial
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -7,6 +8,7 @@ import orjson
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from starlette.concurrency import run_in_threadpool
 
 from service import npy
 from service.bodies import JsonRoute, require_media_type
@@ -32,11 +34,17 @@ from service.schemas import (
 )
 from service.settings import Settings
 from slipstick.errors import InvalidValue
+from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
 from slipstick.uncertainty import count_outside
 
 _Body = TypeVar("_Body", bound=BaseModel)
+_Points = np.ndarray | list[Any]
+_SHORT = 1000
+"""Bytes of a body that may hold a single point only."""
+_FEW_VALUES = 20_000
+"""Values at the corners of a cell between which to interpolate, which takes some 0.01 ms."""
 router = APIRouter(prefix="/v1/evaluate", tags=["evaluate"], route_class=JsonRoute)
 
 
@@ -107,39 +115,61 @@ async def _read_body(request: Request) -> tuple[str, bytes]:
              responses=error_responses(404, 408, 413, 415, 503) | {
                  200: {"content": {npy.MEDIA_TYPE: _BINARY, CSV: {"schema": {"type": "string"}}}}})
 @computes
-def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_body)],
-             query: Annotated[NpyQuery, Query()], library: LibraryDependency,
-             settings: SettingsDependency) -> Response:
+async def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_body)],
+                   query: Annotated[NpyQuery, Query()], library: LibraryDependency,
+                   settings: SettingsDependency) -> Response:
     """Return the shifting times at the given points, by linear interpolation or by the surrogate.
 
     Points and shifting times can also be sent as NumPy arrays. With Content-Type application/x-npy, the request body
     is a float64 array of shape (points, axes) written by numpy.save, and the options are query parameters. With Accept
     application/x-npy, the response body is an array of shape (points, conditions) in s, and the headers
     Slipstick-Table-Digest and Slipstick-Points-Outside contain the digest of the table and the number of points
-    outside. With `?format=csv` or Accept text/csv, the response has a row for each point and condition.
+    outside. Such a response may have more values than one in another form: `array_values` instead of `answer_values` of
+    the limits in /v1. With `?format=csv` or Accept text/csv, the response has a row for each point and condition.
     """
-    media_type, content = body
-    options: EvaluateOptions
-    points: np.ndarray | list[Any]
+    read = partial(_read, *body, query)
+    if len(body[1]) <= _SHORT:
+        options, points = read()
+        if _is_quick(options, len(points), library):
+            return _answer(request, query, library, settings, options, points)
+    return await run_in_threadpool(lambda: _answer(request, query, library, settings, *read()))
+
+
+def _is_quick(options: EvaluateOptions, points: int, library: Library) -> bool:
+    """Whether the answer takes less time than the way into a thread, so that it holds up no other request."""
+    if points > 1 or options.conditions is not None or options.bench is not None:
+        return False
+    table = library.table_in_memory(options.table)
+    return table is not None and len(table.conditions) << len(table.axes) <= _FEW_VALUES
+
+
+def _read(media_type: str, content: bytes, query: NpyQuery) -> tuple[EvaluateOptions, _Points]:
+    """The options and the points of a request; those of JSON are unchecked."""
     if media_type == npy.MEDIA_TYPE:
-        options, points = EvaluateOptions(
-            **query.model_dump(exclude_none=True, exclude={"format"})), npy.load(content)
-    elif query.model_fields_set - {"format"}:
+        return EvaluateOptions(**query.model_dump(exclude_none=True, exclude={"format"})), npy.load(content)
+    if query.model_fields_set - {"format"}:
         raise InvalidValue("Query parameters cannot be combined with a JSON body", "Move them into the body")
-    else:
-        options, points = _parse(content)
+    return _parse(content)
+
+
+def _answer(request: Request, query: NpyQuery, library: Library, settings: Settings, options: EvaluateOptions,
+            points: _Points) -> Response:
+    """The response; raises all errors of a request."""
     table = open_table(library, options.table, options.bench)
     selected, conditions = select_conditions(table, options.conditions)
+    as_csv = wants_csv(request, query.format)
+    as_npy = not as_csv and query.format is None and npy.MEDIA_TYPE in request.headers.get("accept", "")
     # Counted before each point is checked, which takes longer than the evaluation.
-    require_size(len(points) * len(conditions), settings.answer_values, "shifting times",
-                 "Send fewer points per request, or select conditions")
+    require_size(len(points) * len(conditions), settings.array_values if as_npy else settings.answer_values,
+                 "shifting times", "Send fewer points per request, or select conditions" if as_npy else
+                 "Send fewer points per request, select conditions, or request .npy")
     points = points if isinstance(points, np.ndarray) else _checked(points)
     times = selected.interpolate(points, options.outside)
     outside = count_outside(points, table.lower, table.upper)
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
-    if wants_csv(request, query.format):
+    if as_csv:
         return _csv(points, times, selected, conditions, settings, headers)
-    if query.format is None and npy.MEDIA_TYPE in request.headers.get("accept", ""):
+    if as_npy:
         return Response(npy.dump(times), headers=headers, media_type=npy.MEDIA_TYPE)
     return json_response({"table": options.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
                           "outside": options.outside, "points_outside": outside, "conditions": conditions,

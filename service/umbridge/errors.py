@@ -44,7 +44,7 @@ def error_responses() -> dict[int | str, dict[str, Any]]:
     return {status: {"description": text, "model": BridgeError} for status, text in described.items()}
 
 
-def require_loopback(request: Request) -> None:
+async def require_loopback(request: Request) -> None:
     """Raise `NotLocal` unless the client is on this machine: UM-Bridge has no way to send a token.
 
     This is the only check of who may use these routes: paths under `PREFIX` need no token (`required_role`).

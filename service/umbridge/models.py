@@ -156,7 +156,7 @@ def names(library: Library) -> list[str]:
 def require_known(library: Library, name: str) -> None:
     """Raise `UnknownName` unless there is a model of this name; the files are opened when it is used."""
     table, slash, recordings = name.partition("/")
-    if table not in library.tables() or (slash and recordings not in library.recordings()):
+    if not library.has_table(table) or (slash and not library.has_recordings(recordings)):
         raise UnknownName.of("model", name, names(library))
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from slipstick.acquisition.clock import GAP, sampling_step
 
@@ -52,7 +52,7 @@ def flaws(time: np.ndarray, values: np.ndarray, limits: tuple[float, float] | No
 
 
 def _spikes(values: np.ndarray) -> np.ndarray:
-    away = np.abs(values - median_filter(values, _SPIKE_WIDTH, mode="nearest"))
+    away = np.abs(values - scipy.ndimage.median_filter(values, _SPIKE_WIDTH, mode="nearest"))
     spread = float(np.median(away[away > 0])) / 0.6745 if np.any(away > 0) else 0.0
     padded = np.pad(values, _BESIDE[-1], mode="edge")
     beside = np.array([np.roll(padded, shift) for side in _BESIDE for shift in (-side, side)])

@@ -11,7 +11,7 @@ else being linear.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 LOCKED = 0.05
 """Share of the largest slip under which the plates are taken to stick, for a first estimate."""
@@ -58,8 +58,8 @@ def lock_up(time: np.ndarray, slip: np.ndarray) -> LockUp | None:
     grid = np.linspace(*bounds, 4 * len(time))  # the misfit may have minima beside the deepest one
     start = grid[int(np.argmin([misfit(lock) for lock in grid]))]
     around = 2 * (grid[1] - grid[0])
-    lock = float(minimize_scalar(misfit, bounds=(max(bounds[0], start - around), min(bounds[1], start + around)),
-                                 method="bounded", options={"xatol": 1e-7}).x)
+    near = max(bounds[0], start - around), min(bounds[1], start + around)
+    lock = float(scipy.optimize.minimize_scalar(misfit, bounds=near, method="bounded", options={"xatol": 1e-7}).x)
     _, slope, bend = _coefficients(time, slip, lock)
     if not slope > 0:
         return None

@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, cast
 
 import h5py
 import numpy as np
-from scipy.io import loadmat, whosmat
+import scipy
 
 from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel, unreadable
 
@@ -44,14 +44,14 @@ class MatlabFile:
 
 
 def _of_scipy(file: BinaryIO) -> Iterator[tuple[str, np.ndarray]]:
-    for name, value in loadmat(cast(Any, file), squeeze_me=False, struct_as_record=True).items():
+    for name, value in scipy.io.loadmat(cast(Any, file), squeeze_me=False, struct_as_record=True).items():
         if not name.startswith("__"):
             yield from _vectors(name, value)
 
 
 def _objects_in_scipy(file: BinaryIO) -> list[str]:
     """Variables that are objects; the format keeps no name of those of newer classes."""
-    return [f"'{name}'" if kind == "object" else "a variable" for name, _, kind in whosmat(cast(Any, file))
+    return [f"'{name}'" if kind == "object" else "a variable" for name, _, kind in scipy.io.whosmat(cast(Any, file))
             if kind in ("object", "opaque")]
 
 

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
-from scipy.stats import norm
+import scipy
 
 from slipstick.errors import InvalidValue
 
@@ -54,7 +53,7 @@ def _autoregressive(every: float, inner: float, across: float, samples: float, p
 
     if pairs == 0:
         return float(np.sqrt(variance(0.0))), 0.0
-    rho = float(minimize_scalar(height, bounds=(-_HIGHEST, _HIGHEST), method="bounded").x)
+    rho = float(scipy.optimize.minimize_scalar(height, bounds=(-_HIGHEST, _HIGHEST), method="bounded").x)
     return float(np.sqrt(variance(rho))), rho
 
 
@@ -75,7 +74,8 @@ def sensor_noise(name: str, values: np.ndarray) -> tuple[float, float]:
         return _filtered(_LAGGED, rho) * third**2 - _filtered(_THIRD, rho) * lagged**2
 
     low, high = excess(-_HIGHEST), excess(_HIGHEST)
-    rho = brentq(excess, -_HIGHEST, _HIGHEST) if low < 0 < high else (_HIGHEST if high <= 0 else -_HIGHEST)
+    rho = scipy.optimize.brentq(excess, -_HIGHEST, _HIGHEST) if low < 0 < high else (
+        _HIGHEST if high <= 0 else -_HIGHEST)
     return third / np.sqrt(_filtered(_THIRD, rho)), float(rho)
 
 
@@ -83,8 +83,9 @@ def _robust_std(values: np.ndarray) -> float:
     """Standard deviation of normal values from the smallest ones."""
     squares = values.ravel() ** 2
     kept = int(_KEPT * len(squares))
-    edge = norm.ppf(0.5 + 0.5 * _KEPT)
-    share = 1 - 2 * edge * norm.pdf(edge) / _KEPT  # of the variance, among the smallest values of a normal variable
+    edge = scipy.stats.norm.ppf(0.5 + 0.5 * _KEPT)
+    # The share of the variance that the smallest values of a normal variable have.
+    share = 1 - 2 * edge * scipy.stats.norm.pdf(edge) / _KEPT
     return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / share))
 
 

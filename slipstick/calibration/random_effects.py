@@ -9,8 +9,7 @@ held where it was at the start.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import lsq_linear
-from scipy.stats import t as student
+import scipy
 
 from slipstick.calibration.identification import completed, known_from, projector, undetermined
 
@@ -96,7 +95,7 @@ class RandomEffects:
 
     def intervals(self, level: float) -> np.ndarray:
         """Of the mean, (d, 2), from Student's distribution."""
-        half = student.ppf(0.5 + 0.5 * level, np.maximum(self.degrees_of_freedom, 1.0)) * self.standard_error
+        half = scipy.stats.t.ppf(0.5 + 0.5 * level, np.maximum(self.degrees_of_freedom, 1.0)) * self.standard_error
         return np.stack([self.mean - half, self.mean + half], axis=1)
 
 
@@ -114,7 +113,8 @@ def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
         values, vectors = np.linalg.eigh(scaled)
         root = np.sqrt(np.maximum(values, 1e-12))[:, None] * vectors.T
         room = (engagements.widest - variance) * scale + 1e-300
-        step = lsq_linear(root, np.linalg.solve(root.T, slope / scale), (-variance * scale - 1e-300, room)).x / scale
+        bounds = -variance * scale - 1e-300, room
+        step = scipy.optimize.lsq_linear(root, np.linalg.solve(root.T, slope / scale), bounds).x / scale
         rise = float(slope @ step - 0.5 * step @ expected @ step)
         if rise < _SETTLED:
             break
@@ -203,4 +203,5 @@ def _bounded(information: np.ndarray, score: np.ndarray, lower: np.ndarray, uppe
     scale = np.sqrt(np.diag(information))
     root = np.linalg.cholesky(information / np.outer(scale, scale)).T
     target = np.linalg.solve(root.T, score / scale)
-    return np.asarray(np.clip(lsq_linear(root, target, (lower * scale, upper * scale)).x / scale, lower, upper))
+    found = scipy.optimize.lsq_linear(root, target, (lower * scale, upper * scale)).x / scale
+    return np.asarray(np.clip(found, lower, upper))

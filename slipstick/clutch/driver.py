@@ -45,8 +45,11 @@ def workspace(curves, laws):
     """Working memory aligned to a cache line; unaligned, every vector of lanes would span two lines."""
     memory = np.zeros(BUFFER_SIZE + 8)
     first = -(memory.ctypes.data // 8) % 8
-    memory[first + CURVES:first + CURVES + len(curves)] = curves
-    memory[first + LAWS:first + LAWS + len(laws)] = laws
+    # As loops: the check of the shapes in an assignment of slices takes numba over a second to compile.
+    for k in range(len(curves)):
+        memory[first + CURVES + k] = curves[k]
+    for k in range(len(laws)):
+        memory[first + LAWS + k] = laws[k]
     return memory[first:first + BUFFER_SIZE]
 
 

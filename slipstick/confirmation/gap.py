@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+import scipy
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Response
@@ -99,7 +99,7 @@ def predict(found: SimulationFit, seed: int) -> Prediction:
         square[rows] += _squares(found, response)[rows]
         time[rows] += found.block.traces.times(response)[rows]
         count[rows] += 1
-    drawn = ndtri(qmc.Sobol(q, rng=seed).random(_DRAWS)) * np.sqrt(found.fitted.variance)
+    drawn = ndtri(scipy.stats.qmc.Sobol(q, rng=seed).random(_DRAWS)) * np.sqrt(found.fitted.variance)
     scattered = [block.respond(np.tile(found.fitted.mean + one, (n, 1)), found.fitted.shared) for one in drawn]
     return Prediction(block.traces.channels, square / count[:, None], _variances(found, scattered), time / count)
 

@@ -5,7 +5,7 @@ piston. In full contact the piston rests, and torque over pressure is the fricti
 """
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+import scipy
 
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.piston import OWN, ClutchBlock, last_of
@@ -57,7 +57,7 @@ class OnsetBlock(ClutchBlock):
         value, noise = self.scene.value, self.scene.noise[self.signal][0]
         full = (value("gear_ratio") * value("friction_coefficient") * value("contact_position")
                 / (value("contact_position") - value("contact_length")) * 1e5 * np.maximum(self.pressure, 0))
-        torque = gaussian_filter1d(self.measured, _AVERAGED, axis=1)
+        torque = scipy.ndimage.gaussian_filter1d(self.measured, _AVERAGED, axis=1)
         loaded = (torque > _HALF * full) & (torque > _VISIBLE * noise) & (self.scene.time > _QUIET)
         return np.where(loaded.any(axis=1), np.argmax(loaded, axis=1), len(self.scene.time))
 

@@ -5,7 +5,7 @@ for a gear ratio g (1 + b), a clock that is late, and errors of either sensor.
 """
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy
 
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
@@ -71,7 +71,8 @@ class LockBlock:
         if quantity == "stick torque":
             # Measured, because an elastic shaft oscillates and the torque of rigidly coupled ones does not.
             width = max(_ORDER + 1, round(_WINDOW * scene.bench.scales.time / scene.step)) // 2 * 2 + 1
-            rate = savgol_filter(scene.measured("output_torque"), width, _ORDER, deriv=1, delta=scene.step, axis=1)
+            torque = scene.measured("output_torque")
+            rate = scipy.signal.savgol_filter(torque, width, _ORDER, deriv=1, delta=scene.step, axis=1)
             return np.asarray((rate / scene.gear * _TWIST)[:, None])
         if quantity.startswith("output"):
             return np.asarray(-scene.gear * scene.reading(quantity, on, self.output))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+import scipy
 
 from slipstick.bench import Bench, parameters
 from slipstick.blocks.input import curves_of
@@ -56,7 +56,8 @@ class Scene:
         assert signals is not None
         measured = {name: signals[name].astype(float) for name in signals.names}
         noise = {name: sensor_noise(name, values) for name, values in measured.items()}
-        smooth = {name: gaussian_filter1d(values, _SMOOTHING, axis=1) for name, values in measured.items()}
+        smooth = {name: scipy.ndimage.gaussian_filter1d(values, _SMOOTHING, axis=1)
+                  for name, values in measured.items()}
         return cls(bench, recordings, smooth, noise, np.array(bench.physics.nominal) if base is None else base)
 
     def __len__(self) -> int:

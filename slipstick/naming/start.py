@@ -7,7 +7,7 @@ A block can be asked if the signals that it needs were measured.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+import scipy
 
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.closing import settled
@@ -108,7 +108,7 @@ def _onset(scene: Scene, pressure: np.ndarray) -> Closing:
 
 def _torque(scene: Scene, closing_piston: Closing | None) -> np.ndarray:
     """Output torque (n, k) in N m up to lock-up: measured up to full contact, and from then on that of the clutch."""
-    averaged = gaussian_filter1d(scene.measured("output_torque"), _AVERAGED, axis=1)
+    averaged = scipy.ndimage.gaussian_filter1d(scene.measured("output_torque"), _AVERAGED, axis=1)
     if closing_piston is None:
         return np.asarray(averaged)
     clutch, onset = closing_piston.block, closing_piston.onset

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.stats import binom, kstwo
+import scipy
 
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec
@@ -49,7 +48,7 @@ def distance(values: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
     """
     n = len(values)
     furthest = max(np.max(np.arange(1, n + 1) / n - values), np.max(values - np.arange(n) / n))
-    return float(furthest), float(kstwo.ppf(level, n))
+    return float(furthest), float(scipy.stats.kstwo.ppf(level, n))
 
 
 def transformed(prediction: Mapping[str, Any]) -> np.ndarray:
@@ -62,7 +61,7 @@ def probability_below(prediction: Mapping[str, Any], place: int) -> float:
     """The predicted probability below the measured time of the engagement at this place."""
     time = np.array(prediction["density_time"][place])
     with np.errstate(over="ignore"):  # PCHIP divides by slopes that nearly vanish; its derivative there is correctly 0
-        integral = PchipInterpolator(time, prediction["density"][place]).antiderivative()
+        integral = scipy.interpolate.PchipInterpolator(time, prediction["density"][place]).antiderivative()
     return float(integral(np.clip(prediction["measured"][place], time[0], time[-1])) / integral(time[-1]))
 
 
@@ -80,7 +79,7 @@ def verdict(values: np.ndarray) -> str:
 def _histogram(values: np.ndarray) -> Spec:
     counts, edges = np.histogram(values, _BINS, (0, 1))
     n = len(values)
-    low, high = (int(binom.ppf(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+    low, high = (int(scipy.stats.binom.ppf(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     bars = [{"from": theme.rounded(first), "to": theme.rounded(last), "count": int(count)}
             for first, last, count in zip(edges[:-1], edges[1:], counts, strict=True)]
     x: Spec = {"field": "from", "type": "quantitative", "title": "predicted probability below the measured time",

@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+import scipy
 
 from slipstick.pictures import theme
 from slipstick.pictures.multiples import unknown
@@ -77,7 +77,7 @@ def interpolated_drops(surface: Mapping[str, Any],
     # A cubic spline reproduces a quadratic drop exactly, even across a ridge narrower than the grid spacing.
     undefined = ~np.isfinite(values)
     filled = np.where(undefined, np.min(values[~undefined]), np.maximum(values, np.max(values) - _DEEPEST))
-    fine = RectBivariateSpline(first, second, filled)(x_centre, y_centre)
+    fine = scipy.interpolate.RectBivariateSpline(first, second, filled)(x_centre, y_centre)
     nearest = np.ix_(np.abs(x_centre[:, None] - first).argmin(axis=1),
                      np.abs(y_centre[:, None] - second).argmin(axis=1))
     drops: np.ndarray = np.where(undefined[nearest], np.inf, np.max(fine) - fine)

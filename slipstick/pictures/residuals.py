@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from scipy.stats import binom, norm
+import scipy
+from scipy.special import ndtri
 
 from slipstick.pictures import theme
 from slipstick.pictures.conditions import described
@@ -41,7 +42,7 @@ class _Group:
     @property
     def half(self) -> float:
         """Half width of the interval of the mean in ms."""
-        return float(norm.ppf((1 + _LEVEL) / 2)) * self.error
+        return float(ndtri((1 + _LEVEL) / 2)) * self.error
 
     @property
     def is_off(self) -> bool:
@@ -53,7 +54,7 @@ def groups_off(data: Mapping[str, Any]) -> tuple[int, int, bool]:
     """How many groups have a mean other than zero, of how many, and whether chance gives so many once in 100 cases."""
     groups = _groups(data["prediction"], data["conditions"])
     off = sum(group.is_off for group in groups)
-    return off, len(groups), bool(binom.sf(off - 1, len(groups), 1 - _LEVEL) < _CHANCE)
+    return off, len(groups), bool(scipy.stats.binom.sf(off - 1, len(groups), 1 - _LEVEL) < _CHANCE)
 
 
 def draw(output: Mapping[str, Any]) -> Spec | None:

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from weakref import WeakValueDictionary
 
 import h5py
 import numpy as np
@@ -82,10 +83,27 @@ class Library:
         """Names of the recordings, sorted."""
         return sorted(path.stem for path in self._files() if not _holds_table(path))
 
+    def has_table(self, name: str) -> bool:
+        """Whether there is a table of this name, valid or not; the folder is not listed."""
+        return (path := self._file(name)) is not None and _holds_table(path)
+
+    def has_recordings(self, name: str) -> bool:
+        """Whether there are recordings of this name, valid or not; the folder is not listed."""
+        return (path := self._file(name)) is not None and not _holds_table(path)
+
+    def table_in_memory(self, name: str) -> Table | None:
+        """The table `name` if its file need not be read again, otherwise None."""
+        if _NAME.fullmatch(name):
+            with suppress(OSError):  # there is no such file
+                return _READ.get(_version(self.folder / f"{name}.h5"))
+        return None
+
     def table(self, name: str) -> Table:
         """Open and verify the table `name`; raises `UnknownName` and what `Table.open` raises."""
-        if name not in (known := self.tables()):
-            raise UnknownName.of("table", name, known)
+        if (known := self.table_in_memory(name)) is not None:
+            return known
+        if not self.has_table(name):
+            raise UnknownName.of("table", name, self.tables())
         with _readable(self.folder / f"{name}.h5", BadTable) as version:
             return _open_table(version)
 
@@ -99,8 +117,8 @@ class Library:
 
     def measured(self, name: str) -> Recordings | Measurements:
         """As `recording`, or the measurements `name` of another machine; raises the same errors."""
-        if name not in (known := self.recordings()):
-            raise UnknownName.of("recordings file", name, known)
+        if not self.has_recordings(name):
+            raise UnknownName.of("recordings file", name, self.recordings())
         with _readable(self.folder / f"{name}.h5", BadRecording) as version:
             return _open_recordings(version)
 
@@ -229,6 +247,10 @@ class Library:
                               f"Name the bench. Known: {', '.join(self.benches()) or 'none'}")
         return names[0]
 
+    def _file(self, name: str) -> Path | None:
+        path = self.folder / f"{name}.h5"
+        return path if _NAME.fullmatch(name) and os.path.lexists(path) else None
+
     def _files(self, suffix: str = ".h5") -> list[Path]:
         return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
 
@@ -295,9 +317,14 @@ def _marks(file: Path | io.BytesIO) -> set[str]:
         return {name for name in ("layout", MARK) if name in opened.attrs}
 
 
+_READ: WeakValueDictionary[_Version, Table] = WeakValueDictionary()
+"""The tables that `_open_table` returns without reading them."""
+
+
 @lru_cache(maxsize=16)
 def _open_table(version: _Version) -> Table:
-    return Table.open(version[0])
+    _READ[version] = table = Table.open(version[0])
+    return table
 
 
 @lru_cache(maxsize=16)

@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from slipstick.errors import InvalidValue
 
@@ -18,7 +18,7 @@ def standard_normals(dimension: int, count: int, seed: int) -> np.ndarray:
     """
     if count < 1 or count & (count - 1):
         raise InvalidValue(f"The number of samples, {count}, is not a power of two", "Take 1024, 2048, 4096 and so on")
-    normals: np.ndarray = qmc.MultivariateNormalQMC(np.zeros(dimension), rng=seed).random(count)
+    normals: np.ndarray = scipy.stats.qmc.MultivariateNormalQMC(np.zeros(dimension), rng=seed).random(count)
     normals.flags.writeable = False
     return normals
 

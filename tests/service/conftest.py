@@ -72,7 +72,7 @@ def settings(shelf: Path, tmp_path_factory: pytest.TempPathFactory) -> Settings:
     folder = tmp_path_factory.mktemp("service")
     shutil.copytree(shelf, folder / "tables")
     return Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite", body_bytes=8 << 20,
-                    body_seconds=1.0, answer_values=100_000)
+                    body_seconds=1.0, answer_values=100_000, array_values=400_000)
 
 
 @pytest.fixture(scope="session")

@@ -58,8 +58,9 @@ def test_a_file_that_vanishes_is_an_error_of_that_file(folder: Path, monkeypatch
              (library.bench, "heavy", BadBench)]
     for opened, name, _ in names:
         opened(name)
-    for kind, listed in (("tables", ["nominal"]), ("recordings", ["measured"]), ("benches", ["heavy"])):
-        monkeypatch.setattr(Library, kind, lambda _, listed=listed: listed)
+    for known in ("has_table", "has_recordings"):
+        monkeypatch.setattr(Library, known, lambda *_: True)
+    monkeypatch.setattr(Library, "benches", lambda _: ["heavy"])
     for path in folder.iterdir():
         path.unlink()
     monkeypatch.setattr(Path, "is_file", lambda _: True)  # it vanishes after this check

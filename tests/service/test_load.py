@@ -185,6 +185,19 @@ def test_points_are_counted_before_they_are_checked(client: httpx.Client, monkey
                        ).status_code == 413
 
 
+def test_one_point_of_a_table_that_was_read_needs_no_thread(client: httpx.Client, monkeypatch: pytest.MonkeyPatch
+                                                            ) -> None:
+    threads: list[threading.Thread] = []
+    answer = evaluate._answer
+    monkeypatch.setattr(evaluate, "_answer",
+                        lambda *given: threads.append(threading.current_thread()) or answer(*given))
+    one, two, some = {"points": [[1, 1]]}, {"points": [[1, 1]] * 2}, {"points": [[1, 1]], "conditions": [0]}
+    answers = [client.post("/v1/evaluate", json=body).json() for body in (two, one, two, some, one)]
+    assert threads[1] is threads[4]  # that of the event loop
+    assert threads[1] not in (threads[0], threads[2], threads[3])
+    assert answers[0]["shifting_time"][0] == answers[1]["shifting_time"][0] == answers[4]["shifting_time"][0]
+
+
 def test_every_limit_is_listed(client: httpx.Client) -> None:
     listed = client.get("/v1").json()["limits"]
     assert listed == {name: value for name, value in Settings(json_bytes=100_000, bodies_bytes=400_000, computations=1,

@@ -1,5 +1,6 @@
 """Invalid requests are answered by problem details with a remedy, never by an unhandled error."""
 
+import io
 import json
 import socket
 from collections.abc import Iterator
@@ -110,7 +111,11 @@ def test_query_parameters_with_a_json_body_are_rejected(client: httpx.Client) ->
 
 
 def test_responses_and_computations_beyond_the_limits_are_rejected(client: httpx.Client) -> None:
-    problem(client.post("/v1/evaluate", json={"points": [[1.0, 1.0]] * 500}), 413)
+    points = {"points": [[1.0, 1.0]] * 500}
+    assert "npy" in problem(client.post("/v1/evaluate", json=points), 413)["remedy"]
+    as_array = {"Accept": npy.MEDIA_TYPE}
+    assert np.load(io.BytesIO(client.post("/v1/evaluate", json=points, headers=as_array).content)).shape == (500, 216)
+    problem(client.post("/v1/evaluate", json={"points": [[1.0, 1.0]] * 2000}, headers=as_array), 413)
     problem(client.post("/v1/propagate", json={"inputs": INPUTS, "density_points": 2000}), 413)
     many = [{**INPUTS, "output_std": 0.01}] * 100
     problem(client.post("/v1/likelihood", json={"method": "sampling", "samples": 1 << 17, "candidates": many}), 413)

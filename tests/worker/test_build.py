@@ -7,6 +7,7 @@ import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -222,3 +223,20 @@ def test_a_table_of_a_model_with_a_measured_law_has_another_digest(tmp_path, cap
     capsys.readouterr()
     assert main(["verify", str(tmp_path / "with.h5"), "--points", "0"]) == 0
     assert "measured law: load torque over output speed" in capsys.readouterr().out
+
+
+def test_a_build_gives_the_executor_a_few_chunks_ahead_of_those_it_has_stored(monkeypatch):
+    """Otherwise the results of a simulation that is faster than the disk would pile up in memory."""
+    monkeypatch.setattr(building, "_AHEAD", 3)
+    plan = SimpleNamespace(simulate=lambda points: (points, points), points=lambda chunk: chunk.start)
+    submitted, most = [], 0
+    with ThreadPoolExecutor(2) as executor:
+        submit = executor.submit
+        monkeypatch.setattr(executor, "submit", lambda *given: submitted.append(given) or submit(*given))
+        seen = []
+        for chunk, *result in building._simulate(plan, [slice(k, k + 1) for k in range(20)], executor):
+            most = max(most, len(submitted) - len(seen))
+            seen.append(chunk.start)
+            assert result == [chunk.start, chunk.start]
+    assert sorted(seen) == list(range(20))
+    assert most == 3

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 from scipy.special import chdtri
 
 from slipstick.errors import InvalidValue, UnknownName
@@ -99,7 +99,7 @@ def _is_met(inequalities: np.ndarray, differences: np.ndarray, covariance: np.nd
         return bool(np.min(inequalities @ differences) >= -_ROUNDING * np.abs(differences).max())
     variances, directions = np.linalg.eigh(np.diff(np.diff(covariance, axis=0), axis=1))
     std = np.sqrt(np.maximum(variances, _ROUNDING**2 * variances[-1]))
-    forces, _ = nnls((inequalities @ directions * std).T, -(directions.T @ differences) / std)
+    forces, _ = scipy.optimize.nnls((inequalities @ directions * std).T, -(directions.T @ differences) / std)
     violated = int(np.sum(forces > 0))
     distance = std * (forces @ inequalities @ directions)
     return violated == 0 or bool(distance @ distance <= chdtri(violated, level))

@@ -5,7 +5,7 @@ The intervals are those of the numbers in the report: of a gain or a lead in its
 
 import math
 
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from slipstick.pictures import theme
 from slipstick.pictures.study.words import effect_title, within
@@ -22,7 +22,7 @@ CAPTION = ("Top: gain of every finding in likelihood, and its lead over each riv
 
 CERTAIN = 100.0
 """Standard errors above which no number is given: each engagement counts at most three."""
-_HALF = float(norm.ppf(0.95))
+_HALF = float(ndtri(0.95))
 _ROW = 32  # px
 _LABEL = 300  # px
 _GAIN, _LEAD, _SHORT = "gain", "lead over a rival", "less than asked for"

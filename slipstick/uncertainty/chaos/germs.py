@@ -10,10 +10,9 @@ normal germ, and their polynomials to the Hermite polynomials.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
-from chaospy import Beta, Distribution, Gamma, Normal, Uniform
 from scipy.special import betainccinv, betaincinv, gammainccinv, gammaincinv, ndtr
 
 from slipstick.errors import InvalidValue, UnknownName
@@ -52,17 +51,19 @@ class Germ:
                                "Narrow the support about the mean, or take a gamma or normal variable")
 
     @cached_property
-    def _distribution(self) -> tuple[Distribution, float]:
+    def _distribution(self) -> tuple[Any, float]:
         """The variable before standardisation, and its mean; cached because chaospy caches its coefficients there."""
+        import chaospy  # half a second, which the start of the service need not wait for
+
         match self.name:
             case "hermite":
-                return Normal(0, 1), 0.0
+                return chaospy.Normal(0, 1), 0.0
             case "legendre":
-                return Uniform(-1, 1), 0.0
+                return chaospy.Uniform(-1, 1), 0.0
             case "laguerre":
-                return Gamma(*self.shape), self.shape[0]
+                return chaospy.Gamma(*self.shape), self.shape[0]
             case "jacobi":
-                return Beta(*self.shape), self.shape[0] / sum(self.shape)
+                return chaospy.Beta(*self.shape), self.shape[0] / sum(self.shape)
 
     def recurrence(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The first `count` coefficients alpha and beta of the recurrence, shape (count,) each; beta_0 is 0."""

@@ -1,8 +1,7 @@
 """Nodes and weights of an expansion: Gauss rules, their tensor product, and samples for a regression."""
 
 import numpy as np
-from scipy.linalg import eigvalsh_tridiagonal
-from scipy.stats import qmc
+import scipy
 
 from slipstick.uncertainty.chaos.germs import Germ
 from slipstick.uncertainty.chaos.polynomials import Polynomials
@@ -17,7 +16,7 @@ def gauss(germ: Germ, count: int) -> tuple[np.ndarray, np.ndarray]:
     The weights are computed as 1 / sum of P_n^2, which is accurate far out in the tails; the eigenvectors are not.
     """
     alpha, beta = germ.recurrence(count)
-    nodes: np.ndarray = eigvalsh_tridiagonal(alpha, np.sqrt(beta[1:]))
+    nodes: np.ndarray = scipy.linalg.eigvalsh_tridiagonal(alpha, np.sqrt(beta[1:]))
     values = Polynomials.of((germ,), np.arange(count)[:, None]).at(nodes[:, None])
     weights = 1 / np.sum(values**2, axis=1)
     return nodes, weights / weights.sum()
@@ -41,7 +40,7 @@ def samples(polynomials: Polynomials, count: int, seed: int) -> tuple[np.ndarray
     """
     degrees = polynomials.degrees
     terms, dimension = degrees.shape
-    uniform = qmc.Sobol(dimension + 1, rng=seed).random(1 << (count - 1).bit_length())[:count]
+    uniform = scipy.stats.qmc.Sobol(dimension + 1, rng=seed).random(1 << (count - 1).bit_length())[:count]
     of_sample = degrees[(uniform[:, -1] * terms).astype(np.int64)]
     nodes, highest = np.empty((count, dimension)), int(degrees.max())
     for axis, germ in enumerate(polynomials.germs):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 REACH = 0.5  # alpha of the blend crossover: largest distance beyond a parent, relative to that between the parents
 TOGETHER = 0.5  # fraction of children on the line through their parents, for likelihood ridges oblique to the axes
@@ -58,8 +58,8 @@ def ask(search: Search, population: Population) -> np.ndarray:
     random = np.random.default_rng([search.seed, population.generation])
     count, span = (search.size, len(search.lower)), search.upper - search.lower
     if population.generation == 0:
-        initial: np.ndarray = search.lower + span * qmc.LatinHypercube(len(span), rng=random).random(search.size)
-        return initial
+        hypercube = scipy.stats.qmc.LatinHypercube(len(span), rng=random)
+        return np.asarray(search.lower + span * hypercube.random(search.size))
     # Each child has two parents, each the winner of a tournament of two. Rows are sorted, so the lower index wins.
     first, second = population.points[random.integers(len(population.points), size=(2, 2, search.size)).min(axis=1)]
     blend = np.where(random.random((search.size, 1)) < TOGETHER,

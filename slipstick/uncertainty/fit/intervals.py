@@ -9,8 +9,7 @@ determine it.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import chi2
+import scipy
 
 from slipstick.uncertainty.fit.refine import ROUNDS, constrained_maximum, information, local_problem, natural_scores
 from slipstick.uncertainty.likelihood.likelihood import exact
@@ -99,12 +98,12 @@ def direction_of(space: Unknowns, weights: np.ndarray) -> np.ndarray:
 
 def drop_at_level(level: float) -> float:
     """Drop of the profile in decades at the ends of an interval of confidence `level`."""
-    return float(chi2.ppf(level, 1) / 2 / np.log(10.0))
+    return float(scipy.stats.chi2.ppf(level, 1) / 2 / np.log(10.0))
 
 
 def widest_identified_interval(level: float) -> float:
     """Largest width of the interval of an identified combination, for the standard error `IDENTIFIED`."""
-    return float(2 * np.sqrt(chi2.ppf(level, 1)) * IDENTIFIED)
+    return float(2 * np.sqrt(scipy.stats.chi2.ppf(level, 1)) * IDENTIFIED)
 
 
 class _ProfileError(Exception):
@@ -150,7 +149,7 @@ class _Profile:
             inside, step = value, step * max(factor, _NEXT) if factor < _FURTHEST else side * np.inf
         if surplus == 0:
             return value if self.drop(value) > drop_at_end or value not in (low, high) else None
-        root, outcome = brentq(excess, inside, value, xtol=1e-3 * abs(value - inside), maxiter=_SOLVES,
+        root, outcome = scipy.optimize.brentq(excess, inside, value, xtol=1e-3 * abs(value - inside), maxiter=_SOLVES,
                                full_output=True, disp=False)
         if not outcome.converged or abs(self.drop(float(root)) - drop_at_end) > _JUMP * drop_at_end:
             raise _ProfileError

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import null_space
-from scipy.optimize import LinearConstraint, minimize
+import scipy
 
 from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.likelihood.gradient import density_and_gradient
@@ -77,7 +76,7 @@ def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.nd
         return likelihood, scores * span
 
     first = likelihood_and_scores(begin)
-    free = np.eye(len(begin)) if fixed is None else null_space((fixed * span)[None])
+    free = np.eye(len(begin)) if fixed is None else scipy.linalg.null_space((fixed * span)[None])
     axes = free @ np.linalg.inv(np.linalg.cholesky(information(first[1] @ free))).T
     position = (middle - low) / span
 
@@ -88,9 +87,9 @@ def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.nd
             return _WORST, np.zeros(len(step))
         return -_LN10 * likelihood, -scores.sum(axis=0) @ axes
 
-    minimize(loss, np.zeros(axes.shape[1]), jac=True, method="SLSQP",
-             constraints=LinearConstraint(axes, -position, 1 - position),
-             options={"maxiter": _ITERATIONS, "ftol": _LN10 * tolerance})
+    scipy.optimize.minimize(loss, np.zeros(axes.shape[1]), jac=True, method="SLSQP",
+                            constraints=scipy.optimize.LinearConstraint(axes, -position, 1 - position),
+                            options={"maxiter": _ITERATIONS, "ftol": _LN10 * tolerance})
     return best
 
 

@@ -1,0 +1,143 @@
+"""How times grow: with cores, conditions, grid, expansion order, population of a fit, and recordings.
+
+    python -m benchmarks.growth [NAME ...]
+
+It writes growth.csv and a plot of each growth, docs/growth_NAME.svg (a minute); by default all. A slope is that of a
+straight line fitted to the logarithms of all times: 1 is proportional, 0 constant. Times are processor times of one
+thread, the least of `ROUNDS`, except for those against cores, which are elapsed times and need an otherwise idle
+machine.
+"""
+
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.benches import HEAVY
+from benchmarks.grid import AXES, points
+from benchmarks.likelihood import CASES, FITTED
+from benchmarks.results import write
+from benchmarks.works import EXPANDED, default_table
+from slipstick.clutch.ensemble import shifting_times
+from slipstick.clutch.model import Model
+from slipstick.inference import table_problem
+from slipstick.pictures import theme
+from slipstick.pictures.rendering import render
+from slipstick.recordings import Recordings
+from slipstick.table import Grid
+from slipstick.uncertainty.chaos import ExpansionSettings, expand, make_basis
+from slipstick.uncertainty.fit import FitSettings, final_state
+from slipstick.uncertainty.likelihood import converged
+
+ROUNDS = 3
+HEADER = ("work", "against", "size", "time [ms]", "slope of the logarithms")
+ROOT = Path(__file__).parents[1]
+_SAMPLES = 10_000
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Work of each of some `sizes`; `name` is that of its plot, `against` what the sizes count."""
+
+    name: str
+    work: str
+    against: str
+    sizes: tuple[int, ...]
+    run: Callable[[int], object]
+    clock: Clock = time.process_time
+
+    def times(self) -> np.ndarray:
+        """Least times in s, one per size; the sizes alternate."""
+        found = np.full(len(self.sizes), np.inf)
+        for _ in range(ROUNDS + 1):  # the first of which compiles and fills caches
+            for place, size in enumerate(self.sizes):
+                begin = self.clock()
+                self.run(size)
+                found[place] = min(found[place], self.clock() - begin)
+        return found
+
+
+def growths() -> Iterator[Growth]:
+    """All that is measured."""
+    model, conditions, table = Model(HEAVY.physics), HEAVY.conditions, default_table()
+    recordings, candidate = Recordings.open(ROOT / "tables" / "measured.h5"), CASES[FITTED]
+    germs = np.random.default_rng(1).standard_normal((_SAMPLES, 2))
+
+    def simulated(nodes: int, count: int, threads: int) -> object:
+        return shifting_times(model, conditions.take(range(count)), AXES, points(nodes), threads=threads)
+
+    cores = tuple(range(1, min(os.cpu_count() or 1, 8) + 1))
+    yield Growth("cores", "400 grid points x 216 conditions", "cores", cores, lambda size: simulated(20, 216, size),
+                 time.perf_counter)
+    yield Growth("conditions", "400 grid points", "conditions", (27, 54, 108, 216),
+                 lambda size: simulated(20, size, 1))
+    yield Growth("grid", "grid of size x size points, 216 conditions", "points per axis", (5, 10, 20, 40),
+                 lambda size: simulated(size, 216, 1))
+    yield Growth("order", "expansion, and 10,000 x 216 values of it", "order", (2, 4, 8, 16),
+                 lambda size: expanded(table, size, germs))
+    yield Growth("population", "search of 5 generations, 216 recordings", "population", (10, 20, 40, 80),
+                 lambda size: searched(table, recordings, size))
+    problems = {size: table_problem(table, first(recordings, size), "clip") for size in (27, 54, 108, 216)}
+    yield Growth("recordings", "log10 likelihood of one candidate", "recordings", tuple(problems),
+                 lambda size: converged(problems[size], candidate))
+
+
+def expanded(table: Grid, order: int, germs: np.ndarray) -> object:
+    basis = make_basis(EXPANDED.germs, ExpansionSettings(order=order))
+    return expand(basis, table.interpolate(EXPANDED.at_germs(basis.nodes))).at(germs)
+
+
+def searched(table: Grid, recordings: Recordings, population: int) -> object:
+    settings = FitSettings(population=population, generations=5, patience=5, tolerance=0.0, refine=False,
+                           intervals=False)
+    return final_state(settings, table_problem(table, recordings, "clip"))
+
+
+def first(recordings: Recordings, count: int) -> Recordings:
+    taken = recordings.take(np.arange(count))
+    order = np.argsort(np.argsort(taken.conditions.run_order))
+    return replace(taken, conditions=replace(taken.conditions, run_order=order))
+
+
+def plotted(growth: Growth, times: np.ndarray, slope: float) -> bytes:
+    """The times and the straight line through them, both axes logarithmic, as SVG."""
+    sizes = np.array(growth.sizes, float)
+    line = np.exp(np.mean(np.log(times)) + slope * (np.log(sizes) - np.mean(np.log(sizes))))
+    values = [{"size": size, "time": 1e3 * seconds, "line": 1e3 * fitted}
+              for size, seconds, fitted in zip(growth.sizes, times.tolist(), line.tolist(), strict=True)]
+    across = {"field": "size", "type": "quantitative", "title": growth.against,
+              "scale": {"type": "log", "nice": False, "padding": 20},
+              "axis": {"grid": False, "values": list(growth.sizes), "format": "d"}}
+
+    def up(field: str) -> theme.Spec:
+        return {"field": field, "type": "quantitative", "title": "time [ms]", "scale": {"type": "log", "nice": True}}
+
+    return render(theme.picture(f"Time grows with the power {slope:.2f} of {growth.against}", growth.work, {
+        "width": theme.WIDTH // 2, "height": 200, "data": {"values": values}, "layer": [
+            {"mark": {"type": "line", "color": theme.FAINT}, "encoding": {"x": across, "y": up("line")}},
+            {"mark": {"type": "point", "filled": True, "color": theme.AFTER, "size": 60, "opacity": 1},
+             "encoding": {"x": across, "y": up("time")}}]}), "svg")
+
+
+def main() -> None:
+    """Measure, write the table and draw the plots."""
+    names, rows = sys.argv[1:], list[tuple[object, ...]]()
+    for growth in growths():
+        if names and growth.name not in names:
+            continue
+        times = growth.times()
+        slope = float(np.polyfit(np.log(growth.sizes), np.log(times), 1)[0]) if len(growth.sizes) > 1 else math.nan
+        (ROOT / "docs" / f"growth_{growth.name}.svg").write_bytes(plotted(growth, times, slope))
+        rows += [(growth.work, growth.against, size, 1e3 * seconds, f"{slope:.2f}")
+                 for size, seconds in zip(growth.sizes, times.tolist(), strict=True)]
+    write("growth", HEADER, rows, " ".join(["python -m benchmarks.growth", *names]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""The simulator is compiled before a clock starts, and somebody is told."""
+
+import argparse
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slipstick.storage.library import Library
+from worker import build, compiling, fit_steps
+from worker.simulators import Simulators
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_a_compilation_is_said_and_loading_is_not(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+                                                  six_conditions) -> None:
+    said: list[bool] = []
+    monkeypatch.setattr(compiling, "_SILENT_SECONDS", 0.0)
+    monkeypatch.setattr(compiling, "signals", lambda *_, **__: said.append(wait_for("Compiling", capsys)))
+    compiling.compile_simulator(None, six_conditions)
+    assert said == [True]
+    monkeypatch.setattr(compiling, "_SILENT_SECONDS", 1e6)
+    monkeypatch.setattr(compiling, "signals", lambda *_, **__: None)
+    compiling.compile_simulator(None, six_conditions)
+    assert capsys.readouterr().err == ""
+
+
+def wait_for(text: str, capsys: pytest.CaptureFixture[str]) -> bool:
+    while text not in capsys.readouterr().err:
+        pass
+    return True
+
+
+def test_a_build_compiles_before_its_progress_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    class Started(Exception):
+        pass
+
+    def started(*_: object) -> None:
+        raise Started
+
+    order: list[str] = []
+    monkeypatch.setattr(build, "compile_simulator", lambda *_: order.append("compiled"))
+    monkeypatch.setattr(build, "Progress", started)
+    with pytest.raises(Started):
+        run(build, "--bench", str(ROOT / "tables" / "heavy.toml"), "--out", str(tmp_path / "table.h5"))
+    assert order == ["compiled"]
+
+
+def run(command: Any, *arguments: str) -> None:
+    parser = argparse.ArgumentParser()
+    command.add_arguments(parser)
+    command.run(parser.parse_args(arguments))
+
+
+def test_a_fit_by_simulation_simulates_once_before_its_search(shelf: Path) -> None:
+    """The stage `start` is reported before the first run, during which the simulator may be compiled."""
+    seen: list[Any] = []
+
+    class Counting(Simulators):
+        def of_clutch(self, model: Any, axes: tuple[str, ...]) -> Any:
+            def simulate(points: np.ndarray, conditions: Any, /) -> np.ndarray:
+                seen.append(len(points))
+                return np.full((len(points), len(conditions)), 0.5)
+
+            return simulate
+
+    library = Library(shelf)
+    bench, table, recordings = library.bench("heavy"), library.table("nominal"), library.recording("measured")
+    order = {"table": "nominal", "table_digest": table.digest, "recordings": "measured",
+             "recordings_digest": recordings.digest, "bench": "heavy", "bench_digest": bench.digest,
+             "sensing_digest": bench.sensing_digest, "outside": "clip", "settings": {}, "simulate": True,
+             "parameters": ["pressure_bias", "initial_position"]}
+    fit_steps.start(library, lambda progress: seen.append(progress["stage"]), Counting(), order)
+    assert seen == ["start", 1]
+    seen.clear()
+    fit_steps.start(library, lambda progress: seen.append(progress["stage"]), Counting(), {**order, "simulate": False})
+    assert seen == []
+
+
+def test_the_image_has_the_compiled_simulator() -> None:
+    _, after = (ROOT / "Dockerfile").read_text().split("NUMBA_CACHE_DIR")
+    command = next(line for line in after.splitlines() if "worker.compiling" in line).removeprefix("RUN python").split()
+    command[-1] = command[-1].replace("/data/", f"{ROOT}/")
+    subprocess.run([sys.executable, *command], cwd=ROOT, check=True)
