@@ -89,7 +89,7 @@ class Following:
         return latest
 
 
-def _following(request: Request) -> Following:
+async def _following(request: Request) -> Following:
     following: Following = request.app.state.following
     return following
 

@@ -45,7 +45,7 @@ SinceFilter = Annotated[datetime.datetime | None, Query(
     alias="since", description="Only jobs submitted at this time or later, such as 2026-09-21T14:00:00Z.")]
 
 
-def job_filter(status: StatusFilter = None, recordings: RecordingsFilter = None,
+async def job_filter(status: StatusFilter = None, recordings: RecordingsFilter = None,
                since: SinceFilter = None) -> JobFilter:
     """The filter of a list of jobs. A time without offset is UTC."""
     if since is not None and since.tzinfo is None:
@@ -112,9 +112,10 @@ def input_of(job: WorkflowStatus) -> JobInput:
     return job_input
 
 
-def finished_job(store: JobStore, id: str) -> WorkflowStatus:
-    """Return a finished job with its output; raises `UnknownName`, and `Conflict` if the job is not done."""
-    job = store.find(id)
+def finished_job(store: JobStore, id: str, *, output: bool = True) -> WorkflowStatus:
+    """Return a finished job, without its `output` on request; raises `UnknownName`, and `Conflict` if it is not done.
+    """
+    job = store.find(id, output=output)
     if job.status != "SUCCESS":
         status = STATUS[job.status]
         remedy = "Repeat this request when its status is `done`" if status in ("queued", "running") else \

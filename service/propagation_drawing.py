@@ -6,11 +6,11 @@ import orjson
 from fastapi import Query, Request, Response
 
 from service.csv_form import CSV, condition_columns, csv_response
+from service.drawings import Drawings
 from service.pictures import preferred
 from service.schemas import require_size
 from slipstick.pictures import propagation
-from slipstick.pictures.rendering import render
-from slipstick.report.propagation import propagation_page
+from slipstick.report.made import PROPAGATION
 from slipstick.table.subject import Setting, columns
 
 if TYPE_CHECKING:
@@ -60,12 +60,9 @@ def tabulated(answer: Response, request: dict[str, Any], conditions: Setting) ->
     return csv_response({**table, "reason": [row["reason"] for row in rows]}, "propagation")
 
 
-def drawn(answer: Response, request: dict[str, Any], conditions: Setting, form: Form) -> Response:
+def drawn(drawings: Drawings, answer: Response, request: dict[str, Any], conditions: Setting, form: Form) -> Response:
     """The JSON `answer` to a `request` under these conditions as a picture or a page."""
-    content, given = orjson.loads(answer.body), columns(conditions)
-    if form == "html":
-        drawing: str | bytes = propagation_page(content, request, given)
-    else:
-        drawing = render(propagation.draw(content, request["quantiles"], given), "png" if form == "png" else "svg",
-                         propagation.CAPTION)
-    return Response(drawing, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})
+    given = {"kind": "propagation", "answer": orjson.loads(answer.body), "request": request,
+             "conditions": columns(conditions), "name": PROPAGATION, "form": form}
+    made = drawings.made("page" if form == "html" else "picture", lambda: given)
+    return Response(made, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})

@@ -40,7 +40,11 @@ class Revalidation:
             raise NotModified
 
 
-RevalidationDependency = Annotated[Revalidation, Depends(Revalidation)]
+async def _revalidation(request: Request) -> Revalidation:
+    return Revalidation(request)
+
+
+RevalidationDependency = Annotated[Revalidation, Depends(_revalidation)]
 
 
 def headers_of(request: Request) -> dict[str, str]:

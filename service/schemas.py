@@ -114,12 +114,12 @@ class InputsBody(StrictModel):
                       None if self.correlation is None else np.array(self.correlation), support)
 
 
-def _library(request: Request) -> Library:
+async def _library(request: Request) -> Library:
     library: Library = request.app.state.library
     return library
 
 
-def _settings(request: Request) -> Settings:
+async def _settings(request: Request) -> Settings:
     settings: Settings = request.app.state.settings
     return settings
 

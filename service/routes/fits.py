@@ -44,7 +44,7 @@ from slipstick.uncertainty.fit.search_space import search_space
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
 
-def _fit_store(request: Request) -> JobStore:
+async def _fit_store(request: Request) -> JobStore:
     store: JobStore = request.app.state.fits
     return store
 
@@ -53,7 +53,7 @@ FitStore = Annotated[JobStore, Depends(_fit_store)]
 TableFilter = Annotated[str | None, Query(alias="table", description="Only fits of this table.")]
 
 
-def _wanted(jobs: Annotated[JobFilter, Depends(job_filter)], table: TableFilter = None) -> JobFilter:
+async def _wanted(jobs: Annotated[JobFilter, Depends(job_filter)], table: TableFilter = None) -> JobFilter:
     return replace(jobs, table=table)
 
 

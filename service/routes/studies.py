@@ -39,7 +39,7 @@ from slipstick.study.progress import StudyProgress
 router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)
 
 
-def _study_store(request: Request) -> JobStore:
+async def _study_store(request: Request) -> JobStore:
     store: JobStore = request.app.state.studies
     return store
 
