@@ -199,8 +199,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
                        for row in _distributions(body, output, inputs.independent, conditions)],
     }, {"Vary": "Accept"})
     if form == "csv":
-        return drawing.tabulated(answer, body.model_dump(), selected.conditions)
-    return answer if form == "json" else drawing.drawn(drawings, answer, body.model_dump(), selected.conditions, form)
+        return drawing.tabulated(answer, body.model_dump(), selected)
+    return answer if form == "json" else drawing.drawn(drawings, answer, body.model_dump(), selected, form)
 
 
 def _expand(body: PropagateRequest, inputs: Inputs, model: ShiftingTimeModel, table: Table,

@@ -12,6 +12,7 @@ from typing import Any
 
 from slipstick.pictures import theme
 from slipstick.pictures.multiples import Unknown, unknown
+from slipstick.pictures.output import Output
 from slipstick.pictures.profiles import DEPTH
 from slipstick.pictures.theme import Spec
 
@@ -47,7 +48,8 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
     result, chosen = output["result"], _chosen(output["result"], search["unknowns"])
     traces = [_near(trace, interval["curve"]) for trace, interval in
               zip(search["traces"], result["intervals"], strict=False)]
-    drawn = [_Unknown(place, shown := unknown(search["unknowns"][place], output["physical"]),
+    drawn = [_Unknown(place, shown := unknown(search["unknowns"][place], output["physical"],
+                                                   Output.of(output["figure_data"])),
                       _domain(place, shown.factor, search, traces)) for place in chosen]
     size = _SIZE[len(drawn)]
     rows = [{"spacing": 14, "bounds": "flush", "hconcat": [
