@@ -24,7 +24,7 @@ CAPTION = ("Each panel is the plane of two unknowns. Orange: the best candidate 
 
 MOST = 5
 """Unknowns drawn; of more, those with the largest weights in the combination that is hardest to identify."""
-_SIZE = {2: 230, 3: 215, 4: 165, 5: 128}  # px of a panel, by the number of unknowns
+_SIZE = {2: 230, 3: 195, 4: 140, 5: 105}  # px of a panel, by the number of unknowns
 _MARGIN = 0.08
 _REACH = 1.5
 """Multiple of the range of the traces up to which the way of the search widens a panel."""
@@ -52,7 +52,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
                                                    Output.of(output["figure_data"])),
                       _domain(place, shown.factor, search, traces)) for place in chosen]
     size = _SIZE[len(drawn)]
-    rows = [{"spacing": 14, "bounds": "flush", "hconcat": [
+    rows = [{"spacing": 40, "bounds": "flush", "hconcat": [
         _panel(x, y, search, traces, size, column == 0, row == len(drawn) - 2)
         for column, x in enumerate(drawn[:row + 1])]} for row, y in enumerate(drawn[1:])]
     left_out = len(search["unknowns"]) - len(drawn)
@@ -98,7 +98,8 @@ def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence
         "field": channel, "type": "quantitative",
         "scale": {"domain": [theme.rounded(end) for end in one.domain], "nice": False, "zero": False},
         "title": _title(one.shown) if labelled else None,
-        "axis": one.shown.axis(tickCount=3, grid=False, labels=labelled, ticks=labelled, titleFontSize=11)}
+        "axis": one.shown.axis(tickCount=3, grid=False, labels=labelled, ticks=labelled, titleFontSize=11,
+                               labelOverlap="greedy", labelSeparation=6)}
         for channel, one, labelled in (("x", x, last), ("y", y, first))}
     colour = theme.series_colour({_SEARCH: theme.BEFORE, _ACROSS: theme.AFTER, _UP: theme.FAINT})
     path = [{**row(vector), "step": step, "size": 6 + 34 * step / len(search["path"])}
