@@ -98,8 +98,7 @@ def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence
         "field": channel, "type": "quantitative",
         "scale": {"domain": [theme.rounded(end) for end in one.domain], "nice": False, "zero": False},
         "title": _title(one.shown) if labelled else None,
-        "axis": one.shown.axis(tickCount=3, grid=False, labels=labelled, ticks=labelled, titleFontSize=11,
-                               labelOverlap="greedy", labelSeparation=6)}
+        "axis": one.shown.axis(tickCount=3, grid=False, labels=labelled, ticks=labelled, titleFontSize=11)}
         for channel, one, labelled in (("x", x, last), ("y", y, first))}
     colour = theme.series_colour({_SEARCH: theme.BEFORE, _ACROSS: theme.AFTER, _UP: theme.FAINT})
     path = [{**row(vector), "step": step, "size": 6 + 34 * step / len(search["path"])}
