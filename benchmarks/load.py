@@ -6,21 +6,24 @@ The service runs on a temporary folder with the table and recordings of benchmar
 this process, each with a connection of its own that is kept alive, and send one request of a weighted random choice
 after the other. Errors are transport errors and statuses other than those a request should have; 429 and 503 with
 Retry-After are none, and a client waits half a second after them. A further client asks for the health ten times a
-second, and does so for 10 s before the others start: what is slow then is the machine. Memory is the resident set of
-the service. Times are those that the clients see; they share the processors with the service, as nothing else on the
-machine should.
+second, and does so for 10 s before the others start: what is slow then is the machine. It runs in a process of its own,
+because the 64 delay each other. Memory is the resident set of the service. Times are those that the clients see; they
+share the processors with the service, as nothing else on the machine should.
 """
 
 import argparse
 import asyncio
 import io
+import multiprocessing
 import sys
 import tempfile
 import time
 from collections import Counter, defaultdict
 from collections.abc import Awaitable, Callable
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -139,11 +142,6 @@ async def crowd(address: str, clients: int, seconds: float, memory: Callable[[st
             if await send(client, kind, seen[kind.name]):
                 await asyncio.sleep(_PAUSE)
 
-    async def healthy(kind: Kind, client: httpx.AsyncClient, end: float) -> None:
-        while time.monotonic() < end:
-            await send(client, kind, seen[kind.name])
-            await asyncio.sleep(0.1)
-
     async def watched() -> None:
         for moment in ("at a tenth", "in the middle"):
             await asyncio.sleep(seconds * (0.1 if moment == "at a tenth" else 0.4))
@@ -151,14 +149,30 @@ async def crowd(address: str, clients: int, seconds: float, memory: Callable[[st
 
     async with AsyncExitStack() as stack:
         # Made before, because each takes some 50 ms of the processor.
-        own, *others = [await stack.enter_async_context(httpx.AsyncClient(base_url=address, timeout=60))
-                        for _ in range(1 + clients)]
-        await healthy(IDLE, own, time.monotonic() + _IDLE_SECONDS)
+        all_clients = [await stack.enter_async_context(httpx.AsyncClient(base_url=address, timeout=60))
+                       for _ in range(clients)]
+        watcher = stack.enter_context(ProcessPoolExecutor(1, multiprocessing.get_context("spawn")))
+        asked = partial(asyncio.get_running_loop().run_in_executor, watcher, watch_health, address)
+        await asked(0.5)  # which imports
+        seen[IDLE.name] = await asked(_IDLE_SECONDS)
         end = time.monotonic() + seconds
-        work: list[Awaitable[None]] = [mixed(number, client, end) for number, client in enumerate(others)]
-        await asyncio.gather(*work, healthy(HEALTH, own, end), watched())
+        work: list[Awaitable[object]] = [mixed(number, client, end) for number, client in enumerate(all_clients)]
+        seen[HEALTH.name], *_ = await asyncio.gather(asked(seconds), watched(), *work)
     memory("at the end")
     return seen
+
+
+def watch_health(address: str, seconds: float) -> Seen:
+    """In a process of its own: what a client sees that asks for the health ten times a second."""
+    async def watch() -> Seen:
+        seen, end = Seen(), time.monotonic() + seconds
+        async with httpx.AsyncClient(base_url=address, timeout=60) as client:
+            while time.monotonic() < end:
+                await send(client, HEALTH, seen)
+                await asyncio.sleep(0.1)
+        return seen
+
+    return asyncio.run(watch())
 
 
 def resident(pid: int) -> float:

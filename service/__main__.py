@@ -27,6 +27,8 @@ examples:
 Fits and studies also need a worker on the same job database: python -m worker serve-jobs
 More: docs/settings.md, docs/operations.md, docs/rest.md"""
 _WIDTH = 100
+_SWITCH_SECONDS = 0.001
+"""How long a thread may keep the others waiting: five threads that compute delay a response five times as long."""
 
 
 def _epilog() -> str:
@@ -66,8 +68,9 @@ def main() -> int:
 
             open_database(settings.jobs).dispose()  # its error in one line, which the server would log as a traceback
             server = make_server(settings)
-            gc.freeze()
+            gc.freeze()  # a full collection would look at all modules, and every request would wait for 0.1 s
             gc.enable()
+            sys.setswitchinterval(_SWITCH_SECONDS)
             server.run()
     except SlipstickError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -4,6 +4,7 @@ import asyncio
 import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
 
 from fastapi import FastAPI
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
@@ -12,13 +13,16 @@ from service import npy, pages, problem_details
 from service.access import Access
 from service.bodies import BodyLimits
 from service.computations import Computations
+from service.drawings import Drawings
 from service.failures import HeadRequests, UnexpectedErrors
 from service.following import Following
 from service.heartbeats import Heartbeats
-from service.job_store import JobStore, connect
+from service.job_store import APPLICATION, JobStore, connect
+from service.job_table import JobTable
 from service.metrics import RequestMetrics, StateMetrics
 from service.observation import Observed
 from service.openapi import openapi_document
+from service.recent import Recent
 from service.retention import remove_for_ever
 from service.revalidation import NotModified, not_modified
 from service.routes import (
@@ -48,10 +52,14 @@ from service.umbridge import routes as umbridge
 from service.umbridge.errors import BridgeErrors
 from service.warming import warm
 from slipstick import __version__
+from slipstick.storage.database import open_database
 from slipstick.storage.library import Library
 
 _NOT_COMPRESSED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, npy.MEDIA_TYPE, "application/octet-stream")
 """Random digits of arrays hardly shrink, and events must not wait in a buffer."""
+_HEALTH_SECONDS = 1.0
+_READING = 3
+"""Number of requests that read at once. The interpreter runs one thread at a time: more threads only delay others."""
 _DESCRIPTION = """
 Slipstick compares a simulation model of a wet friction clutch with test-bench recordings. The service
 
@@ -92,17 +100,21 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         client = connect(configuration.jobs)
-        app.state.fits = JobStore(client, "fit", "/v1/fits")
-        app.state.studies = JobStore(client, "study", "/v1/studies")
-        app.state.heartbeats = heartbeats = Heartbeats.at(configuration.jobs)
-        state = StateMetrics(app.state.fits, app.state.studies, heartbeats, app.state.computations, app.state.following)
+        engine = open_database(configuration.jobs)
+        table = JobTable(engine, APPLICATION)
+        app.state.fits = JobStore(client, table, "fit", "/v1/fits")
+        app.state.studies = JobStore(client, table, "study", "/v1/studies")
+        app.state.heartbeats = heartbeats = Heartbeats(engine)
+        app.state.health = Recent(
+            partial(index.health_of, app.state.library, app.state.fits, app.state.studies, heartbeats), _HEALTH_SECONDS)
+        state = StateMetrics(table, heartbeats, app.state.computations, app.state.following)
         metrics.registry.register(state)
         removal = asyncio.create_task(remove_for_ever(client, configuration))
         threading.Thread(target=warm, daemon=True).start()
         yield
         removal.cancel()
         metrics.registry.unregister(state)
-        heartbeats.engine.dispose()
+        engine.dispose()
         client.destroy()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
@@ -112,6 +124,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.computations = Computations(configuration.computations, configuration.waiting,
                                           configuration.waiting_seconds)
     app.state.uploads = Computations(configuration.uploads, configuration.waiting, configuration.waiting_seconds)
+    app.state.reading = asyncio.Semaphore(_READING)
+    app.state.drawings = Drawings()
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,

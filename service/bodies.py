@@ -3,6 +3,7 @@
 import asyncio
 import threading
 from collections.abc import Callable, Coroutine
+from inspect import iscoroutinefunction
 from typing import Any
 
 import orjson
@@ -17,6 +18,7 @@ from service.revalidation import headers_of
 from service.settings import Settings
 from slipstick.errors import InvalidValue, SlipstickError
 
+READING = "reading"
 _ONCE = ("Content-Type", "Idempotency-Key")
 """Headers that are not repeated: the limit would be that of one Content-Type, and the body read as another one."""
 
@@ -105,23 +107,28 @@ class JsonRoute(APIRoute):
     """A route that refuses unknown query parameters, and requires strict JSON of this Content-Type if it takes JSON.
 
     If its endpoint `computes` or `reads_upload`, a request waits for a place among the computations or uploads of the
-    application, unless its client closes the connection.
+    application, unless its client closes the connection. Other endpoints that run in a thread wait for their turn to
+    read, except those marked `at_once`.
     """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Wrap the handler that FastAPI builds."""
         handler, query = super().get_route_handler(), QueryNames(self.dependant)
+        places = getattr(self.endpoint, "places", None if iscoroutinefunction(self.endpoint) else READING)
 
         async def strict(request: Request) -> Response:
             query.require(request)
             if self.body_field is not None:
                 require_media_type(request, "application/json")
             strict_request = _StrictRequest(request.scope, request.receive)
-            if places := getattr(self.endpoint, "places", None):
+            if places is None:
+                response = await handler(strict_request)
+            elif places == READING:
+                async with request.app.state.reading:
+                    response = await handler(strict_request)
+            else:
                 await strict_request.body()
                 response = await _compute(handler, strict_request, getattr(request.app.state, places))
-            else:
-                response = await handler(strict_request)
             response.headers.update(headers_of(request))
             return response
 

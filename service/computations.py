@@ -1,4 +1,4 @@
-"""Requests that compute: only a few at once, so that reading and the health check always find a thread."""
+"""Places for requests: only a few compute or read at once, so that the health check always finds a thread."""
 
 import asyncio
 import threading
@@ -20,6 +20,12 @@ _Endpoint = TypeVar("_Endpoint", bound=Callable[..., object])
 def computes(endpoint: _Endpoint) -> _Endpoint:
     """Mark an endpoint whose requests take a place among the computations."""
     endpoint.places = "computations"  # type: ignore[attr-defined]
+    return endpoint
+
+
+def at_once(endpoint: _Endpoint) -> _Endpoint:
+    """Mark an endpoint whose requests take no place and never wait for others: the health checks."""
+    endpoint.places = None  # type: ignore[attr-defined]
     return endpoint
 
 

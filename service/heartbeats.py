@@ -4,26 +4,23 @@ from dataclasses import dataclass
 
 from sqlalchemy import Engine, inspect, text
 
-from slipstick.storage.database import clock, open_database
+from slipstick.storage.database import clock
 
 _TABLE = "slipstick_workers"
 _DEAD_SECONDS = 5.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Heartbeats:
     """The heartbeats in the job database."""
 
     engine: Engine
-
-    @classmethod
-    def at(cls, url: str) -> "Heartbeats":
-        """The heartbeats in the database at `url`."""
-        return cls(open_database(url))
+    _exist: bool = False
 
     def alive(self) -> int:
         """Return the number of workers with a heartbeat in the last 5 s."""
-        if not inspect(self.engine).has_table(_TABLE):  # no worker has ever run
+        self._exist = self._exist or inspect(self.engine).has_table(_TABLE)
+        if not self._exist:  # no worker has ever run
             return 0
         with self.engine.connect() as connection:
             count: int = connection.execute(text(

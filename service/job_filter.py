@@ -3,7 +3,7 @@
 import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
 STATUS: dict[str, Status] = {
@@ -25,16 +25,12 @@ class JobFilter:
     table: str | None = None
 
     @property
-    def query(self) -> dict[str, Any]:
-        """What of it the job database can select."""
-        states = None if self.status is None else [state for state, status in STATUS.items() if status in self.status]
-        return {"status": states, "start_time": None if self.since is None else self.since.isoformat()}
+    def states(self) -> list[str] | None:
+        """The states in the job database of these statuses; None for all."""
+        return None if self.status is None else [state for state, status in STATUS.items() if status in self.status]
 
     @property
-    def reads_inputs(self) -> bool:
-        """Whether the inputs of jobs decide."""
-        return self.recordings is not None or self.table is not None
-
-    def selects(self, job_input: dict[str, Any]) -> bool:
-        """Whether a job with this input is of these recordings and this table."""
-        return self.recordings in (None, job_input["recordings"]) and self.table in (None, job_input.get("table"))
+    def inputs(self) -> dict[str, str]:
+        """What the inputs of jobs have to contain, by name."""
+        given = {"recordings": self.recordings, "table": self.table}
+        return {name: value for name, value in given.items() if value is not None}

@@ -10,7 +10,8 @@ from typing import Any, Literal
 
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
 
-from service.job_filter import ACTIVE, JobFilter
+from service.job_filter import JobFilter
+from service.job_table import JobTable
 from service.problem_details import Conflict
 from slipstick.errors import UnknownName
 from slipstick.storage.database import open_database
@@ -39,6 +40,7 @@ class JobStore:
     """The jobs of one kind: `workflow` is their workflow name in the database, `address` the path of their list."""
 
     client: DBOSClient
+    table: JobTable
     workflow: str
     address: str
 
@@ -55,33 +57,29 @@ class JobStore:
                            "Use a different Idempotency-Key") from None
         return self.find(id)
 
-    def find(self, id: str) -> WorkflowStatus:
-        """Return the job with the id `id`; raises `UnknownName`."""
-        jobs = self.client.list_workflows(workflow_ids=[id], name=self.workflow)
+    def find(self, id: str, *, output: bool = True) -> WorkflowStatus:
+        """Return the job with the id `id`, without its `output` on request; raises `UnknownName`."""
+        jobs = self.client.list_workflows(workflow_ids=[id], name=self.workflow, load_output=output)
         if not jobs:
             raise UnknownName(f"There is no {self.workflow} '{id}'", f"GET {self.address} returns the existing ids")
         return jobs[0]
 
     def newest(self, limit: int, offset: int, wanted: JobFilter = _ALL) -> list[WorkflowStatus]:
         """Return the wanted jobs, newest first, without their outputs."""
-        if wanted.reads_inputs:
-            return self._selected(wanted)[offset:offset + limit]
-        return self.client.list_workflows(name=self.workflow, sort_desc=True, limit=limit, offset=offset,
-                                          load_output=False, **wanted.query)
+        ids = self.table.newest(self.workflow, wanted, limit, offset)
+        if not ids:  # which would select all
+            return []
+        jobs = {job.workflow_id: job for job in self.client.list_workflows(workflow_ids=ids, load_output=False)}
+        return [jobs[id] for id in ids if id in jobs]
 
     def total(self, wanted: JobFilter = _ALL) -> int:
         """Return the number of wanted jobs."""
-        if wanted.reads_inputs:
-            return len(self._selected(wanted))
-        return len(self.client.list_workflows(name=self.workflow, load_input=False, load_output=False, **wanted.query))
+        return self.table.count(self.workflow, wanted)
 
-    def active(self) -> list[WorkflowStatus]:
-        """Return the queued and running jobs in the order of submission."""
-        return self.client.list_workflows(name=self.workflow, load_output=False, **JobFilter(status=ACTIVE).query)
-
-    def _selected(self, wanted: JobFilter) -> list[WorkflowStatus]:
-        jobs = self.client.list_workflows(name=self.workflow, sort_desc=True, load_output=False, **wanted.query)
-        return [job for job in jobs if job.input is not None and wanted.selects(job.input["args"][0])]
+    def active(self, most: int) -> list[WorkflowStatus]:
+        """Return the running jobs and those that wait, in the order of submission; at most so many of each."""
+        return [job for status in ("PENDING", "ENQUEUED")
+                for job in self.client.list_workflows(name=self.workflow, status=status, limit=most, load_output=False)]
 
     def progress(self, id: str) -> dict[str, Any] | None:
         """Return the latest progress that the worker reported for the job, or None if it reported none."""
@@ -100,23 +98,4 @@ class JobStore:
         """Return the number of jobs before this one in its queue, or None if it is not queued."""
         if job.status != "ENQUEUED":
             return None
-        queued = self.client.list_workflows(queue_name=job.queue_name, status="ENQUEUED", load_input=False,
-                                            load_output=False)
-        ids = [entry.workflow_id for entry in queued]  # in the order of submission
-        return ids.index(job.workflow_id) if job.workflow_id in ids else None
-
-    def ids_using(self, key: str, name: str) -> list[str]:
-        """Return the ids of the queued and running jobs whose input `key` (`table`, `recordings`) is `name`."""
-        return [job.workflow_id for job in self.active()
-                if job.input is not None and job.input["args"][0].get(key) == name]
-
-    def states(self) -> list[tuple[str, str | None]]:
-        """Return state and queue of every job, as the database has them."""
-        jobs = self.client.list_workflows(name=self.workflow, load_input=False, load_output=False)
-        return [(job.status, job.queue_name) for job in jobs]
-
-    def counts(self) -> tuple[int, int]:
-        """Return the numbers of queued and of running jobs."""
-        states = [job.status for job in self.client.list_workflows(
-            name=self.workflow, status=["ENQUEUED", "PENDING"], load_input=False, load_output=False)]
-        return states.count("ENQUEUED"), states.count("PENDING")
+        return self.table.ahead(job.workflow_id, str(job.queue_name), int(job.created_at or 0))

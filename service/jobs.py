@@ -112,9 +112,10 @@ def input_of(job: WorkflowStatus) -> JobInput:
     return job_input
 
 
-def finished_job(store: JobStore, id: str) -> WorkflowStatus:
-    """Return a finished job with its output; raises `UnknownName`, and `Conflict` if the job is not done."""
-    job = store.find(id)
+def finished_job(store: JobStore, id: str, *, output: bool = True) -> WorkflowStatus:
+    """Return a finished job, without its `output` on request; raises `UnknownName`, and `Conflict` if it is not done.
+    """
+    job = store.find(id, output=output)
     if job.status != "SUCCESS":
         status = STATUS[job.status]
         remedy = "Repeat this request when its status is `done`" if status in ("queued", "running") else \

@@ -15,7 +15,7 @@ from service.computations import Computations
 from service.following import Following
 from service.heartbeats import Heartbeats
 from service.job_filter import STATUS
-from service.job_store import JobStore
+from service.job_table import JobTable
 
 _SECONDS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300)
 _METHODS = ("GET", "HEAD", "POST", "DELETE", "OPTIONS")
@@ -47,8 +47,7 @@ class RequestMetrics:
 class StateMetrics(Collector):
     """What is read when the metrics are asked for: the job database, and who computes and waits."""
 
-    fits: JobStore
-    studies: JobStore
+    table: JobTable
     heartbeats: Heartbeats
     computations: Computations
     following: Following
@@ -66,13 +65,15 @@ class StateMetrics(Collector):
 
     def _jobs(self) -> Iterator[Metric]:
         jobs = GaugeMetricFamily("slipstick_jobs", "Jobs by kind and status", labels=("kind", "status"))
+        counts: Counter[tuple[str, str]] = Counter()
         queues: Counter[str] = Counter(short=0, long=0)
-        for store in (self.fits, self.studies):
-            states = store.states()
-            counts = Counter(STATUS[state] for state, _ in states)
+        for kind, state, queue, number in self.table.states():
+            counts[kind, STATUS[state]] += number
+            if STATUS[state] == "queued" and queue:
+                queues[queue] += number
+        for kind in ("fit", "study"):
             for status in dict.fromkeys(STATUS.values()):
-                jobs.add_metric((store.workflow, status), counts[status])
-            queues.update(queue for state, queue in states if STATUS[state] == "queued" and queue)
+                jobs.add_metric((kind, status), counts[kind, status])
         waiting = GaugeMetricFamily("slipstick_queue_jobs", "Jobs that wait in each queue", labels=("queue",))
         for queue, count in queues.items():
             waiting.add_metric((queue,), count)

@@ -8,10 +8,6 @@ import orjson
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from slipstick.errors import UnknownName
-from slipstick.pictures import Spec
-from slipstick.pictures.rendering import render
-
 Format = Literal["json", "svg", "png"]
 _F = TypeVar("_F", bound=str)
 _MEDIA_TYPES: dict[Format, str] = {"json": "application/json", "svg": "image/svg+xml", "png": "image/png"}
@@ -52,21 +48,21 @@ def picture_name_path(captions: Mapping[str, str], example: str, summary: str) -
                 openapi_examples={example: {"summary": summary, "value": example}})
 
 
-def picture_list(specs: Mapping[str, Spec], captions: Mapping[str, str], address: str, query: str = "") -> PictureList:
-    """List the pictures `specs`, each with the address `address`/name followed by `query`."""
+def picture_list(titles: bytes, captions: Mapping[str, str], address: str, query: str = "") -> PictureList:
+    """List the pictures of these `titles`, a JSON object, each with the address `address`/name followed by `query`."""
     return PictureList(pictures=[
-        PictureEntry(name=name, title=spec["title"]["text"], caption=captions[name], href=f"{address}/{name}{query}")
-        for name, spec in specs.items()])
+        PictureEntry(name=name, title=title, caption=captions[name], href=f"{address}/{name}{query}")
+        for name, title in orjson.loads(titles).items()])
 
 
-def picture_response(specs: Mapping[str, Spec], captions: Mapping[str, str], name: str, request: Request,
-                     format: Format | None) -> Response:
-    """Return the picture `name` in the given format, or in that of the Accept header; raises `UnknownName`."""
-    if name not in specs:
-        raise UnknownName.of("picture", name, specs)
-    format = format or preferred(request.headers.get("accept", ""), _ACCEPTED)
-    content = orjson.dumps(specs[name]) if format == "json" else render(specs[name], format, captions[name])
-    return Response(content, media_type=_MEDIA_TYPES[format], headers={"Vary": "Accept"})
+def form(request: Request, format: Format | None) -> Format:
+    """The format of a picture that a request asks for, by its parameter or else by the Accept header."""
+    return format or preferred(request.headers.get("accept", ""), _ACCEPTED)
+
+
+def picture_response(picture: bytes, format: Format) -> Response:
+    """Return a picture of this format."""
+    return Response(picture, media_type=_MEDIA_TYPES[format], headers={"Vary": "Accept"})
 
 
 def preferred(accept: str, available: Mapping[str, _F]) -> _F:

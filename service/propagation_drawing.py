@@ -6,12 +6,13 @@ import orjson
 from fastapi import Query, Request, Response
 
 from service.csv_form import CSV, condition_columns, csv_response
+from service.drawings import Drawings
 from service.pictures import preferred
 from service.schemas import require_size
 from slipstick.pictures import propagation
-from slipstick.pictures.rendering import render
-from slipstick.report.propagation import propagation_page
-from slipstick.table.subject import Setting, columns
+from slipstick.report.made import PROPAGATION
+from slipstick.table import Table
+from slipstick.table.subject import columns
 
 if TYPE_CHECKING:
     from service.routes.propagate import PropagateRequest
@@ -46,26 +47,24 @@ def drawable(body: "PropagateRequest", conditions: int) -> "PropagateRequest":
     return body.model_copy(update={"density_points": points, "coefficients": False})
 
 
-def tabulated(answer: Response, request: dict[str, Any], conditions: Setting) -> Response:
+def tabulated(answer: Response, request: dict[str, Any], table: Table) -> Response:
     """The JSON `answer` as CSV with a row for each condition, without densities and coefficients."""
     content = orjson.loads(answer.body)
-    rows = content["conditions"]
-    table: dict[str, list[Any]] = {"condition": [row["condition"] for row in rows],
-                                   **condition_columns(columns(conditions))}  # type: ignore[dict-item]
-    table |= {f"{name} [s]": [row[name] for row in rows] for name in ("mean", "std", "error")}
-    table |= {f"quantile {probability:g} [s]": [row["quantiles"][place] for row in rows]
+    rows, unit = content["conditions"], table.output.unit
+    found: dict[str, list[Any]] = {"condition": [row["condition"] for row in rows],
+                                   **condition_columns(columns(table.conditions))}  # type: ignore[dict-item]
+    found |= {f"{name} [{unit}]": [row[name] for row in rows] for name in ("mean", "std", "error")}
+    found |= {f"quantile {probability:g} [{unit}]": [row["quantiles"][place] for row in rows]
               for place, probability in enumerate(request["quantiles"])}
-    table |= {f"{name} of {axis['name']}": [row[name] and row[name][place] for row in rows]
+    found |= {f"{name} of {axis['name']}": [row[name] and row[name][place] for row in rows]
               for name in ("first_order", "total") for place, axis in enumerate(content["axes"])}
-    return csv_response({**table, "reason": [row["reason"] for row in rows]}, "propagation")
+    return csv_response({**found, "reason": [row["reason"] for row in rows]}, "propagation")
 
 
-def drawn(answer: Response, request: dict[str, Any], conditions: Setting, form: Form) -> Response:
-    """The JSON `answer` to a `request` under these conditions as a picture or a page."""
-    content, given = orjson.loads(answer.body), columns(conditions)
-    if form == "html":
-        drawing: str | bytes = propagation_page(content, request, given)
-    else:
-        drawing = render(propagation.draw(content, request["quantiles"], given), "png" if form == "png" else "svg",
-                         propagation.CAPTION)
-    return Response(drawing, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})
+def drawn(drawings: Drawings, answer: Response, request: dict[str, Any], table: Table, form: Form) -> Response:
+    """The JSON `answer` to a `request` for a `table` as a picture or a page."""
+    content = {**orjson.loads(answer.body), "output": {"name": table.output.name, "unit": table.output.unit}}
+    given = {"kind": "propagation", "answer": content, "request": request, "conditions": columns(table.conditions),
+             "name": PROPAGATION, "form": form}
+    made = drawings.made("page" if form == "html" else "picture", lambda: given)
+    return Response(made, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})

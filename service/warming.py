@@ -1,5 +1,7 @@
 """What is imported, and machine code that is loaded or compiled, on first use, before the first request needs it."""
 
+import gc
+
 import numpy as np
 
 from slipstick.table.axis import Axis
@@ -28,3 +30,4 @@ def warm() -> None:
     basis = make_basis(inputs.germs, ExpansionSettings())
     Output(expand(basis, model(inputs.at_germs(basis.nodes), None)), 0.05, 64, 1).density(times[:, 0])
     standard_normals(2, 64, 1)
+    gc.freeze()  # the libraries stay as well, like what was imported at the start

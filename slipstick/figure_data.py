@@ -39,7 +39,9 @@ def figure_data(settings: FitSettings, problem: InferenceProblem, state: SearchS
             "search": search(space, state, estimate),
             "engagement": None if isinstance(model, Machine) or isinstance(recordings, Measurements) else
             engagement(model, problem, candidate.inputs, recordings),
-            "conditions": columns(recordings.conditions)}
+            "conditions": columns(recordings.conditions),
+            "output": {"name": recordings.output.name, "unit": recordings.output.unit}
+            if isinstance(recordings, Measurements) else None}
 
 
 def search(space: Unknowns, state: SearchState, estimate: Estimate) -> dict[str, Any]:

@@ -26,7 +26,8 @@ MAY_IMPORT = {
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
     "slipstick.storage.database": "sqlalchemy slipstick.errors",
-    "slipstick.storage.isolated": "slipstick.errors",
+    "slipstick.storage.children": "slipstick.errors",
+    "slipstick.storage.isolated": "slipstick.errors slipstick.storage.children",
     "slipstick.storage.hdf5": "numpy h5py slipstick.errors",
     "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",
     "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.hdf5",
@@ -77,6 +78,7 @@ MAY_IMPORT = {
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "
                                  "slipstick.recordings.signals slipstick.report",
+    "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
     "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
                               "slipstick.report slipstick.study",
     "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson prometheus_client sqlalchemy "

@@ -1,5 +1,6 @@
 """The jobs of the front page: what runs and waits with its progress, and what has ended with its answer."""
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
@@ -34,19 +35,23 @@ class Jobs:
     heartbeats: Heartbeats
 
     def html(self, count: int, steps: str) -> str:
-        """Return the sections of the jobs: all that run and wait, and of each kind the `count` newest that ended.
+        """Return the sections of the jobs, `count` of each kind: the first that run and wait, the newest that ended.
 
         `steps` is HTML that comes before the jobs.
         """
-        active: list[Active] = [fits.with_progress(self.fits, job) for job in self.fits.active()]
-        active += [studies.with_progress(self.studies, job) for job in self.studies.active()]
+        active: list[Active] = [fits.with_progress(self.fits, job) for job in self.fits.active(count)]
+        active += [studies.with_progress(self.studies, job) for job in self.studies.active(count)]
         active.sort(key=lambda job: (job.status != "running", job.ahead or 0))
-        alive, running = self.heartbeats.alive(), sum(job.status == "running" for job in active)
+        counts: Counter[str] = Counter()
+        for _, state, _, number in self.fits.table.states("PENDING", "ENQUEUED"):
+            counts[state] += number
+        alive, running, waiting = self.heartbeats.alive(), counts["PENDING"], counts["ENQUEUED"]
         return "\n".join([
             f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
-            f"{running} running · {len(active) - running} waiting</p>",
+            f"{running} running · {waiting} waiting</p>",
             _NO_WORKER if active and not alive else "", steps,
-            group("Jobs", [_active(job) for job in active], "No job is running or waiting."),
+            group("Jobs", [_active(job) for job in active], "No job is running or waiting.",
+                  *_hidden(running + waiting - len(active))),
             self._ended(self.studies, "Studies", count), self._ended(self.fits, "Fits", count)])
 
     def _ended(self, store: JobStore, title: str, count: int) -> str:
@@ -56,6 +61,12 @@ class Jobs:
         return group(title, [_ended(store, make(store, job)) for job in jobs[:count]],
                      f"No {store.workflow} has ended yet.",
                      *([older] if len(jobs) > count else []), *listings(store.address))
+
+
+def _hidden(count: int) -> list[Link]:
+    """Links to the lists with the jobs that wait, if `count` of them are not on the page."""
+    return [Link(f"{plural(count, 'more job')}: fits that wait", "/v1/fits?status=queued"),
+            Link("studies that wait", "/v1/studies?status=queued")] if count > 0 else []
 
 
 def _subject(job: Fit | Study) -> str:

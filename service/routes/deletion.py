@@ -3,6 +3,7 @@
 from fastapi import APIRouter
 
 from service.bodies import JsonRoute
+from service.job_filter import ACTIVE, JobFilter
 from service.job_store import JobStore
 from service.problem_details import Conflict, error_responses
 from service.routes.fits import FitStore
@@ -21,7 +22,7 @@ def delete_table(name: TableNamePath, library: LibraryDependency, fits: FitStore
 
     Results of finished fits stay available.
     """
-    _require_unused("table", name, fits)
+    _require_unused(name, JobFilter(ACTIVE, table=name), fits)
     library.remove_table(name)
 
 
@@ -33,12 +34,13 @@ def delete_recordings(name: RecordingsNamePath, library: LibraryDependency, fits
 
     Results of finished jobs stay available.
     """
-    _require_unused("recordings", name, fits, studies)
+    _require_unused(name, JobFilter(ACTIVE, recordings=name), fits, studies)
     library.remove_recordings(name)
 
 
-def _require_unused(key: str, name: str, *stores: JobStore) -> None:
-    users = [f"{store.address}/{id}" for store in stores for id in store.ids_using(key, name)]
-    if users:
-        raise Conflict(f"'{name}' is in use by {len(users)} queued or running jobs, such as {users[0]}",
+def _require_unused(name: str, users: JobFilter, *stores: JobStore) -> None:
+    count = sum(store.total(users) for store in stores)
+    if count:
+        example = next(f"{store.address}/{job.workflow_id}" for store in stores for job in store.newest(1, 0, users))
+        raise Conflict(f"'{name}' is in use by {count} queued or running jobs, such as {example}",
                        "Cancel these jobs first, or wait until they have ended")

@@ -73,6 +73,6 @@ def bench_details(name: BenchNamePath, library: LibraryDependency) -> HTMLRespon
 
 def _jobs(request: Request, library: Library, fits: JobStore, studies: JobStore, count: int) -> str:
     heartbeats: Heartbeats = request.app.state.heartbeats
-    total = len(fits.newest(1, 0)) + len(studies.newest(1, 0))
+    total = fits.total() + studies.total()
     steps = first_steps(library, heartbeats.alive(), total, str(request.base_url).rstrip("/"))
     return Jobs(fits, studies, heartbeats).html(count, steps)

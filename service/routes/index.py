@@ -4,11 +4,13 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
+from service.heartbeats import Heartbeats
+from service.job_store import JobStore
 from service.problem_details import StoreUnavailable, error_responses
-from service.routes.fits import FitStore
-from service.routes.studies import StudyStore
-from service.schemas import SIMULATED, LibraryDependency, SettingsDependency
+from service.recent import Recent
+from service.schemas import SIMULATED, SettingsDependency
 from slipstick import __version__
+from slipstick.storage.library import Library
 
 router = APIRouter(prefix="/v1", tags=["start"], route_class=JsonRoute)
 
@@ -55,14 +57,26 @@ def index(settings: SettingsDependency) -> Index:
 
 
 @router.get("/health", summary="Check the health of the service", responses=error_responses(503))
-def health(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore) -> Health:
-    """Check that the folder of the tables exists and that the job database responds; return 503 if not."""
+async def health(request: Request) -> Health:
+    """Check that the folder of the tables exists and that the job database responds; return 503 if not.
+
+    The answer is at most a second old, and comes at once also while the service is busy.
+    """
+    recent: Recent[Health] = request.app.state.health
+    return await recent.value()
+
+
+def health_of(library: Library, fits: JobStore, studies: JobStore, heartbeats: Heartbeats) -> Health:
+    """Read the folder and the job database; raises `StoreUnavailable` and errors of the database."""
     if not library.folder.is_dir():
         raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
                                "Set SLIPSTICK_TABLES to the folder that contains the tables")
-    waiting, running = fits.counts()
-    studies_waiting, studies_running = studies.counts()
+    jobs = fits.table.states("ENQUEUED", "PENDING")
+
+    def count(store: JobStore, wanted: str) -> int:
+        return sum(number for kind, state, _, number in jobs if (kind, state) == (store.workflow, wanted))
+
     return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
-                  recordings=len(library.recordings()), workers=request.app.state.heartbeats.alive(),
-                  fits_waiting=waiting, fits_running=running,
-                  studies_waiting=studies_waiting, studies_running=studies_running)
+                  recordings=len(library.recordings()), workers=heartbeats.alive(),
+                  fits_waiting=count(fits, "ENQUEUED"), fits_running=count(fits, "PENDING"),
+                  studies_waiting=count(studies, "ENQUEUED"), studies_running=count(studies, "PENDING"))

@@ -21,29 +21,27 @@ _EVENTS: dict[int | str, dict[str, Any]] = {
     204: {"description": "The job has ended, and the client has had the last event"}}
 
 
-@router.get("/fits/{id}/events", summary="Follow a fit by events", tags=["fits"], response_model=None,
-            responses=error_responses(404, 503) | _EVENTS)
+def _about(kind: str, kinds: str) -> str:
+    return f"""Send the {kind}, as `GET /v1/{kinds}/{{id}}` returns it, each time it changes, as server-sent events.
+
+The stream ends after the event `end`, which has the {kind} after it has ended. It also ends after
+SLIPSTICK_FOLLOW_SECONDS, and when the service stops; connect again with the header Last-Event-ID, as browsers do by
+themselves."""
+
+
+@router.get("/fits/{id}/events", summary="Follow a fit by events", description=_about("fit", "fits"),
+            tags=["fits"], response_model=None, responses=error_responses(404, 503) | _EVENTS)
 async def fit_events(id: fits.FitId, store: fits.FitStore, following: FollowingDependency,
                      last: LastEventId = None) -> Response:
-    """Send the fit, as `GET /v1/fits/{id}` returns it, each time it changes, as server-sent events.
-
-    The stream ends after the event `end`, which has the fit after it has ended. It also ends after
-    SLIPSTICK_FOLLOW_SECONDS, and when the service stops; connect again with the header Last-Event-ID, as browsers do by
-    themselves.
-    """
+    """Send the states of a fit."""
     return await _stream(following, f"{store.address}/{id}", lambda: fits.with_progress(store, store.find(id)), last)
 
 
-@router.get("/studies/{id}/events", summary="Follow a study by events", tags=["studies"], response_model=None,
-            responses=error_responses(404, 503) | _EVENTS)
+@router.get("/studies/{id}/events", summary="Follow a study by events", description=_about("study", "studies"),
+            tags=["studies"], response_model=None, responses=error_responses(404, 503) | _EVENTS)
 async def study_events(id: studies.StudyId, store: studies.StudyStore, following: FollowingDependency,
                        last: LastEventId = None) -> Response:
-    """Send the study, as `GET /v1/studies/{id}` returns it, each time it changes, as server-sent events.
-
-    The stream ends after the event `end`, which has the study after it has ended. It also ends after
-    SLIPSTICK_FOLLOW_SECONDS, and when the service stops; connect again with the header Last-Event-ID, as browsers do by
-    themselves.
-    """
+    """Send the states of a study."""
     return await _stream(following, f"{store.address}/{id}", lambda: studies.with_progress(store, store.find(id)), last)
 
 

@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 from sqlalchemy.exc import SQLAlchemyError
 
 from service.bodies import JsonRoute
+from service.computations import at_once
 from service.problem_details import StoreUnavailable, error_responses
 from service.routes.fits import FitStore
 from service.schemas import LibraryDependency
@@ -43,6 +44,7 @@ async def live() -> Live:
 
 
 @router.get("/v1/ready", summary="Check that the stores work", responses=error_responses(503))
+@at_once
 def ready(request: Request, library: LibraryDependency, fits: FitStore, workers: Workers = 0) -> Ready:
     """Write a temporary file in the folder of the tables, list it, read the job database, and count the workers.
 

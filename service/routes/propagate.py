@@ -10,6 +10,7 @@ from service import propagation_drawing as drawing
 from service.bodies import JsonRoute
 from service.computations import ClientDependency, computes
 from service.descriptions import Description, descriptions
+from service.drawings import DrawingsDependency
 from service.problem_details import error_responses
 from service.schemas import (
     AxisUnit,
@@ -163,7 +164,7 @@ _NO_EXPANSION = "The model has no shifting time at one or more nodes of the expa
 @computes
 def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
               settings: SettingsDependency, client: ClientDependency, request: Request,
-              format: drawing.FormatQuery = None) -> Response:
+              drawings: DrawingsDependency, format: drawing.FormatQuery = None) -> Response:
     """Compute the distribution of each shifting time by polynomial chaos expansion (section III.A of the paper).
 
     Mean, standard deviation and Sobol indices follow from the coefficients of the expansion; quantiles and densities
@@ -198,8 +199,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
                        for row in _distributions(body, output, inputs.independent, conditions)],
     }, {"Vary": "Accept"})
     if form == "csv":
-        return drawing.tabulated(answer, body.model_dump(), selected.conditions)
-    return answer if form == "json" else drawing.drawn(answer, body.model_dump(), selected.conditions, form)
+        return drawing.tabulated(answer, body.model_dump(), selected)
+    return answer if form == "json" else drawing.drawn(drawings, answer, body.model_dump(), selected, form)
 
 
 def _expand(body: PropagateRequest, inputs: Inputs, model: ShiftingTimeModel, table: Table,

@@ -9,6 +9,7 @@ from fastapi.responses import HTMLResponse
 
 from service.bodies import JsonRoute
 from service.computations import computes
+from service.drawings import DrawingsDependency
 from service.job_store import JobStore
 from service.jobs import finished_job, input_of, output_of, version_of
 from service.pictures import (
@@ -16,6 +17,7 @@ from service.pictures import (
     PICTURE_RESPONSE,
     FormatQuery,
     PictureList,
+    form,
     picture_list,
     picture_name_path,
     picture_response,
@@ -25,8 +27,7 @@ from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.fits import FitId, FitStore, without_progress
 from service.schemas import LibraryDependency
 from slipstick.errors import InvalidValue, SlipstickError
-from slipstick.pictures import CAPTIONS, Spec, pictures
-from slipstick.report import page
+from slipstick.pictures import CAPTIONS
 from slipstick.storage.library import Library
 
 router = APIRouter(prefix="/v1/fits/{id}", tags=["reports"], route_class=JsonRoute)
@@ -45,41 +46,46 @@ OtherFitQuery = Annotated[str | None, Query(
             responses=error_responses(404, 409, 503) | HTML_RESPONSE | NOT_MODIFIED)
 @computes
 def fit_report(id: FitId, store: FitStore, library: LibraryDependency, client: RevalidationDependency,
-               beside: OtherFitQuery = None) -> HTMLResponse:
+               drawings: DrawingsDependency, beside: OtherFitQuery = None) -> HTMLResponse:
     """Return the report of a finished fit as a single HTML page that needs no network access.
 
     The report contains the fitted distributions, the pictures, the computational cost in comparison with Table II of
     the paper, the provenance of the result, and its limitations.
     """
-    fit = finished_job(store, id)
+    fit = finished_job(store, id, output=beside is not None)
     other = None if beside is None else finished_job(store, beside)
     description = _recordings_description(library, fit)
-    client.require_change(version_of(fit, *([other] if other else [])), description)
+    version = version_of(fit, *([other] if other else [])), description
+    client.require_change(*version)
     other_output = None if other is None else _comparable_output(fit, other)
-    fields = without_progress(store, fit).model_dump(mode="json")
-    return HTMLResponse(page(fields, output_of(fit), other_output, description))
+    return HTMLResponse(drawings.made("page", lambda: {
+        **_drawn(store, id), "job": without_progress(store, fit).model_dump(mode="json"), "other": other_output,
+        "description": description}, "fit", *version))
 
 
 @router.get("/pictures", summary="List the pictures of a fit", responses=error_responses(404, 409, 503))
 @computes
-def fit_pictures(id: FitId, store: FitStore) -> PictureList:
+def fit_pictures(id: FitId, store: FitStore, drawings: DrawingsDependency) -> PictureList:
     """Return the available pictures of a finished fit, with titles and captions."""
-    return picture_list(_specs(store, id), CAPTIONS, f"{store.address}/{id}/pictures")
+    fit = finished_job(store, id, output=False)
+    titles = drawings.made("titles", lambda: _drawn(store, id), "fit", version_of(fit))
+    return picture_list(titles, CAPTIONS, f"{store.address}/{id}/pictures")
 
 
 @router.get("/pictures/{name}", summary="Get a picture of a fit", response_model=None,
             responses=error_responses(404, 409, 503) | PICTURE_RESPONSE | NOT_MODIFIED)
 @computes
 def fit_picture(id: FitId, name: PictureName, store: FitStore, request: Request, client: RevalidationDependency,
-                format: FormatQuery = None) -> Response:
+                drawings: DrawingsDependency, format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
-    fit = finished_job(store, id)
-    client.require_change(version_of(fit))
-    return picture_response(pictures(output_of(fit)), CAPTIONS, name, request, format)
+    version, chosen = version_of(finished_job(store, id, output=False)), form(request, format)
+    client.require_change(version)
+    return picture_response(drawings.made("picture", lambda: {**_drawn(store, id), "name": name, "form": chosen},
+                                          "fit", version, name, chosen), chosen)
 
 
-def _specs(store: JobStore, id: str) -> dict[str, Spec]:
-    return pictures(output_of(finished_job(store, id)))
+def _drawn(store: JobStore, id: str) -> dict[str, Any]:
+    return {"kind": "fit", "output": output_of(finished_job(store, id))}
 
 
 def _comparable_output(fit: WorkflowStatus, other: WorkflowStatus) -> dict[str, Any]:

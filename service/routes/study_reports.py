@@ -1,19 +1,21 @@
 """The report and the pictures of a study."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.bodies import JsonRoute
 from service.computations import computes
+from service.drawings import DrawingsDependency
 from service.job_store import JobStore
-from service.jobs import finished_job, input_of, output_of, version_of
+from service.jobs import finished_job, output_of, version_of
 from service.pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
     FormatQuery,
     PictureList,
+    form,
     picture_list,
     picture_name_path,
     picture_response,
@@ -22,12 +24,7 @@ from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.studies import StudyId, StudyStore, without_progress
 from service.routes.study_fits import StudyFits
-from slipstick.pictures import Spec
 from slipstick.pictures.study import CAPTIONS
-from slipstick.pictures.study import study_pictures as picture_specs
-from slipstick.report.study.page import study_page
-from slipstick.study import StudySettings
-from slipstick.study.record import figures_from_dict, result_from_dict
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 
@@ -37,7 +34,8 @@ PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error 
 @router.get("/report", summary="Get the report of a study", response_class=HTMLResponse, response_model=None,
             responses=error_responses(404, 409, 503) | HTML_RESPONSE | NOT_MODIFIED)
 @computes
-def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: RevalidationDependency) -> HTMLResponse:
+def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: RevalidationDependency,
+                 drawings: DrawingsDependency) -> HTMLResponse:
     """Return the report of a finished study as a single HTML page that needs no network access.
 
     The report contains what is missing and the evidence for it, what each block of the model says, the gap between
@@ -45,38 +43,43 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: Revali
     and `after` it also compares two fits, on tables of the models without and with what was found: likelihood, scatter
     of the inputs, and output noise.
     """
-    study = finished_job(store, id)
-    client.require_change(version_of(study), *_ends(fits))
-    return HTMLResponse(study_page(without_progress(store, study).model_dump(mode="json"), output_of(study), fits))
+    version = _version(store, id, fits)
+    client.require_change(*version)
+    return HTMLResponse(drawings.made("page", lambda: _drawn(store, id, fits), *version))
 
 
 @router.get("/pictures", summary="List the pictures of a study", responses=error_responses(404, 409, 503))
 @computes
-def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits) -> PictureList:
+def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits, drawings: DrawingsDependency) -> PictureList:
     """Return the available pictures of a finished study, with titles and captions.
 
     The picture `surfaces` is available only if `before` and `after` are given.
     """
     query = "" if fits is None else f"?before={fits['before']['id']}&after={fits['after']['id']}"
-    return picture_list(_specs(store, id, fits), CAPTIONS, f"{store.address}/{id}/pictures", query)
+    titles = drawings.made("titles", lambda: _drawn(store, id, fits), *_version(store, id, fits))
+    return picture_list(titles, CAPTIONS, f"{store.address}/{id}/pictures", query)
 
 
 @router.get("/pictures/{name}", summary="Get a picture of a study", response_model=None,
             responses=error_responses(404, 409, 503) | PICTURE_RESPONSE | NOT_MODIFIED)
 @computes
 def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: StudyFits, request: Request,
-                  client: RevalidationDependency, format: FormatQuery = None) -> Response:
+                  client: RevalidationDependency, drawings: DrawingsDependency,
+                  format: FormatQuery = None) -> Response:
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
-    client.require_change(version_of(finished_job(store, id)), *_ends(fits))
-    return picture_response(_specs(store, id, fits), CAPTIONS, name, request, format)
+    version, chosen = _version(store, id, fits), form(request, format)
+    client.require_change(*version)
+    return picture_response(drawings.made("picture", lambda: {**_drawn(store, id, fits), "name": name, "form": chosen},
+                                          *version, name, chosen), chosen)
 
 
-def _ends(fits: StudyFits) -> list[str]:
-    """When the fits ended that are compared: another fit may have taken the id of one."""
-    return [] if fits is None else [f"{fit['id']} {fit['ended']}" for fit in fits.values()]
+def _version(store: JobStore, id: str, fits: StudyFits) -> list[str]:
+    """What identifies the study, and the fits that are compared: another fit may have taken the id of one."""
+    compared = [] if fits is None else [f"{fit['id']} {fit['ended']}" for fit in fits.values()]
+    return ["study", version_of(finished_job(store, id, output=False)), *compared]
 
 
-def _specs(store: JobStore, id: str, fits: StudyFits) -> dict[str, Spec]:
+def _drawn(store: JobStore, id: str, fits: StudyFits) -> dict[str, Any]:
     study = finished_job(store, id)
-    output, settings = output_of(study), StudySettings.from_dict(input_of(study)["settings"])
-    return picture_specs(result_from_dict(output["result"]), figures_from_dict(output["figure_data"]), fits, settings)
+    return {"kind": "study", "job": without_progress(store, study).model_dump(mode="json"), "output": output_of(study),
+            "fits": fits}

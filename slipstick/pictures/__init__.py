@@ -30,6 +30,7 @@ def pictures(output: Mapping[str, Any]) -> dict[str, Spec]:
     `output` is the output of a fit: its `result`, `physical` (unit and nominal value of each input), and `figure_data`,
     computed by the worker for its pictures:
 
+        output        `name` and `unit` of what was measured if it is another machine's; null for shifting times
         conditions    columns `current_profile`, `motor_speed`, `load_inertia`, `brake_torque`, or those of
                       another machine, such as `voltage [V]`, one value per experiment
         prediction    columns of the same length: `condition` (its index); `measured`, `before`, `mean`, `std` in s;

@@ -12,13 +12,14 @@ import numpy as np
 import scipy
 
 from slipstick.pictures import theme
+from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each measured time is replaced by the probability that the fit predicts below it (probability integral "
+CAPTION = ("Each measurement is replaced by the probability that the fit predicts below it (probability integral "
            "transform, PIT). For right predictions these are uniform. Left: their histogram; shade: where each bar "
            "lies in 9 of 10 cases. Right: their distribution function minus that of uniform ones; shade: where the "
            "whole curve lies in 9 of 10 cases. A hump in the middle: the predicted scatter is too wide; high ends: "
-           "too narrow; a slope: times are later or earlier than predicted. The fit was made to the same recordings, "
+           "too narrow; a slope: later or earlier than predicted. The fit was made to the same recordings, "
            "so that a right model leaves the shade in fewer than 1 of 10 cases.")
 
 LEVEL = 0.9
@@ -35,9 +36,9 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
     n = len(values)
     if n == 0:
         return None
-    furthest, band = distance(values)
+    (furthest, band), shown = distance(values), Output.of(output["figure_data"])
     return theme.picture(
-        "The measured times are spread as predicted" if furthest <= band else f"The measured times {verdict(values)}",
+        f"The measured {shown.plural} " + ("are spread as predicted" if furthest <= band else verdict(values, shown)),
         f"The distribution function of {n} probabilities is up to {furthest:.3f} from a uniform one; the limit of the "
         f"{100 * LEVEL:.0f} % band is {band:.3f}.",
         {"spacing": 40, "hconcat": [_histogram(values), _difference(values, band)]})
@@ -65,14 +66,14 @@ def probability_below(prediction: Mapping[str, Any], place: int) -> float:
     return float(integral(np.clip(prediction["measured"][place], time[0], time[-1])) / integral(time[-1]))
 
 
-def verdict(values: np.ndarray) -> str:
-    """How the times differ from what is predicted: by their level if that is significant, else by their scatter."""
+def verdict(values: np.ndarray, output: Output) -> str:
+    """How the measured outputs differ from the predicted ones: by their level if it is significant, else by scatter."""
     n = len(values)
     shift = (values.mean() - 0.5) * np.sqrt(12 * n)
     central = np.count_nonzero(np.abs(values - 0.5) < _CENTRAL / 2)
     spread = (central - _CENTRAL * n) / np.sqrt(n * _CENTRAL * (1 - _CENTRAL))
     if abs(shift) > abs(spread):
-        return f"are {'later' if shift > 0 else 'earlier'} than predicted"
+        return f"are {output.more if shift > 0 else output.less} than predicted"
     return f"scatter {'less' if spread > 0 else 'more'} than predicted"
 
 
@@ -82,7 +83,7 @@ def _histogram(values: np.ndarray) -> Spec:
     low, high = (int(scipy.stats.binom.ppf(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     bars = [{"from": theme.rounded(first), "to": theme.rounded(last), "count": int(count)}
             for first, last, count in zip(edges[:-1], edges[1:], counts, strict=True)]
-    x: Spec = {"field": "from", "type": "quantitative", "title": "predicted probability below the measured time",
+    x: Spec = {"field": "from", "type": "quantitative", "title": "predicted probability below what was measured",
                "scale": {"domain": [0, 1]}, "axis": {"grid": False, "tickCount": 5}}
     y: Spec = {"field": "count", "type": "quantitative", "title": "engagements"}
     return {"width": _HALF, "height": _HEIGHT, "layer": [
@@ -103,7 +104,7 @@ def _difference(values: np.ndarray, band: float) -> Spec:
     steps.append({"p": 1.0, "d": 0.0})
     y: Spec = {"field": "d", "type": "quantitative", "title": "distribution function − uniform",
                "axis": {"tickCount": 5}}
-    x: Spec = {"field": "p", "type": "quantitative", "title": "predicted probability below the measured time",
+    x: Spec = {"field": "p", "type": "quantitative", "title": "predicted probability below what was measured",
                "scale": {"domain": [0, 1]}, "axis": {"grid": False, "tickCount": 5}}
     return {"width": _HALF, "height": _HEIGHT, "layer": [
         {"data": {"values": [{"low": -band, "high": band}]}, "mark": {"type": "rect", "color": theme.MEASURED,

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipstick.pictures import theme
+from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Line: the best log10 likelihood after each generation of the genetic algorithm (or block of the classic "
@@ -31,7 +32,8 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
     refinement = f"refinement adds {final - searched:.2f}" if result["refined"] else "no refinement"
     return theme.picture(
         f"{len(result['history'])} {steps} improve the best candidate by {improvement:.1f} decades; {refinement}",
-        "A decade is a factor of ten in likelihood. Densities are per ms, as in eq. 7 of the paper.",
+        f"A decade is a factor of ten in likelihood. Densities are per {Output.of(output['figure_data']).per}"
+        ", as in eq. 7 of the paper.",
         {"spacing": 50, "hconcat": [_panel(step, {}), _panel(f"{step} (last decades enlarged)", last)],
          "datasets": {
             "history": [{"step": index, "likelihood": theme.rounded(value, 7)} for index, value in history],

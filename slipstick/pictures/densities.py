@@ -7,11 +7,12 @@ from typing import Any
 from slipstick.pictures import theme
 from slipstick.pictures.calibration import probability_below
 from slipstick.pictures.conditions import Columns, described
+from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("Each shape is the density of the shifting time of one experiment, predicted with the fitted inputs and "
-           "output noise: the wider the shape, the more likely the time. Each dot is a measured time. All times are "
-           "relative to the predicted mean of their experiment.")
+CAPTION = ("Each shape is the density of one experiment, predicted with the fitted inputs and output noise: the wider "
+           "the shape, the more likely the value. Each dot is what was measured. All are relative to the predicted "
+           "mean of their experiment.")
 
 _ROW = 36  # experiments per row
 _HEIGHT = 105
@@ -25,25 +26,27 @@ _INSIDE, _OUTSIDE = "inside the central 90 % interval", "outside"
 def draw(output: Mapping[str, Any]) -> Spec | None:
     """Return rows of shapes, one per experiment, grouped by current profile; None without predictions."""
     prediction, conditions = output["figure_data"]["prediction"], output["figure_data"]["conditions"]
+    shown = Output.of(output["figure_data"])
     locking = [index for index, mean in enumerate(prediction["mean"]) if theme.rounded(mean) is not None]
     if not locking:
         return None
     largest = max(value for index in locking for value in prediction["density"][index])
-    shapes = {index: _shape(index, prediction, largest) for index in locking}
-    dots = {index: _dot(index, prediction, conditions) for index in locking}
+    shapes = {index: _shape(index, prediction, largest, shown.factor) for index in locking}
+    dots = {index: _dot(index, prediction, conditions, shown.factor) for index in locking}
     speeds = conditions.get("motor_speed")  # None for another machine
     panels = [_panel(title, [shapes[index] for index in row], [dots[index] for index in row],
-                     None if speeds is None else [speeds[index] for index in row])
+                     None if speeds is None else [speeds[index] for index in row], shown.small)
               for title, row in _rows(locking, conditions)]
     for panel in panels[:-1]:
         panel["layer"][-1]["encoding"]["x"]["title"] = None
     outside = sum(dot["where"] == _OUTSIDE for dot in dots.values())
     omitted = len(prediction["mean"]) - len(locking)
     return theme.picture(
-        f"{outside} of {len(locking)} measured times lie outside their predicted central 90 % intervals; "
+        f"{outside} of {len(locking)} measured {shown.plural} lie outside their predicted central 90 % intervals; "
         f"the expected number is {round((1 - _CENTRAL) * len(locking))}",
-        "Shapes: predicted densities, on a common scale. Dots: measured times. Zero: predicted mean of each experiment."
-        + (f" Not drawn: {omitted} that may never lock." if omitted else ""),
+        f"Shapes: predicted densities, on a common scale. Dots: measured {shown.plural}. Zero: predicted mean of each "
+        "experiment."
+        + (f" Not drawn: {omitted} that {shown.missing}." if omitted else ""),
         {"spacing": 14, "vconcat": panels, "resolve": {"scale": {"y": "shared"}}})
 
 
@@ -58,8 +61,10 @@ def _rows(experiments: Sequence[int], conditions: Mapping[str, Any]) -> list[tup
             for number, group in groups for first in range(0, len(group), _ROW)]
 
 
-def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float] | None) -> Spec:
-    y: Spec = {"field": "y", "type": "quantitative", "title": "measured − predicted [ms]", "axis": {"tickCount": 4}}
+def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequence[float] | None,
+           unit: str) -> Spec:
+    y: Spec = {"field": "y", "type": "quantitative", "title": f"measured − predicted [{unit}]",
+               "axis": {"tickCount": 4}}
     x: Spec = {"type": "quantitative", "scale": {"domain": [-0.7, max(len(dots), 12) - 0.3], "nice": False},
                "axis": {"labels": False, "ticks": False, "grid": False, "domain": False}}
     where: Spec = {"field": "where", "type": "nominal"}
@@ -87,17 +92,17 @@ def _panel(title: str, shapes: Sequence[Spec], dots: Sequence[Spec], speed: Sequ
                  {"field": name, "type": "quantitative"} for name in ("experiment", "measured", "predicted"))]}}]}
 
 
-def _shape(index: int, prediction: Mapping[str, Any], largest: float) -> Spec:
-    outline = [(1e3 * (time - prediction["mean"][index]), _HALF_WIDTH * density / largest) for time, density in
+def _shape(index: int, prediction: Mapping[str, Any], largest: float, factor: float) -> Spec:
+    outline = [(factor * (time - prediction["mean"][index]), _HALF_WIDTH * density / largest) for time, density in
                zip(prediction["density_time"][index], prediction["density"][index], strict=True)
                if density > _NEGLIGIBLE * largest]
     return {"experiment": prediction["condition"][index], "y": [theme.rounded(y, 4) for y, _ in outline],
             "half": [half for _, half in outline]}
 
 
-def _dot(index: int, prediction: Mapping[str, Any], conditions: Columns) -> Spec:
+def _dot(index: int, prediction: Mapping[str, Any], conditions: Columns, factor: float) -> Spec:
     measured, mean = prediction["measured"][index], prediction["mean"][index]
-    return {"experiment": prediction["condition"][index], "y": theme.rounded(1e3 * (measured - mean), 4),
+    return {"experiment": prediction["condition"][index], "y": theme.rounded(factor * (measured - mean), 4),
             "conditions": described(conditions, index),
             "measured": theme.rounded(measured), "predicted": theme.rounded(mean),
             "where": _INSIDE if _is_inside(prediction, index) else _OUTSIDE}

@@ -10,7 +10,8 @@ from slipstick.pictures.theme import Spec
 
 CAPTION = ("One engagement. Fill: oil fills the chamber until the plates touch. Slip: the plates slip while the "
            "transmitted torque accelerates the load. Stick: from the shifting time on, the plates stick and the "
-           "curves of both shaft speeds coincide, because the input speed is divided by the gear ratio.")
+           "curves of both shaft speeds coincide, because the input speed is divided by the gear ratio. Below the "
+           "curves of a measured signal: measured minus simulated, for the output speed as a dashed line.")
 
 COLOURS = {"measured": theme.MEASURED, "nominal": theme.BEFORE, "calibrated": theme.AFTER, "simulated": theme.AFTER}
 _PANELS = (("current", "current [A]", 45), ("pressure", "oil pressure [bar]", 85),
@@ -19,6 +20,7 @@ _PANELS = (("current", "current [A]", 45), ("pressure", "oil pressure [bar]", 85
 _SPEEDS = {"input_speed": ("input ÷ gear ratio", "left"), "output_speed": ("output", "right")}
 """Speed signal -> label and its alignment. Each label extends to the side on which its curve descends."""
 _SAMPLES = 300  # drawn per curve at most
+_DIFFERENCE_HEIGHT = 60
 _VACUUM = -1.0  # bar, gauge
 _AFTER_LOCK = 0.35  # s drawn after lock-up
 _TIME: Spec = {"field": "t", "type": "quantitative"}
@@ -43,26 +45,30 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
         f"Conditions: {described(figure_data['conditions'], condition)}. Shaded: phases of the simulation at the "
         "fitted means. Dashed: shifting times.",
         panels(data["time"], {series: signals for series, signals in lines.items() if signals},
-               {"measured": measured, "simulated": lock}, data["touch"], data["gear_ratio"]))
+               {"measured": measured, "simulated": lock}, data["touch"], data["gear_ratio"], with_differences=True))
 
 
 def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[str, float | None],
-           touch: float | None, gear_ratio: float) -> Spec:
+           touch: float | None, gear_ratio: float, *, with_differences: bool = False) -> Spec:
     """Return one panel for each signal in `lines` (series -> signals) over `time` in s.
 
     `locks` are the shifting times of the series and `touch` is the time at which the plates touch, in s; None if never.
-    The shaded phases are those of the last series.
+    The shaded phases are those of the last series. `with_differences` adds a panel with what was `measured` minus the
+    `simulated` under each one that has both.
     """
     shifting_times = {series: lock for series, lock in locks.items() if lock is not None}
     end = min(time[-1], max(shifting_times.values(), default=time[-1]) + _AFTER_LOCK)
     names = {signal for signals in lines.values() for signal in signals}
     names |= {"speed"} if names & set(_SPEEDS) else set()
     selected = [panel for panel in _PANELS if panel[0] in names]
-    views: list[Spec] = [{"width": theme.WIDTH, "height": height, "layer": _layers(name, title, height, lines)}
-                         for name, title, height in selected]
-    samples = _samples(time, lines, gear_ratio, end)
+    of: dict[str, Spec] = {}
+    for name, title, height in selected:
+        of[name] = {"width": theme.WIDTH, "height": height, "layer": _layers(name, title, height, lines)}
+        if with_differences and (both := _compared(name, lines)):
+            of[f"{name} difference"] = {"width": theme.WIDTH, "height": _DIFFERENCE_HEIGHT,
+                                        "layer": _differences(both, title, lines)}
+    views, samples = list(of.values()), _samples(time, lines, gear_ratio, end)
     views[0]["layer"].append(_note({"name": "phases"}, "from", {"value": -7}, "phase"))
-    of = {name: view for (name, *_), view in zip(selected, views, strict=True)}
     if "pressure" in of:
         of["pressure"]["layer"] += _vacuum(lines.values())
     noted = of.get("speed", views[-1])
@@ -107,6 +113,10 @@ def _samples(time: Sequence[float], lines: Mapping[str, Signals], gear_ratio: fl
             for name, values in signals.items():
                 value = values[sample]
                 row[f"{series} {name}"] = theme.rounded(None if value is None else value * scale.get(name, 1.0), 4)
+        for name in dict.fromkeys(name for signals in lines.values() for name in signals):
+            measured, simulated = (row.get(f"{series} {name}") for series in ("measured", "simulated"))
+            if measured is not None and simulated is not None:
+                row[f"difference {name}"] = theme.rounded(measured - simulated, 4)
         rows.append(row)
     return rows
 
@@ -127,13 +137,35 @@ def _layers(name: str, title: str, height: int, lines: Mapping[str, Signals]) ->
                                                                      "color": {**colour, "datum": series}}}
               for series, signals in lines.items() for signal in (_SPEEDS if name == "speed" else (name,))
               if signal in signals]
+    return [*_background(colour), *curves]
+
+
+def _background(colour: Spec) -> list[Spec]:
     return [
         {"data": {"name": "phases"}, "mark": "rect", "encoding": {
             "x": {**_TIME, "field": "from"}, "x2": {"field": "to"},
             "color": {"field": "colour", "type": "nominal", "scale": None}}},
         {"data": {"name": "locks"}, "mark": {"type": "rule", "strokeDash": [4, 3], "strokeWidth": 1.2},
-         "encoding": {"x": _TIME, "color": {**colour, "field": "series"}}},
-        *curves]
+         "encoding": {"x": _TIME, "color": {**colour, "field": "series"}}}]
+
+
+def _compared(panel: str, lines: Mapping[str, Signals]) -> list[str]:
+    """Return the signals of a panel that are both measured and simulated."""
+    return [signal for signal in (_SPEEDS if panel == "speed" else (panel,))
+            if all(signal in lines.get(series, ()) for series in ("measured", "simulated"))]
+
+
+def _differences(signals: Sequence[str], title: str, lines: Mapping[str, Signals]) -> list[Spec]:
+    """Return the differences of the `signals` of a panel with this title, which has the unit; the second one dashed."""
+    colour = {**theme.series_colour({series: COLOURS[series] for series in lines}), "legend": {"symbolType": "stroke"}}
+    y = {"type": "quantitative", "title": ["measured −", f"simulated {title[title.index('['):]}"],
+         "axis": {"tickCount": 3, "titleFontSize": 10}, "scale": {"padding": 3}}
+    zero = {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.AXIS}, "encoding": {
+        "x": {"value": 0}, "x2": {"value": theme.WIDTH}, "y": {"datum": 0}}}
+    return [*_background(colour), zero, *(
+        {"data": {"name": "signals"}, "encoding": {"x": _TIME, "y": {**y, "field": f"difference {signal}"}},
+         "mark": {"type": "line", "strokeWidth": 1.4, "color": theme.INK,
+                  **({"strokeDash": [5, 2]} if number else {})}} for number, signal in enumerate(signals))]
 
 
 def _shafts(series: list[str], signals: Collection[str], samples: list[Spec]) -> list[Spec]:

@@ -1,4 +1,4 @@
-"""Axes of unknowns: multiples of nominal with the same value in its engineering unit below, and times in ms."""
+"""Axes of unknowns: multiples of nominal with the same value in its engineering unit below, and outputs."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from slipstick.pictures import theme, units
+from slipstick.pictures.output import SHIFTING_TIME, Output
 from slipstick.pictures.theme import Spec
 
 _KINDS = ("mean of ", "std of ")
@@ -44,10 +45,13 @@ class Unknown:
         return units.with_unit(units.number(self.per_multiple * value), self.physical_unit)
 
 
-def unknown(name: str, physical: Sequence[Mapping[str, Any]]) -> Unknown:
-    """How the unknown `name` of a fit is shown. `physical` has name, unit and nominal value of each input."""
+def unknown(name: str, physical: Sequence[Mapping[str, Any]], output: Output = SHIFTING_TIME) -> Unknown:
+    """How the unknown `name` of a fit of this `output` is shown.
+
+    `physical` has name, unit and nominal value of each input.
+    """
     if name.startswith("output"):
-        return Unknown(name, 1e3, "ms")
+        return Unknown(name, output.factor, output.small)
     for kind in _KINDS:
         for entry in physical:
             if name == f"{kind}{entry['name']}":

@@ -12,6 +12,7 @@ from typing import Any
 
 from slipstick.pictures import theme
 from slipstick.pictures.multiples import Unknown, unknown
+from slipstick.pictures.output import Output
 from slipstick.pictures.profiles import DEPTH
 from slipstick.pictures.theme import Spec
 
@@ -23,7 +24,7 @@ CAPTION = ("Each panel is the plane of two unknowns. Orange: the best candidate 
 
 MOST = 5
 """Unknowns drawn; of more, those with the largest weights in the combination that is hardest to identify."""
-_SIZE = {2: 230, 3: 215, 4: 165, 5: 128}  # px of a panel, by the number of unknowns
+_SIZE = {2: 230, 3: 195, 4: 140, 5: 105}  # px of a panel, by the number of unknowns
 _MARGIN = 0.08
 _REACH = 1.5
 """Multiple of the range of the traces up to which the way of the search widens a panel."""
@@ -47,10 +48,11 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
     result, chosen = output["result"], _chosen(output["result"], search["unknowns"])
     traces = [_near(trace, interval["curve"]) for trace, interval in
               zip(search["traces"], result["intervals"], strict=False)]
-    drawn = [_Unknown(place, shown := unknown(search["unknowns"][place], output["physical"]),
+    drawn = [_Unknown(place, shown := unknown(search["unknowns"][place], output["physical"],
+                                                   Output.of(output["figure_data"])),
                       _domain(place, shown.factor, search, traces)) for place in chosen]
     size = _SIZE[len(drawn)]
-    rows = [{"spacing": 14, "bounds": "flush", "hconcat": [
+    rows = [{"spacing": 40, "bounds": "flush", "hconcat": [
         _panel(x, y, search, traces, size, column == 0, row == len(drawn) - 2)
         for column, x in enumerate(drawn[:row + 1])]} for row, y in enumerate(drawn[1:])]
     left_out = len(search["unknowns"]) - len(drawn)

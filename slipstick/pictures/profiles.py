@@ -9,6 +9,7 @@ import scipy
 
 from slipstick.pictures import theme
 from slipstick.pictures.multiples import Unknown, unknown
+from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 
 CAPTION = ("Each curve is the profile likelihood of one unknown: at each of its values, all other unknowns are "
@@ -36,7 +37,8 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
                 "below the optimum. Dots: computed points; between them the line is interpolated.")
     return theme.picture(f"The recordings limit {share} unknowns on both sides", subtitle, {
         "columns": _COLUMNS, "spacing": {"row": 26, "column": 46},
-        "concat": [_panel(interval, unknown(interval["unknown"], output["physical"]), index)
+        "concat": [_panel(interval, unknown(interval["unknown"], output["physical"],
+                                               Output.of(output["figure_data"])), index)
                    for index, interval in enumerate(intervals)]})
 
 

@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from slipstick.pictures import theme
+from slipstick.pictures import theme, units
 from slipstick.pictures.conditions import Columns, described
+from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("One row for each condition. Left: density of the shifting time, with the output noise; vertical lines: "
+CAPTION = ("One row for each condition. Left: predicted density, with the output noise; vertical lines: "
            "quantiles; dot: mean; bar: one standard deviation to either side. Right: share of the variance that each "
            "input causes alone (first-order Sobol index, solid) and together with all others (total, light), without "
            "the output noise. Totals well above the solid bars are interactions, and then the shares do not add to "
@@ -26,32 +27,37 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
 
     `answer` has the `axes` (name), and for each of its `conditions` their index, `mean` and `std` in s, `quantiles` in
     s at the `probabilities`, and, or null, `first_order` and `total` for each axis and `density` over `density_time`.
-    `conditions` are their columns, in the order of the answer.
+    `conditions` are their columns, in the order of the answer. An answer for another machine has name and unit of its
+    `output`.
     """
     axes = [axis["name"] for axis in answer["axes"]]
     rows = [(place, one) for place, one in enumerate(answer["conditions"]) if one["mean"] is not None]
     omitted = len(answer["conditions"]) - len(rows)
     titles = [f"{one['condition']}: {described(conditions, place)}" for place, one in rows]
-    views = [_row(one, probabilities, axes, title, one is rows[-1][1])
+    shown = Output.of(answer)
+    views = [_row(one, probabilities, axes, title, shown, one is rows[-1][1])
              for (_, one), title in zip(rows, titles, strict=True)]
     levels = ", ".join(f"{100 * probability:g} %" for probability in probabilities)
     return theme.picture(
-        _title([one for _, one in rows], axes),
+        _title([one for _, one in rows], axes, shown),
         (f"Lines: quantiles at {levels}. " if levels else "")
         + ("" if any(one["total"] for _, one in rows) else "Without Sobol indices, because the inputs are dependent. ")
-        + (f"Not drawn: {omitted} without an expansion, because an engagement does not lock." if omitted else ""),
+        + (f"Not drawn: {omitted} without an expansion: there are nodes that {shown.missing}." if omitted else ""),
         {"spacing": 18, "vconcat": views})
 
 
-def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str]) -> str:
+def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output) -> str:
     if not rows:
         return "No condition has a distribution"
     if len(rows) == 1:
         one = rows[0]
-        mean, std = (f"{1e3 * one[name]:.1f} ms" for name in ("mean", "std"))
-        return f"Condition {one['condition']} locks at {mean}, with a std of {std}"
-    stds = [1e3 * one["std"] for one in rows]
-    text = f"Standard deviations of {min(stds):.1f} to {max(stds):.1f} ms in {len(rows)} conditions"
+        mean, std = (f"{units.fixed(shown.factor * one[name], digits)} {shown.small}"
+                     for name, digits in (("mean", 4), ("std", 3)))
+        does = "locks at" if shown.name == "shifting_time" else f"has a {shown.words} of"
+        return f"Condition {one['condition']} {does} {mean}, with a std of {std}"
+    stds = [shown.factor * one["std"] for one in rows]
+    least, most = units.fixed(min(stds)), units.fixed(max(stds))
+    text = f"Standard deviations of {least} to {most} {shown.small} in {len(rows)} conditions"
     shares = [one["first_order"] for one in rows if one["first_order"]]
     counts = [sum(share[axis] >= _DOMINANT for share in shares) for axis in range(len(axes))]
     best = max(range(len(axes)), key=lambda axis: counts[axis])
@@ -60,29 +66,30 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str]) -> str:
     return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {counts[best]} of them"
 
 
-def _row(one: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, last: bool) -> Spec:
-    views = [_density(one, probabilities, last)]
+def _row(one: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, shown: Output,
+         last: bool) -> Spec:
+    views = [_density(one, probabilities, shown, last)]
     if one["total"] is not None:
         views.append(_shares(one, axes, last))
     return {"title": {"text": title, "fontSize": 12, "fontWeight": "normal", "offset": 6, "anchor": "start"},
             "spacing": 40, "hconcat": views}
 
 
-def _density(one: Mapping[str, Any], probabilities: Sequence[float], last: bool) -> Spec:
+def _density(one: Mapping[str, Any], probabilities: Sequence[float], shown: Output, last: bool) -> Spec:
     x: Spec = {"field": "t", "type": "quantitative", "scale": {"zero": False, "nice": False, "padding": 6},
-               "title": "shifting time [ms]" if last else None, "axis": {"grid": False, "tickCount": 8}}
+               "title": f"{shown.words} [{shown.small}]" if last else None, "axis": {"grid": False, "tickCount": 8}}
     y: Spec = {"type": "quantitative", "axis": None}
-    mean, std = 1e3 * one["mean"], 1e3 * one["std"]
+    mean, std = shown.factor * one["mean"], shown.factor * one["std"]
     center = {"t": theme.rounded(mean, 6), "low": theme.rounded(mean - std, 6), "high": theme.rounded(mean + std, 6),
               "std": theme.rounded(std, 4)}
     layers: list[Spec] = []
     if one["density"]:
-        rows = [{"t": theme.rounded(1e3 * t, 6), "p": theme.rounded(p)} for t, p in
+        rows = [{"t": theme.rounded(shown.factor * t, 6), "p": theme.rounded(p)} for t, p in
                 zip(one["density_time"], one["density"], strict=True) if t is not None]
         layers.append({"data": {"values": rows}, "encoding": {"x": x, "y": {**y, "field": "p"}},
                        "mark": {"type": "area", "color": theme.AFTER, "opacity": 0.3, "line": {
                            "color": theme.AFTER, "strokeWidth": 1.4}}})
-    lines = [{"t": theme.rounded(1e3 * value, 6), "level": f"{100 * level:g} %"}
+    lines = [{"t": theme.rounded(shown.factor * value, 6), "level": f"{100 * level:g} %"}
              for level, value in zip(probabilities, one["quantiles"], strict=True) if value is not None]
     return {"width": _WIDTH, "height": _HEIGHT, "layer": [
         *layers,
@@ -93,8 +100,8 @@ def _density(one: Mapping[str, Any], probabilities: Sequence[float], last: bool)
         {"data": {"values": [center]}, "mark": {"type": "point", "filled": True, "size": 60, "color": theme.INK,
                                                 "opacity": 1},
          "encoding": {"x": x, "y": {"value": _HEIGHT - 8}, "tooltip": [
-             {"field": "t", "type": "quantitative", "title": "mean [ms]"},
-             {"field": "std", "type": "quantitative", "title": "std [ms]"}]}}]}
+             {"field": "t", "type": "quantitative", "title": f"mean [{shown.small}]"},
+             {"field": "std", "type": "quantitative", "title": f"std [{shown.small}]"}]}}]}
 
 
 def _shares(one: Mapping[str, Any], axes: Sequence[str], last: bool) -> Spec:

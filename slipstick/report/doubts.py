@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipstick.pictures.calibration import distance, transformed, verdict
+from slipstick.pictures.output import Output
 from slipstick.pictures.residuals import groups_off
 
 _SURE = 0.99
@@ -21,6 +22,7 @@ def doubts(figure_data: Mapping[str, Any]) -> list[tuple[str, str]]:
                       "missing."))
     values = transformed(figure_data["prediction"])
     if len(values) and (limits := distance(values, _SURE))[0] > limits[1]:
+        output = Output.of(figure_data)
         found.append(("The predicted distributions do not match:",
-                      f"the measured times {verdict(values)} (probability integral transform)."))
+                      f"the measured {output.plural} {verdict(values, output)} (probability integral transform)."))
     return found

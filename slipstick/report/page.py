@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipstick.pictures import CAPTIONS, pictures
+from slipstick.pictures.output import Output
 from slipstick.report import costs, words
 from slipstick.report.doubts import doubts
 from slipstick.report.markup import listing, paragraph, section, table
@@ -50,7 +51,7 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
 def _numbers(output: Mapping[str, Any]) -> str:
     head = ("unknown [multiple of nominal unless stated]", "before the fit", "fitted", "in its unit")
     result = output["result"]
-    rows = list(words.numbers(result, output["physical"]))
+    rows = list(words.numbers(result, output["physical"], Output.of(output["figure_data"])))
     if not result["intervals"]:
         return table(head, [row[:-2] for row in rows])
     level = f"{100 * result['intervals'][0]['level']:.0f} % interval"

@@ -5,6 +5,7 @@ from typing import Any
 
 from slipstick import __version__
 from slipstick.pictures.conditions import Columns, described
+from slipstick.pictures.output import Output
 from slipstick.pictures.propagation import CAPTION, draw
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import definitions, paragraph, section, table
@@ -15,7 +16,7 @@ _NOTE = ("Std and quantiles contain the output noise. Alone, total: first-order 
          "the variance without noise that the input causes alone and with interactions.")
 _NOTABLE = 0.01
 """Probability outside the table from which on it is a warning."""
-_OUTSIDE = {"clip": "There, the value at its nearest edge is used", "nan": "There, the shifting time is missing",
+_OUTSIDE = {"clip": "There, the value at its nearest edge is used", "nan": "There, the {} is missing",
             "error": "Nothing outside is used"}
 
 
@@ -26,6 +27,7 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
     """
     probabilities = request["quantiles"]
     spec = draw(answer, probabilities, conditions)
+    shown = Output.of(answer)
     axes = [in_words(axis["name"]) for axis in answer["axes"]]
     n = len(answer["conditions"])
     title = f"{listed(axes)} propagated to {n} condition{'s' * (n > 1)} of “{answer['table']}”"
@@ -33,9 +35,11 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
         paragraph(_inputs(answer, request, axes), "lead"),
         *figures({"propagation": spec}, {"propagation": CAPTION}).values(),
         section("Distributions", table(
-            ("condition", "mean [ms]", "std [ms]", *(f"{100 * level:g} % [ms]" for level in probabilities),
+            ("condition", f"mean [{shown.small}]", f"std [{shown.small}]",
+             *(f"{100 * level:g} % [{shown.small}]" for level in probabilities),
              *(f"{axis}: {kind}" for axis in axes for kind in ("alone", "total"))),
-            [_row(one, described(conditions, place), len(axes)) for place, one in enumerate(answer["conditions"])]),
+            [_row(one, described(conditions, place), len(axes), shown.factor)
+             for place, one in enumerate(answer["conditions"])]),
             paragraph(_NOTE, "note")),
         section("Provenance", definitions([
             ("table", f"{answer['table']}, SHA-256 {answer['table_digest']}"),
@@ -44,17 +48,18 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
 
 
 def _warnings(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[tuple[str, str]]:
-    found = []
+    found, shown = [], Output.of(answer)
     if answer["mass_outside"] > _NOTABLE:
         found.append((f"{100 * answer['mass_outside']:.1f} % of the inputs lie outside the table.",
-                      f"{_OUTSIDE[answer['outside']]}. Use a table with wider axes."))
+                      f"{_OUTSIDE[answer['outside']].format(shown.words)}. Use a table with wider axes."))
     if answer["reached"] is False:
-        found.append(("The tolerance is not reached:", f"the error exceeds {1e3 * request['tolerance']:g} ms with "
-                      f"{answer['nodes']} model runs for each condition."))
+        tolerance = f"{shown.factor * request['tolerance']:g} {shown.small}"
+        found.append(("The tolerance is not reached:",
+                      f"the error exceeds {tolerance} with {answer['nodes']} model runs for each condition."))
     missing = sum(one["mean"] is None for one in answer["conditions"])
     if missing:
         found.append((f"{missing} of {len(answer['conditions'])} conditions have no distribution:",
-                      "an engagement does not lock at a node of the expansion."))
+                      f"there are nodes of the expansion that {shown.missing}."))
     return found
 
 
@@ -65,19 +70,20 @@ def _inputs(answer: Mapping[str, Any], request: Mapping[str, Any], axes: Sequenc
     parts = [f"{axis} {number(mean)}" + (f" ± {number(std)}" if std is not None else "") + f" ({family})"
              for axis, mean, std, family in zip(axes, inputs["mean"], stds, families, strict=True)]
     return (f"Inputs, mean ± std in multiples of nominal: {', '.join(parts)}. Output noise: "
-            f"{number(request['output_std'], 1e3)} ms.")
+            f"{number(request['output_std'], Output.of(answer).factor)} {Output.of(answer).small}.")
 
 
-def _row(one: Mapping[str, Any], conditions: str, axes: int) -> tuple[str, ...]:
-    def ms(value: float | None) -> str:
-        return "" if value is None else signed(1e3 * value, 1)
+def _row(one: Mapping[str, Any], conditions: str, axes: int, factor: float) -> tuple[str, ...]:
+    def small(value: float | None) -> str:
+        return "" if value is None else signed(1e3 * value, 1) if factor == 1e3 else number(factor * value)
 
     shares = [share for pair in zip(one["first_order"] or [None] * axes, one["total"] or [None] * axes, strict=True)
               for share in pair]
-    return (f"{one['condition']}: {conditions}", ms(one["mean"]), ms(one["std"]), *map(ms, one["quantiles"]),
+    return (f"{one['condition']}: {conditions}", small(one["mean"]), small(one["std"]), *map(small, one["quantiles"]),
             *("" if share is None else f"{100 * share:.0f} %" for share in shares))
 
 
 def _largest_error(answer: Mapping[str, Any]) -> str:
     errors = [one["error"] for one in answer["conditions"] if one["error"] is not None]
-    return f"{number(max(errors), 1e3)} ms" if errors else "unknown"
+    shown = Output.of(answer)
+    return f"{number(max(errors), shown.factor)} {shown.small}" if errors else "unknown"

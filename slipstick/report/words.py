@@ -5,6 +5,7 @@ from itertools import combinations as pairs
 from typing import Any
 
 from slipstick.pictures import units
+from slipstick.pictures.output import SHIFTING_TIME, Output
 from slipstick.pictures.theme import in_words
 
 Result = Mapping[str, Any]
@@ -75,7 +76,8 @@ def combinations(result: Result) -> list[tuple[str, str]]:
             for combination in result["combinations"]]
 
 
-def numbers(result: Result, physical: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, str, str, str, str]]:
+def numbers(result: Result, physical: Sequence[Mapping[str, Any]],
+            output: Output = SHIFTING_TIME) -> Iterator[tuple[str, str, str, str, str, str]]:
     """Yield rows of unknown, value before the fit, fitted value, that value in its unit, and the interval in both.
 
     `physical` has unit, nominal value, mean and std of each input.
@@ -87,8 +89,10 @@ def numbers(result: Result, physical: Sequence[Mapping[str, Any]]) -> Iterator[t
                    number(before[kind][index]), number(result[kind][index]),
                    *_physical(physical[index], kind, intervals.get(f"{kind} of {axis}")))
     noise = intervals.get("output std")
-    yield ("output std [ms]", number(before["output_std"], 1e3), number(result["output_std"], 1e3),
-           units.with_unit(number(result["output_std"], 1e3), "ms"), _interval(noise, 1e3), _interval(noise, 1e3, "ms"))
+    unit, factor = output.small, output.factor
+    yield (f"output std [{unit}]", number(before["output_std"], factor), number(result["output_std"], factor),
+           units.with_unit(number(result["output_std"], factor), unit), _interval(noise, factor),
+           _interval(noise, factor, unit))
     for first, second in pairs(range(len(result["axes"])), 2) if result["correlation"] else ():
         name = f"correlation of {result['axes'][first]} and {result['axes'][second]}"
         yield in_words(name), "0", number(result["correlation"][first][second]), "", _interval(intervals.get(name)), ""

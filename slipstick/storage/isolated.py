@@ -5,18 +5,10 @@ variable-length text can send the HDF5 library into an endless loop, which block
 libraries for other formats have no such checks at all.
 """
 
-import importlib
-import json
-import resource
-import subprocess
-import sys
-from contextlib import suppress
-from pathlib import Path
-
 from slipstick.errors import SlipstickError
+from slipstick.storage import children
 
 _MEMORY = 4 << 30  # bytes of address space, most of it never used
-_ROOT = Path(__file__).parents[2]
 
 
 def require_readable(content: bytes, reader: str, error: type[SlipstickError], seconds: int = 10) -> None:
@@ -33,33 +25,7 @@ def isolated(content: bytes, function: str, error: type[SlipstickError], seconds
     Raises `error` if the function raises a `SlipstickError`, and with the cause `failure` if it crashes, or takes more
     than `seconds` of processor time or its share of memory.
     """
-    command = [sys.executable, "-c", f"from slipstick.storage.isolated import main; main({function!r}, {seconds})"]
     try:
-        process = subprocess.run(command, input=content, capture_output=True, timeout=6 * seconds, cwd=_ROOT,
-                                 check=False)
-    except subprocess.TimeoutExpired:
-        process = None
-    if process is None or process.returncode:
-        raise error(failure, "Write the file again from the original data")
-    said, _, result = process.stdout.partition(b"\n")
-    cause_and_remedy = json.loads(said)
-    if cause_and_remedy:
-        raise error(*cause_and_remedy)
-    return result
-
-
-def main(function: str, seconds: int) -> None:
-    """Call the function with standard input; write a line with its error (cause and remedy, or null), and its bytes."""
-    with suppress(ValueError, OSError):  # not every system limits the address space
-        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-    module, _, name = function.partition(":")
-    cause_and_remedy, result = None, None
-    try:
-        result = getattr(importlib.import_module(module), name)(sys.stdin.buffer.read())
-    except SlipstickError as error:
-        cause_and_remedy = error.cause, error.remedy
-    print(json.dumps(cause_and_remedy), flush=True)
-    if isinstance(result, bytes):
-        sys.stdout.buffer.write(result)
-        sys.stdout.buffer.flush()
+        return children.call(function, content, error, children.Limits(seconds, _MEMORY))
+    except children.ChildFailed:
+        raise error(failure, "Write the file again from the original data") from None

@@ -47,7 +47,7 @@ def _serving_jobs(tables: Path, stored_jobs: StoredJobs) -> Iterator[httpx.Clien
         error=None, created_at=1_790_000_000_000, dequeued_at=None, completed_at=None, executor_id="worker-1")
         for id, (job_input, output) in stored_jobs.items()}
 
-    def list_workflows(_: DBOSClient, *, workflow_ids: list[str], name: str) -> list[SimpleNamespace]:
+    def list_workflows(_: DBOSClient, *, workflow_ids: list[str], name: str, **_options: bool) -> list[SimpleNamespace]:
         return [jobs[id] for id in workflow_ids if id in jobs]
 
     with pytest.MonkeyPatch.context() as patch:
@@ -115,3 +115,18 @@ def quick_service(shelf: Path, few_recordings: Path, serving: Serving, launch: C
         worker = launch("worker", "serve-jobs", "--tables", str(tables), "--jobs", jobs)
         yield tables, client
         worker.kill()
+
+
+@pytest.fixture
+def folder(shelf: Path, tmp_path: Path) -> Path:
+    """A folder with a copy of the tables, and the job database, of one service."""
+    shutil.copytree(shelf, tmp_path / "tables")
+    return tmp_path
+
+
+@pytest.fixture
+def own_client(folder: Path, serving: Serving) -> Iterator[httpx.Client]:
+    """A client of a service of its own."""
+    settings = Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite")
+    with serving(settings) as address, httpx.Client(base_url=address, timeout=30) as client:
+        yield client

@@ -1,8 +1,10 @@
 """`python -m service --help` is complete: every setting with its default, every command, and examples that work."""
 
+import gc
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -59,3 +61,22 @@ def test_an_unknown_command_is_refused() -> None:
     ended = subprocess.run([sys.executable, "-m", "service", "srve"], capture_output=True, text=True, check=False)
     assert ended.returncode == 2
     assert "token" in ended.stderr
+
+
+def test_the_process_is_prepared_for_many_requests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    prepared: list[tuple[bool, bool]] = []
+    usual = sys.getswitchinterval()
+
+    class Server:
+        def run(self) -> None:
+            prepared.append((gc.get_freeze_count() > 10_000, sys.getswitchinterval() < usual))
+
+    monkeypatch.setattr("service.server.make_server", lambda _: Server())
+    monkeypatch.setattr(sys, "argv", ["service"])
+    monkeypatch.setenv("SLIPSTICK_JOBS", f"sqlite:///{tmp_path}/jobs.sqlite")
+    try:
+        assert main() == 0
+    finally:
+        gc.unfreeze()
+        sys.setswitchinterval(usual)
+    assert prepared == [(True, True)]

@@ -1,9 +1,8 @@
 """The front page: what it lists, what it says to do first, and in a real browser its progress, keyboard and widths."""
 
 import re
-import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -20,16 +19,8 @@ from service.settings import Settings
 
 
 @pytest.fixture
-def folder(shelf: Path, tmp_path: Path) -> Path:
-    shutil.copytree(shelf, tmp_path / "tables")
-    return tmp_path
-
-
-@pytest.fixture
-def client(folder: Path, serving: Any) -> Iterator[httpx.Client]:
-    settings = Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite")
-    with serving(settings) as address, httpx.Client(base_url=address, timeout=30) as client:
-        yield client
+def client(own_client: httpx.Client) -> httpx.Client:
+    return own_client
 
 
 def text(client: httpx.Client, **query: int) -> str:
@@ -75,6 +66,15 @@ def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
         assert text(client).count("cancelled") == number + 1
     assert text(client, count=2).count("cancelled") == 2
     assert "Show more fits" in text(client, count=2)
+    for _ in range(3):
+        client.post("/v1/fits", json={})
+    shown = text(client, count=2)
+    assert "0 running · 3 waiting" in shown
+    assert "1 job before it in its queue" in shown
+    assert "2 jobs before it" not in shown
+    assert "1 more job: fits that wait" in shown
+    assert "2 jobs before it in its queue" in text(client, count=3)
+    assert "more job" not in text(client, count=3)
     assert "Show more" not in text(client, count=3)
     for wrong in ({"count": 0}, {"counts": 2}):
         problem(client.get("/", params=wrong), 422)

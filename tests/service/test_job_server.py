@@ -8,7 +8,9 @@ from dbos import DBOSClient
 from sqlalchemy import text
 
 from service.heartbeats import Heartbeats
-from service.job_store import JobStore, connect
+from service.job_filter import ACTIVE, ENDED, JobFilter
+from service.job_store import APPLICATION, JobStore, connect
+from service.job_table import JobTable
 from service.jobs import input_of
 from service.problem_details import Conflict
 from service.retention import remove_old
@@ -24,18 +26,24 @@ def test_submit_find_cancel_delete_and_retention(kind: str, tmp_path: Path, requ
     url = (f"sqlite:///{tmp_path}/jobs.sqlite" if kind == "sqlite"
            else request.getfixturevalue("postgresql").url("store"))
     client: DBOSClient = connect(url)
-    fits, studies = JobStore(client, "fit", "/v1/fits"), JobStore(client, "study", "/v1/studies")
+    table = JobTable(open_database(url), APPLICATION)
+    fits, studies = JobStore(client, table, "fit", "/v1/fits"), JobStore(client, table, "study", "/v1/studies")
     order = {"table": "tab\u00e9", "settings": {"generations": 3}}
     for name in ("one", "two", "three"):
         assert fits.submit(name, order, "short").status == "ENQUEUED"
+        time.sleep(0.002)  # a server orders by whole ms
     assert fits.submit("two", order, "short").workflow_id == "two"
     assert input_of(fits.find("two")) == order
     with pytest.raises(Conflict):
         studies.submit("two", {}, "long")
     assert [job.workflow_id for job in fits.newest(2, 0)] == ["three", "two"]
-    assert (fits.counts(), studies.counts()) == ((3, 0), (0, 0))
+    assert (fits.total(), studies.total()) == (3, 0)
+    assert table.states() == [("fit", "ENQUEUED", "short", 3)]
     assert fits.ahead(fits.find("three")) == 2
-    assert fits.ids_using("table", "tab\u00e9") == ["one", "two", "three"]
+    assert [job.workflow_id for job in fits.active(2)] == ["one", "two"]
+    using = JobFilter(ACTIVE, table="tab\u00e9")
+    assert (fits.total(using), [job.workflow_id for job in fits.newest(1, 1, using)]) == (3, ["two"])
+    assert fits.total(JobFilter(table="other")) == fits.total(JobFilter(ENDED, table="tab\u00e9")) == 0
     assert fits.progress("one") is None
     fits.cancel("one")
     fits.cancel("two")
@@ -51,7 +59,8 @@ def test_submit_find_cancel_delete_and_retention(kind: str, tmp_path: Path, requ
 
 def test_heartbeats_and_names_on_a_server(postgresql: Server) -> None:
     url = postgresql.url("heartbeats")
-    engine, beats = open_database(url), Heartbeats.at(url)
+    engine = open_database(url)
+    beats = Heartbeats(engine)
     assert beats.alive() == 0
     with locked_name("a", engine, None) as lock:
         with pytest.raises(InvalidValue, match="'a' is already running"), locked_name("a", engine, None):

@@ -14,11 +14,13 @@ import numpy as np
 import pytest
 from test_problems import INPUTS, JSON, POSTS, problem
 
+from service import app
 from service.bodies import BodyLimits
 from service.computations import Client, Computations
 from service.problem_details import Busy, TooSlow
 from service.routes import evaluate, likelihood
 from service.settings import Settings
+from slipstick.storage.library import Library
 
 RECORDING = ("current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]\n"
              "0,150,2,10,0.5\n")
@@ -204,3 +206,26 @@ def test_every_limit_is_listed(client: httpx.Client) -> None:
                                                              waiting=1, waiting_seconds=20)
                       if name != "port" and isinstance(value, int | float)}
     assert {"json_bytes", "work_values", "engagements"} <= set(listed)
+
+
+def test_the_health_answers_while_all_places_to_read_are_taken(client: httpx.Client,
+                                                               monkeypatch: pytest.MonkeyPatch) -> None:
+    reading, go_on = threading.Semaphore(0), threading.Event()
+
+    def listed(_: Library) -> list[str]:
+        reading.release()
+        assert go_on.wait(20)
+        return []
+
+    monkeypatch.setattr(Library, "benches", listed)
+    with ThreadPoolExecutor(8) as pool:
+        lists = [pool.submit(client.get, "/v1/benches") for _ in range(8)]
+        for _ in range(app._READING):
+            assert reading.acquire(timeout=20)
+        monkeypatch.setattr(Library, "benches", lambda _: [])
+        for path in ("/v1/health", "/v1/live", "/v1/ready"):
+            assert client.get(path).is_success
+        assert not any(one.done() for one in lists)
+        go_on.set()
+        assert all(one.result().is_success for one in lists)
+    assert not reading.acquire(blocking=False)  # no other list was read at the same time

@@ -3,10 +3,8 @@
 import json
 import logging
 import re
-import shutil
 import socket
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +20,8 @@ from service.tokens import new_token
 
 
 @pytest.fixture
-def folder(shelf: Path, tmp_path: Path) -> Path:
-    shutil.copytree(shelf, tmp_path / "tables")
-    return tmp_path
-
-
-@pytest.fixture
-def client(folder: Path, serving: Any) -> Iterator[httpx.Client]:
-    settings = Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite")
-    with serving(settings) as address, httpx.Client(base_url=address, timeout=30) as client:
-        yield client
+def client(own_client: httpx.Client) -> httpx.Client:
+    return own_client
 
 
 def samples(client: httpx.Client) -> dict[tuple[str, ...], float]:

@@ -9,8 +9,11 @@ from typing import Any
 import h5py
 import httpx
 import pytest
+from test_problems import problem
 
+from service.drawings import Drawings
 from service.settings import Settings
+from slipstick.storage import children
 
 
 @pytest.fixture
@@ -73,22 +76,38 @@ def test_errors_have_no_tag(client: httpx.Client) -> None:
         assert "ETag" not in answer.headers
 
 
-@pytest.mark.parametrize("path", ["report", "pictures/residuals?format=svg"])
-def test_results_are_drawn_once(with_fit: httpx.Client, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("path", ["report", "pictures/residuals?format=svg", "pictures"])
+def test_results_are_drawn_once_whoever_asks(with_fit: httpx.Client, path: str,
+                                             monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[str] = []
+    call = children.call
+    monkeypatch.setattr(children, "call", lambda function, *rest: drawn.append(function) or call(function, *rest))
     first = with_fit.get(f"/v1/fits/fit/{path}")
     assert first.is_success, first.text
-    drawn: list[str] = []
+    assert len(drawn) == 1
+    assert again(with_fit, f"/v1/fits/fit/{path}", '"other"').content == first.content
+    if path != "pictures":
+        assert again(with_fit, f"/v1/fits/fit/{path}", first.headers["ETag"]).status_code == 304
+    assert len(drawn) == 1
+    problem(with_fit.get("/v1/fits/fit/pictures/others"), 404)
 
-    def draws(*_: object, **__: object) -> dict[str, Any]:
-        drawn.append(path)
-        return {}
 
-    monkeypatch.setattr("service.routes.reports.pictures", draws)
-    monkeypatch.setattr("service.routes.reports.page", lambda *_: str(draws()))
-    assert again(with_fit, f"/v1/fits/fit/{path}", first.headers["ETag"]).status_code == 304
-    assert drawn == []
-    again(with_fit, f"/v1/fits/fit/{path}", '"other"')
-    assert drawn == [path]
+def test_the_drawings_kept_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[bytes] = []
+    monkeypatch.setattr(children, "call", lambda _, content, __: drawn.append(content) or bytes(400))
+    drawings = Drawings(1000)
+
+    def ask(*keys: str) -> int:
+        drawn.clear()
+        for key in keys:
+            assert len(drawings.made("page", lambda: {"kind": "fit"}, key)) == 400
+        return len(drawn)
+
+    assert ask("a", "b", "a", "b") == 2
+    assert ask("a", "c", "a") == 1  # the one that was asked for least recently is gone
+    assert ask("b") == 1
+    assert drawings.made("page", dict) == drawings.made("page", dict)
+    assert len(drawn) == 3
 
 
 def test_each_format_has_its_own_tag(with_fit: httpx.Client) -> None:
@@ -126,3 +145,4 @@ def test_arrays_and_events_are_not_compressed(client: httpx.Client) -> None:
     with client.stream("GET", f"{job}/events") as stream:
         assert "Content-Encoding" not in stream.headers
         assert next(stream.iter_lines())
+

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from slipstick.pictures.study import CAPTIONS, study_pictures
+from slipstick.pictures.theme import Spec
 from slipstick.report import markup
 from slipstick.report.shell import SIGN, document, figures, provenance
 from slipstick.report.study import content, parts
@@ -24,7 +25,7 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     """
     result, data = result_from_dict(output["result"]), figures_from_dict(output["figure_data"])
     settings = StudySettings.from_dict(study["settings"])
-    drawn, changed = figures(study_pictures(result, data, fits, settings), CAPTIONS), _changed(settings)
+    drawn, changed = figures(study_specs(study, output, fits), CAPTIONS), _changed(settings)
     return document("study", study["id"], result.sentence, warnings(result, data.aside), [
         markup.paragraph(lead(result, settings), "lead"), markup.paragraph(SIGN, "note"),
         *(_section(one, drawn) for one in content.evidence(result, settings, drawn)),
@@ -34,6 +35,12 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
             ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest),
             ("settings", "" if changed else "default")])])
+
+
+def study_specs(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits | None = None) -> dict[str, Spec]:
+    """Return the pictures of a study, name -> specification; the arguments are those of `study_page`."""
+    return study_pictures(result_from_dict(output["result"]), figures_from_dict(output["figure_data"]), fits,
+                          StudySettings.from_dict(study["settings"]))
 
 
 def _changed(settings: StudySettings) -> dict[str, Any]:

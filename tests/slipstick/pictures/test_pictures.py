@@ -90,9 +90,29 @@ def test_an_engagement_without_a_measured_signal_shows_the_simulated_one_alone(m
     whole, output = draw(made())["engagement"], made()
     del output["figure_data"]["engagement"]["measured"]["pressure"]
     partial = draw(output)["engagement"]
-    assert len(marks(partial, "line")) == len(marks(whole, "line")) - 1
+    assert len(marks(partial, "line")) == len(marks(whole, "line")) - 2  # the signal, and its difference
     assert not any("measured pressure" in row for row in partial["datasets"]["signals"])
     assert all("simulated pressure" in row for row in partial["datasets"]["signals"])
+
+
+def test_differences_are_drawn_under_the_signals_that_are_measured(made: Made) -> None:
+    output = made()
+    spec = draw(output)["engagement"]
+    fields = [[layer["encoding"]["y"]["field"] for layer in view["layer"] if "field" in layer["encoding"].get("y", {})]
+              for view in spec["vconcat"]]
+    titles = [["difference pressure"], ["difference input_speed", "difference output_speed"],
+              ["difference output_torque"]]
+    assert [field for field in fields if any("difference" in name for name in field)] == titles
+    for difference in titles:
+        place = fields.index(difference)
+        assert f"measured {difference[0].split()[1]}" in fields[place - 1]
+    for row in spec["datasets"]["signals"]:
+        for name in ("pressure", "output_torque"):
+            assert row[f"difference {name}"] == pytest.approx(row[f"measured {name}"] - row[f"simulated {name}"],
+                                                              abs=2e-3 * abs(row[f"measured {name}"]) + 1e-3)
+    svg = render(spec, "svg").decode()
+    assert "simulated [bar]" in svg
+    assert f'stroke="{theme.AXIS}"' in svg
 
 
 @pytest.mark.parametrize("names", [["pressure"], ["output_speed"], ["output_torque", "input_speed"]])

@@ -1,0 +1,50 @@
+"""Reports and pictures of jobs, made in child processes: they take seconds of the interpreter.
+
+In a thread of the service they would delay all other requests, the health check among them.
+"""
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
+
+import orjson
+from fastapi import Depends, Request
+
+from slipstick.errors import UnknownName
+from slipstick.storage import children
+
+
+class Drawings:
+    """Makes one page or picture at a time, since each takes a quarter of a gigabyte, and keeps `most_bytes` of them."""
+
+    def __init__(self, most_bytes: int = 32 << 20) -> None:
+        self._most_bytes = most_bytes
+        self._lock = threading.Lock()
+        self._kept: dict[tuple[str, ...], bytes] = {}
+
+    def made(self, function: str, request: Callable[[], Mapping[str, Any]], *key: str) -> bytes:
+        """Return what `function` of slipstick.report.made returns for `request`, which is called unless it was kept.
+
+        Together with the function, `key` identifies the request; without one, nothing is kept. Raises `UnknownName`.
+        """
+        with self._lock:
+            found = self._kept.pop((function, *key), None)  # and inserted again below, as the newest
+            if found is None:
+                found = children.call(f"slipstick.report.made:{function}", _json(request()), UnknownName)
+            if key:
+                self._kept[function, *key] = found
+                while sum(map(len, self._kept.values())) > self._most_bytes:
+                    del self._kept[next(iter(self._kept))]
+        return found
+
+
+def _json(request: Mapping[str, Any]) -> bytes:
+    return orjson.dumps(request, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+async def _drawings(request: Request) -> Drawings:
+    drawings: Drawings = request.app.state.drawings
+    return drawings
+
+
+DrawingsDependency = Annotated[Drawings, Depends(_drawings)]

@@ -1,0 +1,60 @@
+"""Reports and pictures from JSON, as a child process makes them: they take seconds of the interpreter.
+
+A request is the JSON object `{"kind": ..., ...}` with the arguments of the page: for a `fit` its `job`, `output`,
+`other` and `description`, for a `study` its `job`, `output` and `fits`, for a `propagation` the `answer`, the `request`
+and the `conditions`.
+"""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from slipstick.errors import UnknownName
+from slipstick.pictures import CAPTIONS, Spec, pictures, propagation
+from slipstick.pictures.rendering import render
+from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
+from slipstick.report.page import page as fit_page
+from slipstick.report.propagation import propagation_page
+from slipstick.report.study.page import study_page, study_specs
+
+PROPAGATION = "propagation"
+"""The only picture of a propagation."""
+
+
+def page(request: bytes) -> bytes:
+    """The HTML page of a fit, a study or a propagation."""
+    given = json.loads(request)
+    match given["kind"]:
+        case "fit":
+            text = fit_page(given["job"], given["output"], given["other"], given["description"])
+        case "study":
+            text = study_page(given["job"], given["output"], given["fits"])
+        case _:
+            text = propagation_page(given["answer"], given["request"], given["conditions"])
+    return text.encode()
+
+
+def titles(request: bytes) -> bytes:
+    """A JSON object: the name of each picture, in the order of the report, and its title."""
+    return json.dumps({name: spec["title"]["text"] for name, spec in _specs(json.loads(request)).items()}).encode()
+
+
+def picture(request: bytes) -> bytes:
+    """The picture `name` of the request in its `form`: `json` (Vega-Lite), `svg` or `png`; raises `UnknownName`."""
+    given = json.loads(request)
+    name, form, specs = given["name"], given["form"], _specs(given)
+    if name not in specs:
+        raise UnknownName.of("picture", name, specs)
+    if form == "json":
+        return json.dumps(specs[name], ensure_ascii=False, separators=(",", ":")).encode()
+    captions = {**CAPTIONS, PROPAGATION: propagation.CAPTION} if given["kind"] != "study" else STUDY_CAPTIONS
+    return render(specs[name], form, captions[name])
+
+
+def _specs(given: Mapping[str, Any]) -> dict[str, Spec]:
+    match given["kind"]:
+        case "fit":
+            return pictures(given["output"])
+        case "study":
+            return study_specs(given["job"], given["output"], given["fits"])
+    return {PROPAGATION: propagation.draw(given["answer"], given["request"]["quantiles"], given["conditions"])}

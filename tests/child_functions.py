@@ -1,0 +1,36 @@
+"""What the tests of child processes let these compute."""
+
+import json
+import os
+import signal
+import time
+
+from slipstick.errors import BadTable
+
+
+def processes(_: bytes) -> bytes:
+    return json.dumps([os.getpid(), os.getppid()]).encode()
+
+
+def doubled(content: bytes) -> bytes:
+    return 2 * content
+
+
+def refuse(content: bytes) -> bytes:
+    raise BadTable(content.decode(), "Build it again")
+
+
+def crash(_: bytes) -> bytes:
+    os.kill(os.getpid(), signal.SIGSEGV)
+    raise AssertionError
+
+
+def compute_for_ever(_: bytes) -> bytes:
+    while True:
+        pass
+
+
+def sleep_for_ever(_: bytes) -> bytes:
+    signal.alarm(1)  # instead of six times the limit
+    time.sleep(1e6)
+    raise AssertionError
