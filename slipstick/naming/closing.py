@@ -1,4 +1,4 @@
-"""Which pairs the closing piston asks for, by fits that begin from several strengths of each law."""
+"""Which pairs the closing piston asks for, by fits with the law of each that promises something."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ import numpy as np
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.curved import CurvedFit, fit_curved
-from slipstick.naming.evidence import Gain, gains, table
+from slipstick.naming.evidence import gains, table
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
 from slipstick.naming.selection import Finding, is_enough, is_unexplained, priced, rivals
@@ -15,12 +15,9 @@ from slipstick.naming.settings import NamingSettings
 
 _QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
 _LAGS = (("output torque sensor", "lag"), ("contact pressure", "lag"))
-_SHARES, _NOMINAL_SHARES = (0.0, 0.15, 0.6), (0.0, 0.6)
-"""Shares of the linear estimate of a law from which its fits begin, with the means of the fit without it and with
-nominal ones: the torque of the closing plates is so far from linear in the piston that a whole step hardly ever
-succeeds, and without a strong law the means may be far from their values."""
 _RESTARTS, _RISE = 4, 1.0  # of a fit from its own means, and the nats that one must gain for another one
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
+_FIRST = 3  # iterations by which the pairs that are fitted to the end are chosen
 _MISFIT = 1.5  # reduced chi-square of an engagement from which its piston is searched again
 _MOST = 2
 
@@ -99,7 +96,7 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: As
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
                     pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> dict[Pair, CurvedFit]:
-    """The fits with the best of the `pairs` that promise something, by default of all, each from several starts.
+    """The fits with the best of the `pairs` that promise something, by default of all, from `now` and common points.
 
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it.
     """
@@ -108,7 +105,11 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     promising = gains([about], list(now.laws), known)
     if not is_unexplained(now.chi2, now.chi2, settings):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
-    begun = sorted((_begun(block, now, one, ask) for one in promising), key=evidence_of, reverse=True)
+    begun = []
+    for one in promising:
+        ask(Asked("clutch", ("clutch",), one.pair))
+        begun.append(fit_curved(block, (*now.laws, one.pair), start=now, iterations=_FIRST))
+    begun.sort(key=evidence_of, reverse=True)
     found = {}
     for start in begun[:1 + settings.rivals]:
         ask(Asked("clutch", ("clutch",), start.laws[-1]))
@@ -117,12 +118,3 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
         found[best.laws[-1]] = max(best, again, key=evidence_of)
     return found
 
-
-def _begun(block: ClutchBlock, now: CurvedFit, one: Gain, ask: Ask) -> CurvedFit:
-    """The best start of a fit with a further pair."""
-    ask(Asked("clutch", ("clutch",), one.pair))
-    starts = [fit_curved(block, (*now.laws, one.pair), start=now, iterations=3)]
-    for means, shares in ((now.mean, _SHARES), (np.zeros_like(now.mean), _NOMINAL_SHARES)):
-        held = [[*now.held, (one.pair, share * one.law)] for share in shares]
-        starts += [from_common(block, means, now.shared, its, iterations=3) for its in held]
-    return max(starts, key=evidence_of)
