@@ -4,9 +4,9 @@
 
 Two processes, or the workers of a Dask scheduler, each in a copy of this repository; every finished case is a line of
 var/naming-LIST.jsonl, so that a killed run goes on where it was. naming_LIST_cases.csv has the cases, naming_LIST.csv
-the rates with 95 % bounds, over strengths in units of the naming limits of naming_limits.py. With EVERY, only every so
-many-th case of the list is answered, from the case FIRST on, counted from 0. The final list also gives
-slipstick/study/confidence.json.
+the rates with 95 % bounds, over strengths in units of the naming limits of naming_limits.py, and docs/naming_LIST.svg
+draws those of single effects. With EVERY, only every so many-th case of the list is answered, from the case FIRST on,
+counted from 0. The final list also gives slipstick/study/confidence.json.
 """
 
 import argparse
@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 from numba import set_num_threads
-from scipy.stats import beta
 
 from benchmarks.benches import BENCHES
+from benchmarks.naming_curves import drawn, interval
 from benchmarks.naming_limits import told
 from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
@@ -39,6 +39,7 @@ from worker.cluster import Cluster
 from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
+PICTURES = Path(__file__).parents[1] / "docs"
 SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
         ("friction coefficient", "lag"): ("contact pressure", "lag")}
 """Pairs that are the same effect of the catalogue: air in the oil, and the lag of friction behind the pressure."""
@@ -117,8 +118,7 @@ def block(pair: tuple[str, ...]) -> str:
 def rate(label: str, values: list[bool]) -> list[object]:
     """A row: how many of how many, the rate, and its 95 % bounds (Clopper and Pearson)."""
     hits, n = sum(values), len(values)
-    low = float(beta.ppf(0.025, hits, n - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(0.975, hits + 1, n - hits)) if hits < n else 1.0
+    low, high = interval(hits, n)
     return [label, hits, n, round(hits / n, 3) if n else "", round(low, 3), round(high, 3)]
 
 
@@ -192,6 +192,10 @@ def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) ->
     if which == "final":
         counted = {kind: [sum(its), len(its)] for kind, its in by_evidence(entries).items()}
         CONFIDENCE.write_text(json.dumps(counted, ensure_ascii=False) + "\n")
+    single = [entry for entry in entries if len(entry["hidden"]) == 1 and entry["hidden"][0]["listed"]]
+    title = f"Names of a single listed effect, over its strength ({len(single)} cases, {which})"
+    PICTURES.joinpath(f"naming_{which}.svg").write_bytes(
+        drawn([entry["hidden"][0]["named"] for entry in single], [judged(entry) for entry in single], title))
     header = ("case", "bench", "hidden", "seen", "named", "findings", "rivals", "nats", "unexplained", "set_aside",
               "bad_runs", "seconds", "error")
     write(f"naming_{which}_cases", header, rows, made_by)
