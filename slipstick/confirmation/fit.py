@@ -90,7 +90,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         tried = {}
         for name in left:
             more = terms.only((*now.block.terms.names, name))
-            begun = fit_simulation(traces, more, whole.fitted.points, _shared(whole, more))
+            begun = fit_simulation(traces, more, whole.fitted.points, shared_of(whole, more))
             tried[name] = begun if is_enough(begun.evidence - now.evidence) else above(begun, now)
         name = max(tried, key=lambda one: float(tried[one].evidence.sum()))
         if not is_enough(tried[name].evidence - now.evidence):
@@ -120,7 +120,7 @@ def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     Raises `AssertionError` if both are below `before`.
     """
     block = after.block
-    again = fit_curved(block, start=before.fitted, shared=_shared(before, block.terms), iterations=_ITERATIONS)
+    again = fit_curved(block, start=before.fitted, shared=shared_of(before, block.terms), iterations=_ITERATIONS)
     found = best([after, SimulationFit(block, again)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
@@ -132,7 +132,7 @@ def best(fits: Sequence[SimulationFit]) -> SimulationFit:
     return max(fits, key=lambda one: float(one.evidence.sum()))
 
 
-def _shared(known: SimulationFit, terms: Terms) -> np.ndarray:
+def shared_of(known: SimulationFit, terms: Terms) -> np.ndarray:
     """Coefficients (p,) of `terms` over their spans: those of a fit, and neutral where it has none."""
     values = dict(zip(known.block.fixed, known.fitted.shared, strict=True))
     return np.array([values.get(name, 0.0) for name in SimulatedBench(known.block.traces, terms).fixed])

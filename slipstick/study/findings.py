@@ -21,36 +21,44 @@ _AT_BOUND = 1e-3
 
 
 def finding_result(settings: StudySettings, finding: Finding, said: Answer, law: LawPoints | None,
-                   after: SimulationFit, experiments: list[FurtherExperiment]) -> FindingResult:
-    """The finding with all that was found out about it."""
-    term = _term(said, law)
-    at = [place for place, one in enumerate(after.block.terms.unknowns) if one.term == term]
+                   formulas: SimulationFit, after: SimulationFit,
+                   experiments: list[FurtherExperiment]) -> FindingResult:
+    """The finding with all that was found out about it.
+
+    `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
+    """
+    term = _term(said, law, after)
+    at = _places(after, term)
     share, kind = confidence(finding) if said.effect else (None, None)
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.
     same = [name for name in names(finding.pair, settings.catalogue) if name in said.others]
     rivals = [*(Candidate(name, *finding.pair, finding.nats, 0.0) for name in same), *rivals]
-    drawn = None if law is None else _law(settings, law, said.effect, after.values[at] if said.effect and at else None)
+    drawn = None if law is None else _law(settings, law, said.effect, formulas.values[_places(formulas, said.effect)])
     return FindingResult(
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
         finding.nats, finding.errors, rivals, drawn,
-        _confirmation(settings, after, at, term, bool(said.effect)),
+        _confirmation(settings, after, at, term, term == said.effect),
         worth(after, term) if at else None, share, kind, experiments)
 
 
-def _term(said: Answer, law: LawPoints | None) -> str:
+def _term(said: Answer, law: LawPoints | None, after: SimulationFit) -> str:
     """The name of what stands for the finding in the simulation."""
-    if said.effect:
-        return said.effect
     simulated = None if law is None else law.simulated()
-    return "" if simulated is None else f"{simulated.quantity} ~ {simulated.depends_on}"
+    name = "" if simulated is None else f"{simulated.quantity} ~ {simulated.depends_on}"
+    return said.effect if said.effect and name not in after.block.terms.names else name
 
 
-def _law(settings: StudySettings, law: LawPoints, effect: str, values: np.ndarray | None) -> Law:
-    """The law with its band, and the formula of the effect beside it."""
+def _places(fit: SimulationFit, term: str) -> list[int]:
+    """The places of the coefficients of a term."""
+    return [place for place, one in enumerate(fit.block.terms.unknowns) if one.term == term]
+
+
+def _law(settings: StudySettings, law: LawPoints, effect: str, values: np.ndarray) -> Law:
+    """The law with its band, and the formula of the effect with the coefficients `values` (p,) beside it, if any."""
     error = float(ndtri((1 + settings.level) / 2)) * law.std
-    its = None if values is None else formula(effect, values.tolist(), law)
+    its = formula(effect, values.tolist(), law) if len(values) else None
     return Law(None if law.x is None else law.x.tolist(), law.x_unit, law.change.tolist(),
                (law.change - error).tolist(), (law.change + error).tolist(), law.unit, law.relative, law.up_to,
                law.linearised, None if its is None else its.tolist())

@@ -85,7 +85,8 @@ class Confirmation:
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     simulated: Literal["formula", "measured law", "no"]
-    """What stands for the finding in the simulation. `no`: the simulation has no such quantity or dependence."""
+    """What stands for the finding in the simulation: the measured law of a named effect as well, if it describes the
+    recordings better than the formula. `no`: the simulation has no such quantity or dependence."""
     coefficients: list[Coefficient]
     """Coefficients, fitted with those of all other findings; empty if the simulation does not ask for the finding."""
     agrees: bool | None

@@ -20,6 +20,7 @@ from slipstick.confirmation.control import control
 from slipstick.confirmation.fit import SimulationFit, confirmed, fit_simulation, with_scatter_of
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import Prediction, closures, predict
+from slipstick.confirmation.measured import with_measured_laws
 from slipstick.confirmation.simulated import CONDITIONS, RANDOM
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import Traces
@@ -60,10 +61,13 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     doing = _steps(recordings, log).confirming
     terms = _terms(bench, found, answers)
     doing("fit", "Fitting the simulation of the whole bench" + (" without and with the findings" if answers else ""))
-    before, after = confirmed(traces, terms, points, lambda gain: is_enough(gain, settings.naming))
+    before, formulas = confirmed(traces, terms, points, lambda gain: is_enough(gain, settings.naming))
+    laws = {one.effect: found.measured[one.pair].simulated() for one in answers if one.pair in found.measured}
+    after = with_measured_laws(formulas, {name: law for name, law in laws.items() if law is not None}, points,
+                               lambda gain: is_enough(gain, settings.naming))
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
-    results = [finding_result(settings, finding, one, found.measured.get(finding.pair), after, its)
+    results = [finding_result(settings, finding, one, found.measured.get(finding.pair), formulas, after, its)
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
     doing("predict", "Predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)
@@ -127,7 +131,7 @@ def _experiments(one: Answer, after: SimulationFit) -> list[FurtherExperiment]:
     found, terms = [], after.block.terms
     known = {effect.name for effect in effects.CATALOGUE}
     for rival in one.others:
-        if not one.effect or rival not in known or rival in terms.effects:
+        if one.effect not in terms.effects or rival not in known or rival in terms.effects:
             continue
         swapped = replace(terms, effects=tuple(rival if name == one.effect else name for name in terms.effects))
         other = fit_simulation(after.block.traces, swapped, after.fitted.points)

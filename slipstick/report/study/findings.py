@@ -88,6 +88,8 @@ def _confidence(one: FindingResult) -> Entries:
 
 def _confirmed(one: FindingResult) -> Entries:
     how = {"formula": "the formula of the catalogue", "measured law": "the measured law", "no": ""}
+    if one.effect and one.confirmation.simulated == "measured law":
+        how["measured law"] += ", which describes the recordings better than the formula of the catalogue"
     if one.confirmation.simulated == "no":
         return [("Simulation:", "it has no such quantity or dependence; the finding rests on the blocks alone.")]
     verdict = "asks for it as well" if one.confirmation.agrees else \

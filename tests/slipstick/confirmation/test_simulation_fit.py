@@ -1,6 +1,7 @@
 """The fit of the whole simulation: coefficients, nesting, measured laws, worth, gap, control, further experiments."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,8 +14,14 @@ from slipstick.confirmation.control import control
 from slipstick.confirmation.fit import above, fit_simulation
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import closures, predict
+from slipstick.confirmation.measured import with_measured_laws
 from slipstick.confirmation.worth import worth
 from tests.benches import HEAVY, NOMINAL
+
+
+def enough(gain: np.ndarray) -> bool:
+    return bool(gain.sum() > 12)
+
 
 Traced = Callable[[Model], tuple[Traces, np.ndarray]]
 DRAG = NOMINAL.with_effect("quadratic_load_drag", {"drag": 0.03})
@@ -31,7 +38,7 @@ def fits(traced: Traced) -> Callable[[str], tuple[SimulationFit, SimulationFit]]
     @cache
     def found(which: str) -> tuple[SimulationFit, SimulationFit]:
         traces, points = traced(DRAG)
-        return confirmed(traces, terms[which], points, lambda gain: bool(gain.sum() > 12))
+        return confirmed(traces, terms[which], points, enough)
 
     return found
 
@@ -53,6 +60,20 @@ def test_a_measured_law_does_as_well_as_the_formula(fits: Callable) -> None:  # 
     formula = fits("drag")
     gains = [(one[1].evidence - one[0].evidence).sum() for one in (formula, (before, after))]
     assert gains[1] > 0.8 * gains[0]
+
+
+def test_a_measured_law_takes_the_place_of_a_formula_only_where_it_describes_the_recordings_better(
+        traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
+    saturating = replace(LAW, change=tuple(100 * (1 - np.exp(-speed / 15)) for speed in SPEEDS))
+    traces, points = traced(replace(NOMINAL, laws=(saturating,)))
+    formulas = fit_simulation(traces, Terms(HEAVY, ("quadratic_load_drag",)), points)
+    after = with_measured_laws(formulas, {"quadratic_load_drag": saturating}, points, enough)
+    assert after.block.terms.names == ("load torque ~ output speed",)
+    assert after.values[0] == pytest.approx(1.0, abs=0.05)
+    wide, narrow = (predict(one, 1).square[:, 2].mean() for one in (formulas, after))
+    assert narrow < 0.5 * wide
+    _, exact = fits("drag")
+    assert with_measured_laws(exact, {"quadratic_load_drag": LAW}, traced(DRAG)[1], enough) is exact
 
 
 @pytest.mark.slow
