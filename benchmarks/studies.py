@@ -94,7 +94,7 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
                                                         if not entry["hidden"]]),
         rate("right names: significant gaps closed by 80 % or more", [its["closure"] >= 0.8 for its in closed]),
         rate("their controls: significant gaps closed by 80 % or more", [its["closure"] >= 0.8 for its in controls]),
-        rate("right names: the simulation asks for the finding as well",
+        rate("right names: the simulation supports the finding",
              [all(its["confirmation"]["agrees"] for its in entry["result"]["findings"]
                   if its["confirmation"]["agrees"] is not None) for entry in found]),
         rate("right pairs over a number: law within 20 % RMS of its own size", [its.share < 0.2 for its in laws]),

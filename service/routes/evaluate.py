@@ -93,7 +93,7 @@ class EvaluateResponse(BaseModel):
     outside: OutsidePolicy
     points_outside: int = Field(description="Number of points outside the table, to which `outside` was applied.")
     conditions: list[int] = Field(description="Indices of the conditions, in the order of the columns.")
-    described: list[Description] | None = Field(description="The conditions in words; null if the request says so.")
+    described: list[Description] | None = Field(description="The conditions in words; null with `\"describe\": false`.")
     shifting_time: list[list[float | None]] = Field(
         description="Shifting times in s, with one row per point and one column per condition. Null if the engagement "
                     "does not lock, or if the point lies outside the table and `outside` is `nan`.")

@@ -130,8 +130,8 @@ class TableDescription(BaseModel):
     origin: str = Field(description="How the table was computed.")
     axes: list[AxisDescription] = Field(description="The axes; all operations expect inputs in this order.")
     output: str = Field(description="What the table contains: `shifting_time`, or the output of another machine.")
-    unit: str = Field(description="Unit of the output: s for shifting times. Where responses speak of a shifting time "
-                                  "in s and of densities per ms, read this output in this unit and a thousandth of it.")
+    unit: str = Field(description="Unit of the output: s for shifting times. Otherwise, shifting times in s are "
+                                  "values of this output in its unit, and densities are per thousandth of this unit.")
     statuses: StatusCounts | None = Field(description="Outcomes of the simulated engagements of a grid; null for a "
                                                       "surrogate, for which all engagements lock.")
     training: Training | None = Field(description="Training and error of a surrogate; null for a grid.")

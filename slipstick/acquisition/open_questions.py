@@ -18,11 +18,11 @@ def open_questions(signals: Collection[str], bench: Bench) -> tuple[str, ...]:
     can = open_blocks(signals)
     closed = [f"{block} ({_listed([name for name in missing if name in its])})" for block, its in NEEDED.items()
               if block not in can]
-    study = "A study stays open: no block has the signals at both of its ends. It needs the pressure, or the output " \
-            "torque and a speed"
+    study = "A study is not possible: no block has the signals at both of its ends. It needs the pressure, or the " \
+            "output torque and a speed"
     if can:
-        study = (f"A study asks the block{'s' if len(can) > 1 else ''} {_listed(can)}. Closed are {_listed(closed)}, "
-                 "which need what is in brackets")
+        study = (f"A study tests the block{'s' if len(can) > 1 else ''} {_listed(can)}. It cannot test "
+                 f"{_listed(closed)}, which need what is in brackets")
     calibration = "A calibration uses the signals that there are, and lists the parameters that they do not determine"
     if "pressure" in missing and set(_LINKED) <= set(bench.uncertain):
         calibration += f". Without pressure {_listed(_LINKED)} cannot be told apart, only products and ratios of them"

@@ -15,12 +15,12 @@ class NamingSettings:
     __pydantic_config__: ClassVar[dict[str, Any]] = {"use_attribute_docstrings": True, "extra": "forbid"}
 
     nats: float = 12.0
-    """Least gain in natural log-likelihood. One odd engagement can give nats: `errors` is asked for as well."""
+    """Least gain in natural log-likelihood. One odd engagement can give nats: `errors` is required as well."""
     errors: float = 4.0
     """Least gain in standard errors of its signed roots over engagements. With 60 pairs tried, Student's distribution
     of 53 degrees of freedom exceeds 3.8 once in a hundred sets of 54 recordings."""
     apart: float = 2.5
-    """Standard errors by which the best pair must lead another one, or both are told as a tie."""
+    """Standard errors by which the best pair must lead another one, or both are reported as a tie."""
     further: float = 0.03
     """Share of what the first pair of a block explains that a further one must add. Less may be no more than what a
     free law with few knots leaves of the first."""

@@ -99,8 +99,8 @@ def scene_of(bench: Bench, recordings: Recordings) -> Scene:
     """
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and blocks are driven by measured signals",
-                           "Record pressure, speeds and torque as well. Of shifting times alone, a fit says in which "
-                           "groups of conditions the model is off")
+                           "Record pressure, speeds and torque as well. A fit of the shifting times alone shows in "
+                           "which groups of conditions the model is off")
     if not open_blocks(recordings.signals.names):
         raise InvalidValue(f"These recordings have no signal but the {recordings.signals.names[0].replace('_', ' ')}, "
                            "which is not both ends of a block", "Record the pressure, or the torque and a speed")

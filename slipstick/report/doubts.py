@@ -1,4 +1,4 @@
-"""What the predictions of a fit leave unexplained, said before its result: residuals by group, and their spread."""
+"""What the predictions of a fit leave unexplained, stated before its result: residuals by group, and their spread."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -21,8 +21,8 @@ class StudyProgress:
     __pydantic_config__: ClassVar[dict[str, Any]] = {"use_attribute_docstrings": True}
 
     stage: Stage
-    """`name`: the blocks of the model say what is missing. `confirm`: the simulation of the whole bench is fitted
-    without and with it. A study that is interrupted resumes at the beginning of its stage."""
+    """`name`: the blocks of the model are tested for what is missing. `confirm`: the simulation of the whole bench is
+    fitted without and with it. A study that is interrupted resumes at the beginning of its stage."""
     step: int
     """Its current step, from 1. If engagements are set aside, the blocks are fitted once more without them, and the
     number goes back."""
@@ -32,7 +32,7 @@ class StudyProgress:
     """Share of the steps that are complete, as a number from 0 to 1. It never falls within a stage. Steps differ in
     duration, by how much is not known before, and so neither is the time left."""
     doing: str
-    """What it is doing, in words: the blocks that it asks, and the law that it tries in them."""
+    """What it is doing, in words: the blocks that it tests, and the law that it tries in them."""
 
 
 Log = Callable[[StudyProgress], None]

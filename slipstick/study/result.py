@@ -80,22 +80,22 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Confirmation:
-    """What the simulation of the whole bench says about a finding of the blocks."""
+    """Whether the simulation of the whole bench supports a finding of the blocks."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     simulated: Literal["formula", "measured law", "no"]
-    """What stands for the finding in the simulation: the measured law of a named effect as well, if it describes the
-    recordings better than the formula. `no`: the simulation has no such quantity or dependence."""
+    """The term of the finding in the simulation: for a named effect its formula, or its measured law if that describes
+    the recordings better. `no`: the simulation has no such quantity or dependence."""
     coefficients: list[Coefficient]
-    """Coefficients, fitted with those of all other findings; empty if the simulation does not ask for the finding."""
+    """Coefficients, fitted with those of all other findings; empty if the simulation does not support the finding."""
     agrees: bool | None
-    """Whether the simulation asks for the finding as well, beside the other ones; null if nothing stands for it."""
+    """Whether the simulation supports the finding in addition to the other ones; null if it has no term for it."""
 
 
 @dataclass(frozen=True)
 class FindingResult:
-    """Something that the recordings ask for beside the model."""
+    """Something that the recordings show and the model lacks."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
@@ -121,21 +121,21 @@ class FindingResult:
     law: Law | None
     """The measured law."""
     confirmation: Confirmation
-    """What the simulation of the whole bench says about it."""
+    """Whether the simulation of the whole bench supports it."""
     worth: Worth | None
-    """What it is worth; null if nothing stands for it in the simulation."""
+    """By how much it changes shifting times and signals; null if the simulation has no term for it."""
     confidence: float | None
     """Share of right names among findings with evidence of this kind, in recordings of known hidden effects; null if
     unlisted. It is not the probability that the name is right on your test bench."""
     evidence: str | None
     """Kind of the evidence, and on how many findings the confidence rests."""
     experiments: list[FurtherExperiment]
-    """Experiments that would break a tie, the best first."""
+    """Experiments that would resolve a tie, the best first."""
 
 
 @dataclass(frozen=True)
 class BlockResult:
-    """What a block of the model says: between the signals at its input and the one at its output."""
+    """The result of a block of the model, between the signals at its input and the one at its output."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
@@ -146,14 +146,14 @@ class BlockResult:
     chi_square: float
     """Reduced chi-square with all findings; 1 if only noise is left."""
     findings: list[str]
-    """Titles of the findings in this block; empty if it asks for nothing."""
+    """Titles of the findings in this block; empty if there are none."""
     unexplained: bool
     """Whether something is left that no pair explains."""
 
 
 @dataclass(frozen=True)
 class ClosedBlock:
-    """A block that was not asked, because signals were not measured."""
+    """A block that was not tested, because signals were not measured."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
@@ -208,7 +208,7 @@ class SimulationResult:
     log_likelihood: float
     """Natural log-likelihood, up to a constant of the recordings."""
     converged: bool
-    """Whether the fit came to rest within its iterations."""
+    """Whether the fit converged within its iterations."""
     model: dict[str, Any]
     """The model in the format that `python -m worker build --model` reads."""
 
@@ -227,17 +227,17 @@ class StudyResult:
     findings: list[FindingResult]
     """What is missing, in the order of the blocks."""
     blocks: list[BlockResult]
-    """What each block says."""
+    """The result of each block."""
     set_aside: list[int]
-    """Engagements, numbered from 0 as in the recordings, that are far worse than all others and count nothing."""
+    """Engagements, numbered from 0 as in the recordings, that are far worse than all others and are not used."""
     before: SimulationResult
     """The fit without the findings, in which parameters scatter no more than in the fit with them."""
     after: SimulationResult
-    """The fit with those findings that the simulation takes."""
+    """The fit with those findings that the simulation supports."""
     gap: Gap | None
-    """The gap without and with the findings; null if the simulation takes none."""
+    """The gap without and with the findings; null if the simulation supports none."""
     experiments: int
-    """Number of engagements that count; each is one observation of all tests."""
+    """Number of engagements that were used; each is one observation of all tests."""
     noise: dict[str, float]
     """Standard deviation of the noise of each signal in its unit, and of the shifting time in s."""
     recordings_digest: str
@@ -245,7 +245,7 @@ class StudyResult:
     settings_digest: str
     """SHA-256 of the settings."""
     closed: list[ClosedBlock] = field(default_factory=list)
-    """Blocks that were not asked: what is missing there remains unseen."""
+    """Blocks that were not tested: what is missing there is not found."""
     unused_channels: list[str] = field(default_factory=list)
     """Further channels that have no value in some engagement: no law over them was tried."""
 

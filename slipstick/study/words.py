@@ -28,14 +28,14 @@ def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str], miss
              misfits: Sequence[str] = ()) -> str:
     """The answer.
 
-    Signals are `missing` without which some blocks were not asked. In `misfits`, signals or the shifting time, the
-    simulation leaves more than those blocks explain that were asked.
+    Signals are `missing` without which some blocks could not be tested. `misfits` are the signals, or the shifting
+    time, in which the simulation leaves a misfit that the tested blocks do not explain.
     """
     answer = _said(findings, unexplained)
     if misfits:
-        absent = f"Something is missing that shows in the {_words(misfits)}, but in no block that could be asked"
+        absent = f"Something is missing that shows in the {_words(misfits)}, but in no block that could be tested"
         answer = absent if answer == NOTHING else f"{answer}. {absent}"
-    return f"{answer}. Not every block was asked: the recordings have no {_words(missing)}" if missing else answer
+    return f"{answer}. Not every block was tested: the recordings have no {_words(missing)}" if missing else answer
 
 
 def _words(names: Sequence[str]) -> str:

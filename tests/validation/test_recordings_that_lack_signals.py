@@ -56,7 +56,7 @@ def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) ->
     result, figures, recordings = studied(tmp_path, ["friction_falls_with_slip"], ["pressure"])
     assert (result.kind, result.findings) == ("unlisted", [])
     assert "missing that shows in the " in result.sentence
-    assert "shifting time, but in no block that could be asked" in result.sentence
+    assert "shifting time, but in no block that could be tested" in result.sentence
     assert "the recordings have no pressure" in result.sentence
     assert {one.name: one.missing for one in result.closed} == {
         block: ["pressure"] for block in ("valve", "contact", "clutch")}
@@ -67,7 +67,7 @@ def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) ->
         json.loads(json.dumps({"result": result.to_dict(), "figure_data": asdict(figures), "seconds": {"name": 2.0},
                                "processor_seconds": {"name": 2.0}}, allow_nan=False)))
     assert "Not measured: pressure." in html
-    assert "not asked: pressure not measured" in html
+    assert "not tested: pressure not measured" in html
 
 
 def test_without_both_ends_of_any_block_there_is_no_study(tmp_path: Path) -> None:

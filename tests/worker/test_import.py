@@ -57,7 +57,7 @@ def test_the_page_shows_the_signals_that_there_are_and_what_stays_open(
     (folder / "channels.toml").write_text("\n".join(line for line in lines if not line.startswith("pressure")))
     assert imported(folder) == 0
     page, out = (folder / "out" / "mine.html").read_text(), capsys.readouterr().out
-    for said in ("pressure not mapped", "A study asks the blocks load, input and lock"):
+    for said in ("pressure not mapped", "A study tests the blocks load, input and lock"):
         assert said in page
         assert said in out
     assert "picture-engagement" in page

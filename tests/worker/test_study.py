@@ -36,7 +36,7 @@ def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
     result = result_from_dict(stored["result"])
     assert result.effects == ["stribeck_friction"]
     assert printed.out.startswith(result.sentence)
-    for part in ("decay speed", "95 % interval", "standard errors over engagements", "What every block says",
+    for part in ("decay speed", "95 % interval", "standard errors over engagements", "Blocks of the model",
                  "by the control", "Limitations", f"--model {model}"):
         assert part in " ".join(printed.out.split())
     assert "s  fitting the simulation without and with the findings" in printed.err
@@ -66,7 +66,7 @@ def test_the_text_has_warnings_before_what_was_achieved() -> None:
     lines = study_text(result, Figures({"run_order": None}, [], {}, []), StudySettings()).splitlines()
     assert lines[0] == "Warnings"
     assert lines[1].startswith("- Set aside: engagement 3, numbered from 0.")
-    assert 1 < lines.index("Something is missing.") < lines.index("What every block says")
+    assert 1 < lines.index("Something is missing.") < lines.index("Blocks of the model")
     assert "current → pressure                1.80  something that no law explains" in lines
     assert "pressure bias           −2.00 %   5.00 %" in lines
 

@@ -25,7 +25,7 @@ CERTAIN = 100.0
 _HALF = float(ndtri(0.95))
 _ROW = 32  # px
 _LABEL = 300  # px
-_GAIN, _LEAD, _SHORT = "gain", "lead over a rival", "less than asked for"
+_GAIN, _LEAD, _SHORT = "gain", "lead over a rival", "below the threshold"
 _LEAST_AXIS = 1.35
 """Reduced chi-square up to which the axis reaches at least."""
 
@@ -41,7 +41,7 @@ def _title(result: StudyResult) -> str:
     left = sum(block.unexplained for block in result.blocks)
     blocks = f"{left} of {len(result.blocks)} blocks are not explained" if left else "no block is left unexplained"
     if not result.findings:
-        return f"No change of any quantity is asked for, and {blocks}"
+        return f"No change of any quantity reaches the thresholds, and {blocks}"
     ties = sum(bool(one.rivals) for one in result.findings)
     apart = "told apart from all others" if not ties else f"{ties} of them not told apart from others"
     named = f"{len(result.findings)} finding{'s' * (len(result.findings) > 1)}"

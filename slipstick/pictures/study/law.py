@@ -24,8 +24,8 @@ _MONOTONIC = 0.8  # share of the span between first and last point above which a
 _COLUMNS = 100  # characters per line
 _UP_TO = {"constant": "Known up to a constant, which parameters of the model take as well.",
           "line": "Known up to a straight line, which parameters of the model take as well.", "nothing": ""}
-_ZERO = ("It contains zero: how large the change is remains open, because parameters may take its part. That it is "
-         "asked for rests on the likelihood.")
+_ZERO = ("It contains zero: how large the change is remains open, because parameters may take its part. The "
+         "evidence for it is the gain in likelihood.")
 _LINEARISED = "The interval is that of a linear model and may be several times too narrow."
 
 
@@ -39,12 +39,12 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
     panels = [{"title": {"text": headline(*one), "fontSize": 13, "offset": 8,
                          "subtitle": textwrap.wrap(remarks(one[1], settings.level), _COLUMNS)},
                **_panel(*one, _SEVERAL)} for one in found]
-    return theme.picture(f"The recordings ask for {len(found)} laws", "One panel for each finding.",
+    return theme.picture(f"The recordings show {len(found)} laws", "One panel for each finding.",
                          {"spacing": 30, "vconcat": panels})
 
 
 def headline(finding: FindingResult, law: Law) -> str:
-    """What the law says, in one sentence."""
+    """The law in one sentence."""
     unit, factor = _shown(law)
     if law.x is None or finding.depends_on == "gain":
         size = factor * sum(law.change) / len(law.change)
@@ -61,7 +61,7 @@ def headline(finding: FindingResult, law: Law) -> str:
 
 
 def remarks(law: Law, level: float) -> str:
-    """What the band is, and what it and the level of the law do not say."""
+    """What the band is, and what it and the level of the law leave open."""
     interval, zero = f"Shade: {100 * level:.0f} % interval at each point.", ""
     if law.x is None:
         unit, factor = _shown(law)

@@ -64,7 +64,7 @@ def _evidence(one: FindingResult, result: StudyResult) -> Entries:
     rivals = [f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by "
               f"{number(other.behind, 2)} standard errors)" for other in one.rivals]
     found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
-                  "no other pair of quantity and dependence comes near."))
+                  "no other pair of quantity and dependence is close."))
     # Effects of the same pair are no rival pairs; the experiments that tell them apart name them.
     same = [within(effect_title(name)) for name in dict.fromkeys(other.rival for other in one.experiments)
             if name not in [other.effect for other in one.rivals]]
@@ -91,9 +91,10 @@ def _confirmed(one: FindingResult) -> Entries:
     if one.effect and one.confirmation.simulated == "measured law":
         how["measured law"] += ", which describes the recordings better than the formula of the catalogue"
     if one.confirmation.simulated == "no":
-        return [("Simulation:", "it has no such quantity or dependence; the finding rests on the blocks alone.")]
-    verdict = "asks for it as well" if one.confirmation.agrees else \
-        "does not ask for it, so that there are no coefficients and no worth"
+        return [("Simulation:", "it has no such quantity or dependence; the only evidence for the finding is that "
+                 "of the blocks.")]
+    verdict = "supports the finding" if one.confirmation.agrees else \
+        "does not support the finding, so that its coefficients and its size are not given"
     return [("Simulation:", f"the simulation of the whole bench, with {how[one.confirmation.simulated]}, {verdict}.")]
 
 
@@ -108,12 +109,12 @@ def _worth(one: FindingResult) -> Entries:
         "does not change the shifting time"
     signals = f"the change is {listed(large)}" if large else "all changes are below a tenth"
     rest = f"; {listed(small)} hardly change{'s' * (len(small) == 1)}" if large and small else ""
-    return [("Worth:", f"under the recorded conditions it {time}. In the signals, in standard deviations of their "
-                       f"noise, {signals}{rest}.")]
+    return [("Size of the effect:", f"under the recorded conditions it {time}. In the signals, in standard deviations "
+                                    f"of their noise, {signals}{rest}.")]
 
 
 def _further(one: FindingResult) -> list[Part]:
-    """Tables of the experiments that would break a tie, one for each rival."""
+    """Tables of the experiments that would resolve a tie, one for each rival."""
     parts: list[Part] = []
     for rival in dict.fromkeys(experiment.rival for experiment in one.experiments):
         its = [experiment for experiment in one.experiments if experiment.rival == rival]

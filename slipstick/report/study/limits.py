@@ -13,15 +13,15 @@ _ORDERED = 0.3
 _ALWAYS: Entries = [
     ("A name is a pair and a shape:", "the blocks measure which quantity changes with what. The catalogue gives the "
      "name if it has an effect of that pair whose law has that shape. Another cause with the same pair and shape would "
-     "get the same name, and a pair that no block offers cannot be found."),
+     "get the same name, and a pair for which no block tests a law cannot be found."),
     ("Errors that compensate:", "a gain error of the pressure sensor is taken up by the valve's gain, the friction "
      "coefficient, the pressure bias and the piston, which are calibrated. A lag of the friction and a lag of the "
      "torque sensor differ only in the blocks that the torque drives, and are often tied."),
     ("The piston position is not measured:", "what happens while the plates close is inferred from the torque. Weak "
      "laws of the piston rate are missed, those over rate, pressure and position are not always told apart, and their "
-     "intervals are those of a linear model. Beside a strong law of full contact a weak one of the piston is missed."),
+     "intervals are those of a linear model. A weak law of the piston is missed beside a strong one of full contact."),
     ("“Nothing” has a limit:", "what is missing by less than about a fifth of the noise variance in a block is not "
-     "told as unexplained, and a pair that gains less than the settings ask for is not named."),
+     "reported as unexplained, and a pair that gains less than the settings require is not named."),
     ("Parameters are trusted near their nominal values:", "one that is not calibrated may be off by 3 %, stated "
      "conditions by 2 %, and the torque of the converter by 5 %. A larger error of one of them may appear as a "
      "finding."),
@@ -46,9 +46,9 @@ def _order(conditions: Mapping[str, list[float] | None]) -> Entries:
                   if name != "run_order" and column and abs(value := _correlation(order, column)) > _ORDERED]
     if correlated:
         return [("The runs are not in random order:", f"the run order follows {listed(correlated)}, so that a drift "
-                 "cannot be told from an effect of the conditions. Randomise the run order.")]
-    return [("No condition follows the run order:", "drifts of oil temperature or wear can therefore be told from "
-             "effects of the conditions.")]
+                 "cannot be distinguished from an effect of the conditions. Randomise the run order.")]
+    return [("No condition follows the run order:", "drifts of oil temperature or wear can therefore be "
+             "distinguished from effects of the conditions.")]
 
 
 def _correlation(x: list[float], y: list[float]) -> float:

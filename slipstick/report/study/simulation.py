@@ -25,18 +25,18 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
     chi_square = [block.chi_square for block in result.blocks]
     if result.kind == "none":
         return (f"In {'the' if result.closed else 'all'} {len(result.blocks)} blocks of the model"
-                f"{' that could be asked' if result.closed else ''}, {many(result.experiments, 'engagement')} leave no "
-                f"more than noise: reduced chi-square is {min(chi_square):.2f} to {max(chi_square):.2f}, and 1 "
+                f"{' that could be tested' if result.closed else ''}, {many(result.experiments, 'engagement')} leave "
+                f"no more than noise: reduced chi-square is {min(chi_square):.2f} to {max(chi_square):.2f}, and 1 "
                 "is expected. No change of any quantity with anything gains the "
                 f"{number(settings.naming.nats)} nats and {number(settings.naming.errors)} standard errors that a "
                 "finding needs. The model of the bench describes these recordings; an effect that gains less remains "
                 "unseen.")
     if not result.findings and not any(block.unexplained for block in result.blocks):
-        return "The signals that were not recorded would tell where: record them as well."
+        return "To find where it is missing, record the signals that are lacking."
     if not result.findings:
         return "The block is known, but not the law: record under other conditions, or look at its signals."
     if result.gap is None:
-        return "The simulation of the whole bench takes none of what the blocks ask for, so no gap is computed."
+        return "The simulation of the whole bench supports none of the findings of the blocks, so no gap is computed."
     time = result.gap.closures["shifting_time"]
     text = (f"On conditions that the fit has not seen, the error of the shifting time goes from "
             f"{fixed(1e3 * time.rms_before)} to {fixed(1e3 * time.rms_after)} ms (root mean square); a right model "
@@ -47,21 +47,21 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
 
 
 def blocks(result: StudyResult) -> Section:
-    """What every block says."""
+    """The findings of every block, and what it leaves unexplained."""
     rows = list[tuple[str, ...]]()
     for block in result.blocks:
-        asked = [within(title) for title in block.findings]
+        shown = [within(title) for title in block.findings]
         if block.unexplained:
-            asked.append("something that no law explains")
-        rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(asked) or "nothing"))
-    rows += [(block.signals, "", f"not asked: {listed([channel(name) for name in block.missing])} not measured")
+            shown.append("something that no law explains")
+        rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(shown) or "none"))
+    rows += [(block.signals, "", f"not tested: {listed([channel(name) for name in block.missing])} not measured")
              for block in result.closed]
-    return Section("What every block says", [
-        Table(("block", "reduced chi-square", "asks for"), rows, words=(2,)), Note(_BLOCKS)])
+    return Section("Blocks of the model", [
+        Table(("block", "reduced chi-square", "findings"), rows, words=(2,)), Note(_BLOCKS)])
 
 
 def gap(result: StudyResult, has_picture: bool) -> Section:
-    """The closed gap of every signal; empty if the simulation takes no finding."""
+    """The closed gap of every signal; empty if the simulation supports no finding."""
     if result.gap is None:
         return Section("", [])
     control = result.gap.control
@@ -86,7 +86,7 @@ def simulation(result: StudyResult) -> Section:
     parts: list[Part] = [Table(("mean squared residual in units of the noise", *head), chi_square)]
     if len(fits) > 1:
         rise = result.after.log_likelihood - result.before.log_likelihood
-        limit = "" if result.before.converged else (" The fit without them had not come to rest when its iterations "
+        limit = "" if result.before.converged else (" The fit without them had not converged when its iterations "
                                                     "ended, so that the rise may be somewhat smaller.")
         parts.append(f"The log-likelihood of all signals rises by {rise:.0f} nats.{limit}")
     heads = tuple(f"{kind}{' ' + name if len(fits) > 1 else ''}" for kind in ("mean", "scatter") for name in head)

@@ -1,4 +1,4 @@
-"""What limits the answer of this study, said before anything else."""
+"""What limits the answer of this study, stated before anything else."""
 
 from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.study.words import effect_title, within
@@ -19,16 +19,16 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     if result.closed:
         missing = dict.fromkeys(name for block in result.closed for name in block.missing)
         found.append((f"Not measured: {listed([channel(name) for name in missing])}.",
-                      f"{listed([f'“{block.signals}”' for block in result.closed])} could not be asked. What is "
-                      "missing there remains unseen, or passes for a finding of another block."))
+                      f"{listed([f'“{block.signals}”' for block in result.closed])} could not be tested. What is "
+                      "missing there is not found, or appears as a finding of another block."))
     if result.unused_channels:
         found.append((f"Not used: {listed(result.unused_channels)}.",
-                      "Some engagement has no value of it up to lock-up, so that no law over it was tried."))
+                      "In at least one engagement it has no value up to lock-up, so that no law over it was tried."))
     if result.set_aside:
         names = [f"{place} ({described(aside, row)})" if aside else str(place)
                  for row, place in enumerate(result.set_aside)]
         found.append((f"Set aside: engagement{'s' * (len(names) > 1)} {listed(names)},",
-                      "numbered from 0. Each is far worse than all others in some block and counts nothing. Look at "
+                      "numbered from 0. Each is far worse than all others in some block and is not used. Look at "
                       "its signals: an effect depends on the conditions and acts on many engagements."))
     found += [(f"Unexplained: “{block.signals}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                "findings, and no law that was tried explains the rest. The findings and their intervals may be off.")
@@ -48,11 +48,11 @@ def _about(one: FindingResult) -> Entries:
         rest = listed(list(dict.fromkeys(others))) if others else "another effect of the same quantity and dependence"
         found.append(("Not told apart:", f"the recordings do not tell {within(one.title)} from {rest}."))
     if one.confirmation.agrees is False:
-        found.append(("Not confirmed:", f"the simulation of the whole bench does not ask for {within(one.title)} "
-                      "beside what else was found. It is not part of the extended model."))
+        found.append(("Not confirmed:", f"the simulation of the whole bench does not support {within(one.title)} "
+                      "in addition to the other findings. It is not part of the extended model."))
     if one.confirmation.simulated == "no":
         found.append(("Not simulated:", f"the simulation does not have the {one.quantity} in dependence on "
-                      f"“{one.depends_on}”, so {within(one.title)} rests on its blocks alone."))
+                      f"“{one.depends_on}”, so the only evidence for {within(one.title)} is that of its blocks."))
     at_bound = [in_words(coefficient.name) for coefficient in one.confirmation.coefficients if coefficient.at_bound]
     if at_bound:
         found.append(("At a bound:", f"{listed(at_bound)} of {within(one.title)}. The interval has no meaning, and the "
@@ -64,16 +64,16 @@ def _about(one: FindingResult) -> Entries:
 
 
 def _simulation(result: StudyResult) -> Entries:
-    """Whether the fits came to rest, and signals in which the simulation leaves more than noise."""
+    """Whether the fits converged, and signals in which the simulation leaves more than noise."""
     found: Entries = []
     if not result.after.converged:
-        found.append(("Not converged:", "the fit of the simulation did not come to rest within its iterations. "
+        found.append(("Not converged:", "the fit of the simulation did not converge within its iterations. "
                       "Coefficients and the log-likelihood may be off."))
     misfits = [f"{number(value)} in the {channel(name)}" for name, value in result.after.chi_square.items()
                if value > MISFIT]
     if misfits:
         found.append(("The simulation leaves more than noise:", f"reduced chi-square is {listed(misfits)}. "
-                      "Coefficients and their intervals make up for what is missing there."))
+                      "Coefficients and their intervals are biased by what is missing there."))
     return found
 
 

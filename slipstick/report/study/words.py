@@ -23,7 +23,7 @@ def effect_of(name: str | None) -> Effect | None:
 
 
 def meaning(effect: Effect | None, coefficient: str) -> str:
-    """What a coefficient says."""
+    """The meaning of a coefficient."""
     if effect is None:
         return "multiple of the measured law, 1 if the simulation agrees with it" if coefficient == "factor" else ""
     return next((one.meaning for one in effect.coefficients if one.name == coefficient), "")

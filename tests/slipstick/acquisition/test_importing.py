@@ -193,7 +193,7 @@ def test_a_missing_signal_closes_what_needs_it_and_leaves_the_others() -> None:
     assert again.digest == found.recordings.digest != whole.recordings.digest
     holds, study, calibration = found.open_questions
     assert holds == ("output_torque not mapped: the recordings hold pressure, input_speed and output_speed only")
-    assert study.startswith("A study asks the block valve. Closed are contact (output_torque), clutch (output_tor")
+    assert study.startswith("A study tests the block valve. It cannot test contact (output_torque), clutch (outp")
     assert "lists the parameters that they do not determine" in calibration
     assert "Without pressure" not in calibration
     assert (whole.open_questions, found.doubts) == ((), ())
@@ -202,7 +202,7 @@ def test_a_missing_signal_closes_what_needs_it_and_leaves_the_others() -> None:
 def test_without_pressure_the_linked_parameters_are_said_if_all_of_them_are_uncertain() -> None:
     found = mapped("input_speed", "output_speed", "output_torque")
     assert "Without pressure current_gain, pressure_bias, " in found.open_questions[2]
-    assert "A study asks the blocks load, input and lock. Closed are valve (pressure)" in found.open_questions[1]
+    assert "A study tests the blocks load, input and lock. It cannot test valve (pressure)" in found.open_questions[1]
     known = replace(COMPACT, priors=tuple(
         replace(prior, uncertain=False) if name == "current_gain" else prior
         for name, prior in zip(parameters.NAMES, COMPACT.priors, strict=True)))

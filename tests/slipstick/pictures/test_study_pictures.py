@@ -164,7 +164,7 @@ def test_the_evidence_that_is_drawn_is_the_one_that_is_told(studied: Studied) ->
     assert first["low"] > 0
     assert (second["label"], second["value"], second["least"]) == ("lead over pressure-dependent friction", 1.2, 3.0)
     assert second["low"] < 0
-    assert second["series"] == "less than asked for"
+    assert second["series"] == "below the threshold"
     assert [row["value"] for row in blocks["data"]["values"]] == pytest.approx(
         [block.chi_square for block in result.blocks], rel=1e-4)
     thresholds = [layer["encoding"]["x"]["datum"] for layer in blocks["layer"][:2]]

@@ -47,7 +47,7 @@ def test_the_page_reports_what_is_missing_and_its_evidence(studied: Studied, rea
     for phrase in ("Missing: slip-speed-dependent friction", "Finding: slip-speed-dependent friction",
                    f"rises by {one.nats:.0f} nats in the block “pressure, slip → torque in full contact”",
                    "alpha (1 + strength exp(", "Bo and Pavelescu", "decay speed", "90 % interval",
-                   "asks for it as well", "it changes the shifting time by", "What every block says",
+                   "supports the finding", "it changes the shifting time by", "Blocks of the model",
                    "gap closed (90 %)", "brake torque", "A name is a pair and a shape", "confirm 9 s", "c3d4",
                    result.settings_digest):
         assert phrase in parsed.text, phrase
@@ -107,14 +107,14 @@ def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> 
     confirmation = result.findings[0].confirmation
     assert "Not confirmed" not in said(result)
     unconfirmed = changed(result, confirmation=replace(confirmation, agrees=False, coefficients=[]), worth=None)
-    assert "Not confirmed: the simulation of the whole bench does not ask for slip-speed-dependent friction" in said(
+    assert "Not confirmed: the simulation of the whole bench does not support slip-speed-dependent friction" in said(
         unconfirmed)
     html = page(replace(unconfirmed, gap=None), figures)
-    assert "does not ask for it, so that there are no coefficients" in html
-    assert "takes none of what the blocks ask for" in html
+    assert "does not support the finding, so that its coefficients" in html
+    assert "supports none of the findings of the blocks" in html
     nothing = replace(confirmation, simulated="no", coefficients=[], agrees=None)
     alone = changed(result, confirmation=nothing, worth=None)
-    assert "rests on its blocks alone" in said(alone)
+    assert "is that of its blocks" in said(alone)
     bound = [replace(one, at_bound=True) for one in confirmation.coefficients]
     assert "At a bound: strength and decay speed of slip-speed-dependent friction" in said(
         changed(result, confirmation=replace(confirmation, coefficients=bound)))
@@ -193,7 +193,7 @@ def test_an_unlisted_finding_has_its_law_and_its_factor(studied: Studied, readin
     result = replace(result, kind="unlisted", findings=[unlisted(result.findings[0])])
     text = reading(page(result, figures)).text
     assert "no effect of this quantity and dependence whose law has this shape" in text
-    assert "with the measured law, asks for it as well" in text
+    assert "with the measured law, supports the finding" in text
     assert "multiple of the measured law" in text
     assert "Confidence:" not in text
     assert "Formula:" not in text
