@@ -71,7 +71,7 @@ def report(found: Imported) -> str:
     lines += [f"  {one.name} <- {'-' if one.sign < 0 else ''}{one.channel} [{one.stated or 'unit not stated'}], "
               f"{one.lowest:.4g} to {one.highest:.4g} {one.unit}" for one in found.channels]
     for title, entries in (("Set aside", [f"{one.label}: {one.reason}" for one in found.set_aside]),
-                           ("Open", found.open_questions), ("Found out or assumed", found.remarks),
+                           ("Not determined", found.open_questions), ("Detected or assumed", found.remarks),
                            ("Looks wrong", found.doubts)):
         if entries:
             lines += [f"{title}:", *(f"  {entry}" for entry in entries[:_MOST_REMARKS])]

@@ -63,7 +63,7 @@ class ImportDescription(BaseModel):
     engagements: list[str] = Field(description="File, and number in it, of each engagement of the recordings.")
     computed: bool = Field(description="Whether the shifting times were computed from the speeds.")
     set_aside: list[SetAsideEngagement] = Field(description="Engagements that cannot be used, with the reasons.")
-    remarks: list[str] = Field(description="What was found out or assumed because the mapping does not state it.")
+    remarks: list[str] = Field(description="What was detected or assumed because the mapping does not state it.")
     doubts: list[str] = Field(description="What looks wrong: the marks of a swapped channel, a wrong sign or unit.")
     open_questions: list[str] = Field(description="What cannot be answered without the signals that were not mapped: "
                                                   "blocks that a study cannot test, and what no calibration "

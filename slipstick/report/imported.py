@@ -25,8 +25,8 @@ def imported_page(name: str, found: Imported, bench: Bench, comparison: Comparis
             (one.name, one.channel, one.stated or "not stated", one.unit, f"{one.sign:+g}", f"{1e3 * one.step:.4g}",
              f"{one.lowest:.4g}", f"{one.highest:.4g}") for one in found.channels], words=(1, 2, 3))),
         section("Set aside", listing((f"{one.label}:", one.reason) for one in found.set_aside)),
-        section("What stays open", *(paragraph(text) for text in found.open_questions)),
-        section("Found out or assumed", *(paragraph(text) for text in found.remarks)),
+        section("Not determined", *(paragraph(text) for text in found.open_questions)),
+        section("Detected or assumed", *(paragraph(text) for text in found.remarks)),
         section("Pictures", *figures(_pictures(found, comparison), CAPTIONS).values()),
         section("Engagements", table(_ROWS, list(_rows(found)))),
         section("Provenance", definitions([
