@@ -14,9 +14,9 @@ def with_measured_laws(formulas: SimulationFit, laws: Mapping[str, MeasuredLaw],
                        is_enough: Callable[[np.ndarray], bool]) -> SimulationFit:
     """The fit `formulas`, with the measured law of each effect whose formula describes the recordings worse.
 
-    `laws` are those of named effects; the formula of an effect that is not in the fit was no improvement. A law has more
-    values than a formula has coefficients: the gain (n,) in nats must be enough beyond their price. Fits begin at the
-    `points` (n, q) that were estimated beside the laws.
+    `laws` are those of named effects; the formula of an effect that is not in the fit was no improvement. A law has
+    more values than a formula has coefficients: the gain (n,) in nats must be enough beyond their price. Fits begin at
+    the `points` (n, q) that were estimated beside the laws.
     """
     now = formulas
     for effect, law in laws.items():
