@@ -59,9 +59,9 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     """Submit a study, which finds and measures physical effects that the recordings show and the model lacks.
 
     The request returns immediately, with the address of the study in the header Location. A worker runs the study. It
-    takes the model apart at its measured signals and asks each block, driven by what was measured at its input, which
-    quantity depends on what beyond the model. Findings are named after effects of the catalogue, and confirmed by fits
-    of the simulation of the whole test bench without and with them. Recordings need the pressure, or the torque and a
+    splits the model into blocks at its measured signals, and tests in each block, with measured signals as its input,
+    which quantity depends on something that the model does not contain. Findings are named after effects of the
+    catalogue, and confirmed by fits of the simulation of the whole test bench without and with them. Recordings need the pressure, or the torque and a
     speed, and 24 or more engagements; others are rejected with 422.
     """
     study = submit(store, key, _job_input(library, body), "long")

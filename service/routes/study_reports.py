@@ -38,7 +38,7 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: Revali
                  drawings: DrawingsDependency) -> HTMLResponse:
     """Return the report of a finished study as a single HTML page that needs no network access.
 
-    The report contains what is missing and the evidence for it, what each block of the model says, the gap between
+    The report contains what is missing and the evidence for it, the result of each block of the model, the gap between
     model and recordings before and after with a control, the pictures, and the limitations of a study. With `before`
     and `after` it also compares two fits, on tables of the models without and with what was found: likelihood, scatter
     of the inputs, and output noise.

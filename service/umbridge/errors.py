@@ -40,7 +40,7 @@ def error_responses() -> dict[int | str, dict[str, Any]]:
                  403: "The request comes from another machine",
                  413: "The request body or the computation would exceed a limit of the service",
                  500: "The model has no value at this point (`InvalidOutput`), or the service failed",
-                 503: "The service is busy; the header Retry-After says when to try again"}
+                 503: "The service is busy; the header Retry-After states when to try again"}
     return {status: {"description": text, "model": BridgeError} for status, text in described.items()}
 
 

@@ -12,16 +12,17 @@ from slipstick.naming.selection import priced
 
 def with_measured_laws(formulas: SimulationFit, laws: Mapping[str, MeasuredLaw], points: np.ndarray,
                        is_enough: Callable[[np.ndarray], bool]) -> SimulationFit:
-    """The fit `formulas`, with the measured law for each of its effects whose formula describes the recordings worse.
+    """The fit `formulas`, with the measured law of each effect whose formula describes the recordings worse.
 
-    `laws` are those of effects, by name. A law has more values than a formula has coefficients: the gain (n,) in nats
-    must be enough beyond their price. Fits begin at the `points` (n, q) that were estimated beside the laws.
+    `laws` are those of named effects; the formula of an effect that is not in the fit was no improvement. A law has
+    more values than a formula has coefficients: the gain (n,) in nats must be enough beyond their price. Fits begin at
+    the `points` (n, q) that were estimated beside the laws.
     """
     now = formulas
     for effect, law in laws.items():
         terms = now.block.terms
-        if effect not in terms.effects or len(terms.laws) == MOST_LAWS:
-            continue
+        if len(terms.laws) == MOST_LAWS:
+            break
         swapped = replace(terms, effects=tuple(name for name in terms.effects if name != effect),
                           laws=(*terms.laws, law))
         shared = shared_of(now, swapped)

@@ -117,4 +117,3 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
         again = from_common(block, best.mean, best.shared, best.held, iterations=10)
         found[best.laws[-1]] = max(best, again, key=evidence_of)
     return found
-

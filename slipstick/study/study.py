@@ -62,9 +62,10 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     terms = _terms(bench, found, answers)
     doing("fit", "Fitting the simulation of the whole bench" + (" without and with the findings" if answers else ""))
     before, formulas = confirmed(traces, terms, points, lambda gain: is_enough(gain, settings.naming))
-    laws = {one.effect: found.measured[one.pair].simulated() for one in answers if one.pair in found.measured}
-    after = with_measured_laws(formulas, {name: law for name, law in laws.items() if law is not None}, points,
-                               lambda gain: is_enough(gain, settings.naming))
+    measured = {one.effect: found.measured[one.pair].simulated() for one in answers
+                if one.effect and one.pair in found.measured}
+    laws = {name: law for name, law in measured.items() if law is not None}
+    after = with_measured_laws(formulas, laws, points, lambda gain: is_enough(gain, settings.naming))
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), formulas, after, its)

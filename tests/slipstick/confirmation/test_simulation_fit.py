@@ -72,6 +72,9 @@ def test_a_measured_law_takes_the_place_of_a_formula_only_where_it_describes_the
     assert after.values[0] == pytest.approx(1.0, abs=0.05)
     wide, narrow = (predict(one, 1).square[:, 2].mean() for one in (formulas, after))
     assert narrow < 0.5 * wide
+    refused = fit_simulation(traces, Terms(HEAVY), points)
+    added = with_measured_laws(refused, {"quadratic_load_drag": saturating}, points, enough)
+    assert added.evidence.sum() == pytest.approx(after.evidence.sum(), abs=1)
     _, exact = fits("drag")
     assert with_measured_laws(exact, {"quadratic_load_drag": LAW}, traced(DRAG)[1], enough) is exact
 
