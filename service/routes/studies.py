@@ -61,8 +61,8 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     The request returns immediately, with the address of the study in the header Location. A worker runs the study. It
     splits the model into blocks at its measured signals, and tests in each block, with measured signals as its input,
     which quantity depends on something that the model does not contain. Findings are named after effects of the
-    catalogue, and confirmed by fits of the simulation of the whole test bench without and with them. Recordings need the pressure, or the torque and a
-    speed, and 24 or more engagements; others are rejected with 422.
+    catalogue, and confirmed by fits of the simulation of the whole test bench without and with them. Recordings need
+    the pressure, or the torque and a speed, and 24 or more engagements; others are rejected with 422.
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
