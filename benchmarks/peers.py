@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class Work:
     """Work of this project and of its peers by name.
 
     A peer may do a part of it: its times are scaled to the number of values of this project. `targets` are the speedups
-    aimed at, by peer or over `FASTEST`; `limit` is the largest median time in ms that is aimed at.
+    aimed at, by peer or over `FASTEST`; `limit` is the largest median time in ms that is aimed at. `left_out` has the
+    peers that cannot run here, and why.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Work:
     targets: dict[str, float]
     limit: float | None = None
     repeats: int = 3
+    left_out: dict[str, str] = field(default_factory=dict)
 
 
 def measured(work: Work, rounds: int) -> list[list[object]]:
@@ -58,6 +60,7 @@ def measured(work: Work, rounds: int) -> list[list[object]]:
         target = work.targets.get(name, work.targets.get(FASTEST) if name == fastest else None)
         verdict = ["", ""] if target is None else [f"{target:g}", _verdict(np.median(ratios) >= target)]
         rows.append([work.name, name, *_spread(spans[name]), *_spread(ratios), errors[name], work.unit, *verdict])
+    rows.extend([work.name, name, f"left out: {why}", *[""] * (len(HEADER) - 3)] for name, why in work.left_out.items())
     return rows
 
 

@@ -6,11 +6,12 @@ The tolerance of each method is chosen for an error of about 1e-4 s against the 
 
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
-from benchmarks import scalar_dopri, scipy_script
+from benchmarks import scipy_script
 from benchmarks.benches import HEAVY
 from benchmarks.grid import AXES, points
 from slipstick.bench import parameters
@@ -33,12 +34,13 @@ def one_core() -> np.ndarray:
     return ensemble.shifting_times(MODEL, CONDITIONS, AXES, GRID[SUBSET], threads=1)[0]
 
 
-def scalar(rows: np.ndarray = SUBSET) -> np.ndarray:
+def scalar(code: Callable[..., np.ndarray], rows: np.ndarray = SUBSET) -> np.ndarray:
+    """Shifting times of rows of the grid by a scalar Dormand-Prince code, such as `scalar_dopri.shifting_times`."""
     vectors = np.tile(MODEL.parameters, (len(rows), 1))
     for column, name in enumerate(AXES):
         vectors[:, parameters.index(name)] *= GRID[rows, column]
     initial, speed = ensemble.initial_input_speed(HEAVY.physics.converter, vectors, CONDITIONS)
-    return scalar_dopri.shifting_times(
+    return code(
         vectors, CONDITIONS.current_profile, CONDITIONS.profile_time, CONDITIONS.profile_current,
         CONDITIONS.motor_speed, CONDITIONS.load_inertia, CONDITIONS.brake_torque, initial[:, speed], DOPRI_TOLERANCE)
 
@@ -58,9 +60,9 @@ def ensemble_error() -> float:
     return float(np.abs(ensemble.shifting_times(MODEL, CONDITIONS, AXES, GRID)[0] - tight()).max())
 
 
-def scalar_error() -> float:
+def scalar_error(code: Callable[..., np.ndarray]) -> float:
     """Largest error in s over the grid."""
-    return float(np.abs(scalar(np.arange(len(GRID))) - tight()).max())
+    return float(np.abs(scalar(code, np.arange(len(GRID))) - tight()).max())
 
 
 def script_error() -> float:

@@ -1,12 +1,12 @@
 """The work that `make bench` measures: what this project and its peers do, and the errors of each."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from benchmarks import simulator
+from benchmarks import scalar_cpp, scalar_dopri, simulator
 from benchmarks.benches import HEAVY
 from benchmarks.expansion_peers import BASIS, Peers
 from benchmarks.grid import AXES, points
@@ -112,12 +112,22 @@ def interpolation(table: Grid, interpolator: RegularGridInterpolator) -> Work:
 
 def shifting_times() -> Work:
     """Shifting times of 21,600 engagements."""
+    script = "scipy solve_ivp, Python (12 engagements, scaled)"
+    peers = {"scalar Dormand-Prince 5(4), numba": _scalar(scalar_dopri.shifting_times),
+             script: Code(simulator.script, simulator.script_error)}
+    left_out = {}
+    compiled = "scalar Dormand-Prince 5(4), C++"
+    if missing := scalar_cpp.missing():
+        left_out[compiled] = missing
+    else:
+        peers[compiled] = _scalar(scalar_cpp.shifting_times)
     return Work("shifting times of 21,600 engagements, one core",
-                Code(simulator.one_core, simulator.ensemble_error),
-                {"scalar Dormand-Prince 5(4), numba": Code(simulator.scalar, simulator.scalar_error),
-                 "scipy solve_ivp, Python (12 engagements, scaled)": Code(simulator.script, simulator.script_error)},
-                "s", {"scalar Dormand-Prince 5(4), numba": 12.0,
-                      "scipy solve_ivp, Python (12 engagements, scaled)": 5000.0}, repeats=1)
+                Code(simulator.one_core, simulator.ensemble_error), peers, "s", {FASTEST: 12.0, script: 5000.0},
+                repeats=1, left_out=left_out)
+
+
+def _scalar(code: Callable[..., np.ndarray]) -> Code:
+    return Code(lambda: simulator.scalar(code), lambda: simulator.scalar_error(code))
 
 
 def effects() -> Work:
