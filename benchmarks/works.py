@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
@@ -112,22 +113,28 @@ def interpolation(table: Grid, interpolator: RegularGridInterpolator) -> Work:
 
 def shifting_times() -> Work:
     """Shifting times of 21,600 engagements."""
-    script = "scipy solve_ivp, Python (12 engagements, scaled)"
-    peers = {"scalar Dormand-Prince 5(4), numba": _scalar(scalar_dopri.shifting_times),
-             script: Code(simulator.script, simulator.script_error)}
+    script, compiled, vectorized = (
+        "scipy solve_ivp, Python (12 engagements, scaled)", "scalar Dormand-Prince 5(4), C++",
+        "diffrax, Dormand-Prince 5(4), 216 conditions at a time")
+    peers = {"scalar Dormand-Prince 5(4), numba": _simulated(scalar_dopri.shifting_times, simulator.DOPRI_TOLERANCE)}
     left_out = {}
-    compiled = "scalar Dormand-Prince 5(4), C++"
     if missing := scalar_cpp.missing():
         left_out[compiled] = missing
     else:
-        peers[compiled] = _scalar(scalar_cpp.shifting_times)
+        peers[compiled] = _simulated(scalar_cpp.shifting_times, simulator.DOPRI_TOLERANCE)
+    if find_spec("diffrax"):
+        from benchmarks import diffrax_peer
+        peers[vectorized] = _simulated(diffrax_peer.shifting_times, simulator.DIFFRAX_TOLERANCE)
+    else:
+        left_out[vectorized] = "diffrax is not installed"
     return Work("shifting times of 21,600 engagements, one core",
-                Code(simulator.one_core, simulator.ensemble_error), peers, "s", {FASTEST: 12.0, script: 5000.0},
-                repeats=1, left_out=left_out)
+                Code(simulator.one_core, simulator.ensemble_error),
+                {**peers, script: Code(simulator.script, simulator.script_error)}, "s",
+                {FASTEST: 12.0, script: 5000.0}, repeats=1, left_out=left_out)
 
 
-def _scalar(code: Callable[..., np.ndarray]) -> Code:
-    return Code(lambda: simulator.scalar(code), lambda: simulator.scalar_error(code))
+def _simulated(code: Callable[..., np.ndarray], tolerance: float) -> Code:
+    return Code(lambda: simulator.simulated(code, tolerance), lambda: simulator.simulated_error(code, tolerance))
 
 
 def effects() -> Work:

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,11 @@ from slipstick.clutch.model import Model
 from tests.benches import HEAVY
 
 ROOT = Path(__file__).parents[1]
-RUNS_ON_IMPORT = "catalogue"
+NOT_IMPORTED = {"catalogue"} if find_spec("diffrax") else {"catalogue", "diffrax_peer"}  # the first runs on import
 
 
 def test_every_benchmark_can_be_imported() -> None:
-    names = sorted(path.stem for path in (ROOT / "benchmarks").glob("[a-z]*.py") if path.stem != RUNS_ON_IMPORT)
+    names = sorted(path.stem for path in (ROOT / "benchmarks").glob("[a-z]*.py") if path.stem not in NOT_IMPORTED)
     assert len(names) > 10
     code = "import " + ", ".join(f"benchmarks.{name}" for name in [*names, "__main__"])
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
@@ -38,10 +39,20 @@ def test_the_straightforward_implementation_simulates_the_same_bench() -> None:
 @pytest.mark.skipif(scalar_cpp.missing() is not None, reason="needs g++")
 def test_the_scalar_codes_take_the_same_steps() -> None:
     """Up to rounding, which decides in a few engagements whether a step across a kink is accepted."""
-    compiled, jitted = (simulator.scalar(code, np.array([0, 2499]))
+    compiled, jitted = (simulator.simulated(code, simulator.DOPRI_TOLERANCE, np.array([0, 2499]))
                         for code in (scalar_cpp.shifting_times, scalar_dopri.shifting_times))
     assert np.quantile(np.abs(compiled - jitted), 0.9) < 1e-9
     np.testing.assert_allclose(compiled, jitted, atol=1e-4)
+
+
+@pytest.mark.skipif(find_spec("diffrax") is None, reason="needs the extra `bench`")
+def test_diffrax_simulates_the_same_bench() -> None:
+    from benchmarks import diffrax_peer
+
+    rows = np.array([0, 1275])
+    times = simulator.simulated(diffrax_peer.shifting_times, simulator.DIFFRAX_TOLERANCE, rows)
+    ours, _ = ensemble.shifting_times(simulator.MODEL, simulator.CONDITIONS, simulator.AXES, simulator.GRID[rows])
+    np.testing.assert_allclose(times, ours, atol=1e-3)
 
 
 def test_the_expansions_of_all_codes_are_the_same() -> None:
