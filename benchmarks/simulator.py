@@ -79,10 +79,10 @@ class CatalogueProcess:
         assert self.process.stdout
         self.process.stdout.readline()
 
-    def run(self) -> np.ndarray:
-        """Run the ensemble once; returns its rate in simulations per second, shape (1,)."""
+    def run(self) -> None:
+        """Run the ensemble once."""
         assert self.process.stdin
         assert self.process.stdout
         self.process.stdin.write("\n")
         self.process.stdin.flush()
-        return np.array([float(self.process.stdout.readline())])
+        self.process.stdout.readline()

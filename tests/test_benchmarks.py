@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -65,19 +66,25 @@ def test_the_expansions_of_all_codes_are_the_same() -> None:
 
 
 def test_a_peer_that_does_a_part_of_the_work_is_scaled_to_all_of_it() -> None:
-    work = Work("sums", Code(lambda: np.zeros(6), lambda: 0.5), {"slow": Code(lambda: wait(np.zeros(2)))}, "s",
-                {"slow": 1.0, "absent": 2.0}, limit=1e6, repeats=1, left_out={"absent": "no compiler"})
-    ours, slow, absent = (dict(zip(HEADER, row, strict=False)) for row in measured(work, 3))
-    assert (absent["code"], absent["median [ms]"]) == ("absent", "left out: no compiler")
-    assert (ours["code"], ours["error"], ours["target"], ours["met"]) == ("this project", 0.5, "1e+06 ms", "yes")
-    assert float(slow["least"]) > 0  # of the speedups, the later of two columns
-    assert float(str(slow["median [ms]"])) >= 3 * 2.0
-    assert slow["met"] == "yes"
+    slow = Code(lambda: time.sleep(0.002), scale=3.0)
+    work = Work("sums", Code(lambda: None, lambda: 0.5), {"slow": slow}, "s", {"slow": 1.0, "absent": 2.0}, limit=1e6,
+                repeats=1, left_out={"absent": "no compiler"})
+    first, second, third = (dict(zip(HEADER, row, strict=False)) for row in measured(work, 3))
+    assert (first["code"], first["error"], first["target"], first["met"]) == ("this project", 0.5, "1e+06 ms", "yes")
+    assert float(second["least"]) > 0  # of the speedups, the later of two columns
+    assert float(str(second["median [ms]"])) >= 3 * 2.0
+    assert second["met"] == "yes"
+    assert (third["code"], third["median [ms]"]) == ("absent", "left out: no compiler")
 
 
-def wait(values: np.ndarray) -> np.ndarray:
-    time.sleep(0.002)
-    return values
+def test_a_code_with_a_warm_up_is_run_in_the_rounds_only_and_before_its_error_is_computed() -> None:
+    ticks, calls = count(), []
+    ours = Code(lambda: calls.append("run"), lambda: float(len(calls)), warm_up=lambda: calls.append("warm-up"))
+    work = Work("fit", ours, {"grid": Code(lambda: None, scale=5.0)}, "decades", {}, repeats=1, rounds=2,
+                clock=lambda: float(next(ticks)))
+    ours_row, grid_row = (dict(zip(HEADER[:3], row, strict=False)) for row in measured(work, 9))
+    assert calls == ["warm-up", "run", "run"]
+    assert (ours_row["median [ms]"], grid_row["median [ms]"]) == (1e3, 5e3)
 
 
 def test_a_result_that_differs_in_its_last_digit_counts_as_different_but_not_one_that_took_longer() -> None:
