@@ -52,7 +52,7 @@ audit: setup ## known vulnerabilities of the dependencies (needs the network)
 picture: setup ## redraw the pictures of the README (needs a finished `make demo`)
 	@$(BIN)/python docs/picture.py var docs
 
-bench: setup ## compare with other codes in one run: benchmarks/peers.csv (three minutes, on an idle machine)
+bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five minutes, on an idle machine)
 	@$(PIP) install -e '.[bench]'
 	@$(BIN)/python -m benchmarks
 

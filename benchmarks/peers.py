@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,18 +15,25 @@ OURS = "this project"
 
 @dataclass(frozen=True)
 class Code:
-    """A function, and its error against the tight reference, or None."""
+    """A function, and its error against the tight reference, or None.
 
-    run: Callable[[], np.ndarray]
+    The times of a code that does a part of the work are multiplied by `scale`. It is run once before the first round,
+    or `warm_up` instead, so that nothing is compiled in the rounds.
+    """
+
+    run: Callable[[], object]
     error: Callable[[], float] | None = None
+    scale: float = 1.0
+    warm_up: Callable[[], object] | None = None
 
 
 @dataclass(frozen=True)
 class Work:
     """Work of this project and of its peers by name.
 
-    A peer may do a part of it: its times are scaled to the number of values of this project. `targets` are the speedups
-    aimed at, by peer or over `FASTEST`; `limit` is the largest median time in ms that is aimed at.
+    `targets` are the speedups aimed at, by peer or over `FASTEST`; `limit` is the largest median time in ms that is
+    aimed at. `left_out` has the peers that cannot run here, and why. `rounds` overrides the number of rounds, and
+    `clock` returns the time in s.
     """
 
     name: str
@@ -36,19 +43,24 @@ class Work:
     targets: dict[str, float]
     limit: float | None = None
     repeats: int = 3
+    left_out: dict[str, str] = field(default_factory=dict)
+    rounds: int | None = None
+    clock: Callable[[], float] = time.perf_counter
 
 
 def measured(work: Work, rounds: int) -> list[list[object]]:
     """The rows of the table for one piece of work; a speedup is the ratio of two times of the same round."""
     codes = {OURS: work.ours, **work.peers}
-    sizes = {name: code.run().size for name, code in codes.items()}  # compiles and fills caches, too
-    errors = {name: code.error() if code.error else "" for name, code in codes.items()}
+    for code in codes.values():
+        (code.warm_up or code.run)()
     times: dict[str, list[float]] = {name: [] for name in codes}
+    rounds = work.rounds or rounds
     for number in range(rounds):
         for name, code in codes.items():
-            best = min(_milliseconds(code) for _ in range(work.repeats))
-            times[name].append(best * sizes[OURS] / sizes[name])
+            best = min(_milliseconds(code, work.clock) for _ in range(work.repeats))
+            times[name].append(code.scale * best)
         print(f"{work.name}: round {number + 1} of {rounds}", file=sys.stderr)
+    errors = {name: code.error() if code.error else "" for name, code in codes.items()}
     spans = {name: np.array(values) for name, values in times.items()}
     limit = ["", ""] if work.limit is None else [f"{work.limit:g} ms", _verdict(np.median(spans[OURS]) <= work.limit)]
     rows: list[list[object]] = [[work.name, OURS, *_spread(spans[OURS]), "", "", "", errors[OURS], work.unit, *limit]]
@@ -58,6 +70,7 @@ def measured(work: Work, rounds: int) -> list[list[object]]:
         target = work.targets.get(name, work.targets.get(FASTEST) if name == fastest else None)
         verdict = ["", ""] if target is None else [f"{target:g}", _verdict(np.median(ratios) >= target)]
         rows.append([work.name, name, *_spread(spans[name]), *_spread(ratios), errors[name], work.unit, *verdict])
+    rows.extend([work.name, name, f"left out: {why}", *[""] * (len(HEADER) - 3)] for name, why in work.left_out.items())
     return rows
 
 
@@ -65,10 +78,10 @@ def _spread(values: np.ndarray) -> tuple[float, float, float]:
     return float(np.median(values)), float(np.min(values)), float(np.max(values))
 
 
-def _milliseconds(code: Code) -> float:
-    start = time.perf_counter()
+def _milliseconds(code: Code, clock: Callable[[], float]) -> float:
+    start = clock()
     code.run()
-    return 1e3 * (time.perf_counter() - start)
+    return 1e3 * (clock() - start)
 
 
 def _verdict(met: bool | np.bool_) -> str:

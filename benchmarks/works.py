@@ -1,23 +1,25 @@
 """The work that `make bench` measures: what this project and its peers do, and the errors of each."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from benchmarks import simulator
+from benchmarks import scalar_cpp, scalar_dopri, simulator
 from benchmarks.benches import HEAVY
 from benchmarks.expansion_peers import BASIS, Peers
 from benchmarks.grid import AXES, points
 from benchmarks.likelihood import CASES, FITTED, reference
 from benchmarks.peers import FASTEST, Code, Work
+from benchmarks.whole_fit import whole_fit
 from slipstick.inference import table_problem
 from slipstick.recordings import Recordings
 from slipstick.table import Grid
 from slipstick.table.axis import Axis
 from slipstick.uncertainty import Inputs, log10_mean_density
-from slipstick.uncertainty.likelihood import converged
+from slipstick.uncertainty.likelihood import InferenceProblem, converged
 
 SAMPLES = 10_000
 EXPANDED = Inputs(np.ones(2), np.array([0.05, 0.08]))
@@ -26,12 +28,14 @@ EXPANDED = Inputs(np.ones(2), np.array([0.05, 0.08]))
 def works() -> Iterator[Work]:
     """All work, on the default table, which is simulated here."""
     table = default_table()
+    problem = table_problem(table, Recordings.open("tables/measured.h5"), "clip")
     interpolator = RegularGridInterpolator([axis.values for axis in table.axes], table.times)
-    yield likelihood(table, interpolator)
+    yield likelihood(table, interpolator, problem)
     yield expansion(table)
     yield interpolation(table, interpolator)
     yield shifting_times()
     yield effects()
+    yield whole_fit(problem)
 
 
 def default_table() -> Grid:
@@ -42,9 +46,8 @@ def default_table() -> Grid:
     return Grid(axes, times, np.zeros(times.shape, np.uint8), HEAVY.conditions, simulator.MODEL)
 
 
-def likelihood(table: Grid, interpolator: RegularGridInterpolator) -> Work:
+def likelihood(table: Grid, interpolator: RegularGridInterpolator, problem: InferenceProblem) -> Work:
     """The log10 likelihood of the shipped recordings at their fit."""
-    problem = table_problem(table, Recordings.open("tables/measured.h5"), "clip")
     candidate, measured = CASES[FITTED], problem.measured_time
     inputs, noise = candidate.inputs, candidate.output_std
     exact = reference(problem, candidate)
@@ -112,12 +115,29 @@ def interpolation(table: Grid, interpolator: RegularGridInterpolator) -> Work:
 
 def shifting_times() -> Work:
     """Shifting times of 21,600 engagements."""
+    script, jitted, compiled, vectorized = (
+        "scipy solve_ivp, Python (12 engagements, scaled)", "scalar Dormand-Prince 5(4), numba",
+        "scalar Dormand-Prince 5(4), C++", "diffrax, Dormand-Prince 5(4), 216 conditions at a time")
+    peers = {jitted: _simulated(scalar_dopri.shifting_times, simulator.DOPRI_TOLERANCE)}
+    left_out = {}
+    if missing := scalar_cpp.missing():
+        left_out[compiled] = missing
+    else:
+        peers[compiled] = _simulated(scalar_cpp.shifting_times, simulator.DOPRI_TOLERANCE)
+    if find_spec("diffrax"):
+        from benchmarks import diffrax_peer
+        peers[vectorized] = _simulated(diffrax_peer.shifting_times, simulator.DIFFRAX_TOLERANCE)
+    else:
+        left_out[vectorized] = "diffrax is not installed"
+    peers[script] = Code(simulator.script, simulator.script_error,
+                         len(simulator.SUBSET) * len(HEAVY.conditions) / len(simulator.SCIPY_RUNS))
     return Work("shifting times of 21,600 engagements, one core",
-                Code(simulator.one_core, simulator.ensemble_error),
-                {"scalar Dormand-Prince 5(4), numba": Code(simulator.scalar, simulator.scalar_error),
-                 "scipy solve_ivp, Python (12 engagements, scaled)": Code(simulator.script, simulator.script_error)},
-                "s", {"scalar Dormand-Prince 5(4), numba": 12.0,
-                      "scipy solve_ivp, Python (12 engagements, scaled)": 5000.0}, repeats=1)
+                Code(simulator.one_core, simulator.ensemble_error), peers, "s",
+                {jitted: 12.0, compiled: 12.0, script: 5000.0}, repeats=1, left_out=left_out)
+
+
+def _simulated(code: Callable[..., np.ndarray], tolerance: float) -> Code:
+    return Code(lambda: simulator.simulated(code, tolerance), lambda: simulator.simulated_error(code, tolerance))
 
 
 def effects() -> Work:

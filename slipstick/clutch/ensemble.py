@@ -5,12 +5,12 @@ with all effects of the catalogue). `reference` is the slow, readable reference 
 """
 
 import math
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numba import get_num_threads
 
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
@@ -78,10 +78,10 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions, with a `converter`.
 
     All points are combined with all conditions; with `paired`, m = n and point i is combined with condition i only. The
-    measured `laws` act at all points.
-    With `sample_times` (k,) in s, not decreasing, the response contains the sensor signals at these times. The result
-    of an engagement depends neither on `threads` nor on the other engagements of the call. Raises `InvalidValue` for
-    invalid arguments; an engagement that never locks or diverges is reported by its status.
+    measured `laws` act at all points. With `sample_times` (k,) in s, not decreasing, the response contains the sensor
+    signals at these times. The result of an engagement depends neither on `threads`, by default as many as numba's, nor
+    on the other engagements of the call. Raises `InvalidValue` for invalid arguments; an engagement that never locks or
+    diverges is reported by its status.
     """
     vectors, coefficients = np.ascontiguousarray(vectors, float), np.ascontiguousarray(coefficients, float)
     times = np.empty(0) if sample_times is None else np.ascontiguousarray(sample_times, float)
@@ -98,7 +98,7 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     profiles = np.column_stack([conditions.current_profile, column]).astype(np.int64)
     profile_segments = segments(conditions.profile_time, conditions.profile_current, conditions.profile_input_torque)
 
-    n, k, workers = len(conditions), len(times), threads or os.cpu_count() or 1
+    n, k, workers = len(conditions), len(times), threads or get_num_threads()
     shape, conditions_per_point = ((n,), 1) if paired else ((len(vectors), n), n)
     total = math.prod(shape)
     limit = min(_MAX_BLOCK, math.ceil(total / workers), _MAX_SAMPLE_VALUES // max(1, k * (active.state_size + 2)))
@@ -116,8 +116,13 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
             observe(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, terms, columns,
                     profiles, profile_segments, times, samples, true_signals)
 
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(simulate_block, range(0, total, size)))
+    blocks = range(0, total, size)
+    if min(workers, len(blocks)) == 1:
+        for first in blocks:
+            simulate_block(first)
+    else:
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(simulate_block, blocks))
     shaped = {name: signal.reshape(*shape, k) for name, signal in zip(_SIGNALS, true_signals, strict=True)}
     return Response(shifting_time.reshape(shape), status.reshape(shape), **{
         name: sensor_reading(signal, f"{name.replace('_', ' ')} sensor", times, coefficients) if k else signal
