@@ -15,7 +15,7 @@ CAPTION = ("Top: measured minus predicted shifting time of every engagement. Eac
            "noise and scatter alone would leave. Bottom: the closed share of the gap with 90 % intervals. At 100 %, "
            "the remaining error is that of sensor noise and run-to-run scatter alone. Quantities without a "
            "significant gap are omitted; ends below −50 % or above 150 % are drawn there. The control is the best "
-           "effect that acts on another quantity; it shows how much an arbitrary effect would close.")
+           "effect that acts on another quantity; a wrong effect must not close the gap.")
 
 _HEIGHT = 210
 _DEVIATIONS = 2.0  # half width of the shade
