@@ -12,7 +12,13 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from distribution import Once, once, pytest_collection_modifyitems, pytest_xdist_make_scheduler
+from distribution import (
+    Once,
+    once,
+    pytest_collection_modifyitems,
+    pytest_xdist_auto_num_workers,
+    pytest_xdist_make_scheduler,
+)
 from selenium import webdriver
 
 from slipstick.clutch.ensemble import shifting_times
@@ -23,7 +29,8 @@ from slipstick.table import Axis, Grid
 from tests import postgresql as postgresql_server
 from tests.benches import HEAVY, NOMINAL
 
-__all__ = ["once", "pytest_collection_modifyitems", "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
+__all__ = ["once", "pytest_collection_modifyitems", "pytest_xdist_auto_num_workers",
+           "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
 
 ROOT = Path(__file__).parents[1]
 BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",

@@ -38,6 +38,7 @@ def test_the_straightforward_implementation_simulates_the_same_bench() -> None:
 
 
 @pytest.mark.skipif(scalar_cpp.missing() is not None, reason="needs g++")
+@pytest.mark.slow
 def test_the_scalar_codes_take_the_same_steps() -> None:
     """Up to rounding, which decides in a few engagements whether a step across a kink is accepted."""
     compiled, jitted = (simulator.simulated(code, simulator.DOPRI_TOLERANCE, np.array([0, 2499]))
