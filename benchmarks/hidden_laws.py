@@ -30,10 +30,10 @@ def is_over_a_number(pair: tuple[str, str], changed: Mapping[str, Any]) -> bool:
     return pair[1] in SCALAR_DEPENDENCES and DEPENDS_ON.get(changed["abscissa"]) == pair[1]
 
 
-def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference:
+def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference | None:
     """Compare a law with an entry of `changed` of a truth, weighted by the visits of the recordings.
 
-    What a law is known up to is fitted to the difference first.
+    What a law is known up to is fitted to the difference first. None where the law has no point among the visits.
     """
     grid, change, visits = (np.array(changed[name], float) for name in ("grid", "change", "visits"))
     if changed["kind"] == "ratio":
@@ -45,6 +45,8 @@ def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference:
     if law.pair[1] == "run order":
         x = law.x[0] + grid * np.ptp(law.x)
     visits = visits * ((x >= law.x[0]) & (x <= law.x[-1]))
+    if not visits.any():
+        return None
     measured, std = np.interp(x, law.x, law.change), np.interp(x, law.x, law.std)
     columns = np.vander(grid, {"nothing": 0, "constant": 1, "line": 2}[law.up_to])
     left = measured - change
