@@ -45,7 +45,8 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     except Exception as error:  # a study that raises is a result: a wrong one
         return entry | {"error": repr(error)}
     laws = from_json(named).measured
-    found = [compared(laws[its["pair"]], changed) for its, changed in zip(known["hidden"], known["changed"], strict=True)
+    hidden = zip(known["hidden"], known["changed"], strict=True)
+    found = [compared(laws[its["pair"]], changed) for its, changed in hidden
              if its["pair"] in laws and is_over_a_number(its["pair"], changed)]
     differences = [asdict(one) for one in found if one is not None]
     return entry | {"naming": between - began, "confirmation": perf_counter() - between, "laws": differences,
