@@ -40,6 +40,7 @@ def test_friction_that_falls_with_slip_is_found_and_closes_the_gap_and_another_e
     assert control.closure < 0.5
 
 
+@pytest.mark.slow
 def test_nothing_is_found_in_recordings_without_an_effect(tmp_path: Path) -> None:
     result = studied(tmp_path, 11)
     assert (result.kind, result.findings, result.gap) == ("none", [], None)

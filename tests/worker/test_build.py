@@ -120,6 +120,7 @@ def test_concurrent_builds_of_the_same_table_are_refused(six_conditions, tmp_pat
     build_table(plan, out)
 
 
+@pytest.mark.slow
 def test_a_repeatedly_killed_build_gives_the_same_table(tmp_path, monkeypatch):
     out, axes = tmp_path / "a.h5", ("pressure_bias=0.5:1.5:30", "initial_position=0.5:1.5:30")
     command = [sys.executable, "-m", "worker", "build", "--threads", "1", "--out", out, "--axis", axes[0],

@@ -47,6 +47,7 @@ def finished(problem: InferenceProblem) -> SearchState:
     return run(QUICK, problem)
 
 
+@pytest.mark.slow
 def test_a_resumed_search_is_bit_identical(problem: InferenceProblem) -> None:
     uninterrupted = run(QUICK, problem, generations=20)
     resumed = through_json(run(QUICK, problem, generations=10))
@@ -55,6 +56,7 @@ def test_a_resumed_search_is_bit_identical(problem: InferenceProblem) -> None:
     assert run(replace(QUICK, seed=2), problem, generations=1) != run(QUICK, problem, generations=1)
 
 
+@pytest.mark.slow
 def test_a_search_is_bit_identical_for_any_number_of_threads() -> None:
     """The rounding of BLAS depends on the number of threads, but a fit must not."""
     code = (
