@@ -14,7 +14,7 @@ columns of a linear model alike.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +52,12 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     return out
 
 
-@njit(nogil=True, cache=True, error_model="numpy", parallel=True)
+@njit(nogil=True, cache=True, error_model="numpy")
 def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, onto, out):  # type: ignore[no-untyped-def]
     n, p, k = columns.shape
     # Variances of what is new in v and u at each sample.
     fresh, input_fresh = std * std * (1 - rho * rho), input_std * input_std * (1 - input_rho * input_rho)
-    for i in prange(n):
+    for i in range(n):
         # The gains are those of all columns; where a sample is not counted, they are 0.
         last = k
         while last > 0 and not counted[i, last - 1]:

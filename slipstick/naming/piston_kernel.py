@@ -8,7 +8,7 @@ A drag d takes v d / sqrt(v^2 + d^2) off the rate v. Heun's method integrates x 
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 NAMES = ("piston_pressure_rate", "piston_pressure", "piston_inertia", "piston_return", "pressure_bias",
          "temperature_gain", "contact_position", "initial_position", "contact_length", "film_coefficient",
@@ -29,7 +29,7 @@ def _table(x, at, value):  # type: ignore[no-untyped-def]
     return value[m - 1]
 
 
-@njit(nogil=True, cache=True, error_model="numpy", parallel=True)
+@njit(nogil=True, cache=True, error_model="numpy")
 def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change, clearance,  # type: ignore[no-untyped-def]
           friction_change, film_change, rate_extra, rate_at, rate_value, place_at, place_value, drag, torque, position):
     """Fill `torque` (n, k) in N m and `position` (n, k) in m up to the samples `end` (n,); both stay 0 beyond.
@@ -40,7 +40,7 @@ def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change,
     position (`place`) at some points; or the `drag` in m/s. A sample has `sub` steps. A signal at a sample is that of
     `late` s before: the piston leaves its initial position, which it has at the command, that much later.
     """
-    for i in prange(len(p)):
+    for i in range(len(p)):
         a, b, d = p[i, 0] / p[i, 2], p[i, 1] / p[i, 2], p[i, 3] / p[i, 2]
         bias, gain, contact = p[i, 4], p[i, 5], p[i, 6]
         x = p[i, 7]
