@@ -15,11 +15,12 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import beta, norm
+from scipy.stats import norm
 
 from benchmarks import results
 from benchmarks.benches import BENCHES
 from benchmarks.calibration_sets import Truth, drawn
+from benchmarks.rates import bounds
 from slipstick.bench import Bench, parameters
 from slipstick.calibration import calibrate, random_effects
 from slipstick.calibration.calibrate import LEVEL
@@ -100,8 +101,7 @@ def write(rows: list[dict]) -> None:
         converged = sum(row["converged"] for row in some)
         for place, parameter in enumerate(some[0]["free"]):
             k, n = int(covered[place]), len(some)
-            table.append([name, parameter, n, k / n, float(beta.ppf(0.025, k, n - k + 1)) if k else 0.0,
-                          float(beta.ppf(0.975, k + 1, n - k)) if k < n else 1.0, float(np.median(width[:, place])),
+            table.append([name, parameter, n, k / n, *bounds(k, n), float(np.median(width[:, place])),
                           float(error[:, place].mean()), float(error[:, place].std()),
                           float(np.median(its["scatter_found"][:, place] / its["scatter"][:, place])),
                           converged, float(np.median(its["seconds"]))])

@@ -15,11 +15,11 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import beta
 
 from benchmarks import results
 from benchmarks.benches import BENCHES
 from benchmarks.calibration_sets import drawn
+from benchmarks.rates import bounds
 from slipstick.bench import parameters
 from slipstick.calibration import calibrate
 
@@ -67,8 +67,7 @@ def write(rows: list[dict]) -> None:
             its, inside = determined[:, place], covered[:, place]
             n, k = int(its.sum()), int((its & inside).sum())
             table.append([case or "none", parameter, len(some), n, k / n if n else "",
-                          float(beta.ppf(0.025, k, n - k + 1)) if k else "" if not n else 0.0,
-                          float(beta.ppf(0.975, k + 1, n - k)) if k < n else "" if not n else 1.0,
+                          *(bounds(k, n) if n else ("", "")),
                           float(inside[~its].mean()) if not its.all() else "",
                           float(np.median(width[:, place])) if parameter != "all" else "", converged])
     results.write("calibration_partial", [

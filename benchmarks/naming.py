@@ -22,8 +22,9 @@ import numpy as np
 from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
-from benchmarks.naming_curves import drawn, interval
+from benchmarks.naming_curves import drawn
 from benchmarks.naming_limits import told
+from benchmarks.rates import bounds
 from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer, names
@@ -118,7 +119,7 @@ def block(pair: tuple[str, ...]) -> str:
 def rate(label: str, values: list[bool]) -> list[object]:
     """A row: how many of how many, the rate, and its 95 % bounds (Clopper and Pearson)."""
     hits, n = sum(values), len(values)
-    low, high = interval(hits, n)
+    low, high = bounds(hits, n)
     return [label, hits, n, round(hits / n, 3) if n else "", round(low, 3), round(high, 3)]
 
 

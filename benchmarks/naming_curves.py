@@ -4,8 +4,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.stats import beta
 
+from benchmarks.rates import bounds
 from slipstick.pictures import theme
 from slipstick.pictures.rendering import render
 
@@ -13,12 +13,6 @@ BOUNDS = (0.0, 0.3, 1.0, 2.0, 5.0, 15.0, np.inf)
 """Between these strengths, in naming limits, cases are counted together."""
 _SHARES = {"found": "found, alone or in a tie", "alone": "named alone", "wrong_alone": "a wrong name, alone"}
 _COLOURS = [theme.AFTER, theme.MEASURED, theme.BEFORE]
-
-
-def interval(hits: int, n: int) -> tuple[float, float]:
-    """The 95 % bounds of a rate (Clopper and Pearson)."""
-    return (float(beta.ppf(0.025, hits, n - hits + 1)) if hits else 0.0,
-            float(beta.ppf(0.975, hits + 1, n - hits)) if hits < n else 1.0)
 
 
 def shares(strengths: list[float], verdicts: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -30,7 +24,7 @@ def shares(strengths: list[float], verdicts: list[dict[str, Any]]) -> list[dict[
         for key, words in _SHARES.items():
             hits = sum(verdict[key] > 0 for verdict in its)
             if its:
-                lower, upper = interval(hits, len(its))
+                lower, upper = bounds(hits, len(its))
                 found.append({"strength": f"{label} ({len(its)})", "share": hits / len(its), "lower": lower,
                               "upper": upper, "answer": words})
     return found
