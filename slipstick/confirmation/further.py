@@ -117,5 +117,5 @@ def _elsewhere(one: SimulationFit, conditions: Conditions) -> SimulatedBench:
     some = replace(scene, recordings=recordings, smooth={}, order=None)
     blank = np.zeros((len(conditions), block.measured.shape[1]))
     traces = Traces(some, blank, np.ones(blank.shape, bool), block.traces.noise, block.traces.clocks,
-                    block.traces.converter)
+                    block.traces.converter, conditions)
     return SimulatedBench(traces, block.terms)

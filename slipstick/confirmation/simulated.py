@@ -83,7 +83,7 @@ class SimulatedBench:
 
     def respond(self, points: np.ndarray, shared: np.ndarray) -> ensemble.Response:
         """The simulated engagements at `points` (m, q) relative to nominal, of the n conditions again and again."""
-        values, given = self.values(shared), self.scene.recordings.conditions
+        values, given = self.values(shared), self.traces.conditions
         vectors = np.tile(self.scene.base, (len(points), 1))
         conditions = given.take(np.arange(len(points)) % len(given))
         for column, name in enumerate(self.random):

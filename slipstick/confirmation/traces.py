@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from slipstick.bench.conditions import Conditions
 from slipstick.bench.converter import Converter
 from slipstick.clutch.ensemble import LOCKED, Response
 from slipstick.confirmation.rows_kernel import fill
@@ -34,7 +35,8 @@ class Traces:
 
     `noise` maps each channel, the shifting time last, to the standard deviation of its values over that of the sensor's
     noise, which third differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the
-    signals' clocks in s, and `converter` is that of the bench with the errors of its curve.
+    signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `conditions` are those that
+    are simulated: as the blocks have measured them in each engagement, which stated levels may be off by per cents.
     """
 
     scene: Scene
@@ -43,12 +45,15 @@ class Traces:
     noise: dict[str, float]
     clocks: dict[str, float]
     converter: Converter
+    conditions: Conditions
 
     @classmethod
-    def of(cls, scene: Scene, clocks: dict[str, float], converter: Converter) -> "Traces":
-        """The rows of the recordings of a scene."""
+    def of(cls, scene: Scene, clocks: dict[str, float], converter: Converter,
+           conditions: Conditions | None = None) -> "Traces":
+        """The rows of the recordings of a scene, with `conditions` other than the stated ones where they are known."""
+        conditions = scene.recordings.conditions if conditions is None else conditions
         noise = dict.fromkeys((*scene.signals.names, TIME), 1.0)
-        blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), noise, clocks, converter)
+        blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), noise, clocks, converter, conditions)
         signals = {name: scene.measured(name) for name in blank.signals}
         near_lock = ~(scene.slipping | scene.locked)
         counted = []
@@ -71,8 +76,8 @@ class Traces:
 
     def times(self, response: Response) -> np.ndarray:
         """Shifting times (m,) in s of simulated engagements; where one did not lock, the end of its profile."""
-        conditions = self.scene.recordings.conditions
-        latest = np.resize(conditions.profile_time[conditions.current_profile, -1], response.status.shape)
+        given = self.conditions
+        latest = np.resize(given.profile_time[given.current_profile, -1], response.status.shape)
         return np.where(response.status == LOCKED, response.shifting_time, latest)
 
     def rows(self, signals: Mapping[str, np.ndarray], times: np.ndarray,

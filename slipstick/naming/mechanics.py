@@ -16,10 +16,14 @@ _FEW = 4
 
 def level_columns(values: np.ndarray) -> np.ndarray:
     """Indicators (n, m) of the levels of a condition (n,); one column of 1 where levels have few engagements."""
-    levels = np.unique(values)
-    if len(levels) > len(values) / _FEW:
+    if not has_levels(values):
         return np.ones((len(values), 1))
-    return np.asarray((values[:, None] == levels).astype(float))
+    return np.asarray((values[:, None] == np.unique(values)).astype(float))
+
+
+def has_levels(values: np.ndarray) -> bool:
+    """Whether a condition (n,) is stated in levels, each with engagements enough to have an error of its own."""
+    return len(np.unique(values)) <= len(values) / _FEW
 
 
 def lock_spike(scene: Scene) -> np.ndarray:

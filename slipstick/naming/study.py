@@ -36,7 +36,7 @@ FEWEST = 24
 _LEAST_SPREAD = 0.15
 """Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""
 _BELIEVED = 3.0
-"""Multiples of the widest scatter beyond which a parameter of the valve is an error of the recording."""
+"""Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,23 @@ def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
 
 
 def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
-    """Engagements (n,) that are outlying in a block without laws, or whose valve has parameters beyond belief."""
+    """Engagements (n,) that are outlying in a block without laws, or have parameters that are.
+
+    The worst are left out before the others are judged, because they distort what all engagements share.
+    """
+    bad = np.zeros(len(scene), bool)
+    while bad.mean() <= settings.most_outlying:
+        kept = np.flatnonzero(~bad)
+        fits = [fit(block, iterations=2) for block in _without_laws(scene.take(kept))]
+        worst = np.any([_unbelievable(one, settings) for one in fits], axis=0)
+        bad[kept] = worst | np.any([outlying(one.chi2, settings) for one in fits], axis=0)
+        if not worst.any():
+            break
+    return bad
+
+
+def _without_laws(scene: Scene) -> list[Block]:
+    """The blocks that are linear in their parameters."""
     can, blocks = open_blocks(tuple(scene.smooth)), list[Block]()
     if "load" in can:
         blocks.append(load := LoadBlock(scene))
@@ -126,13 +142,20 @@ def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
             blocks.append(LockBlock(scene, load.clean(np.zeros((len(scene), len(load.random))))))
     if "input" in can:
         blocks.append(InputBlock(scene))
-    bad = [outlying(fit(block, iterations=2).chi2, settings) for block in blocks]
     if "valve" in can:
-        valve = fit(ValveBlock(scene), iterations=2)
-        # A linear block explains even a reversed sensor: by parameters that no scatter makes plausible.
-        own = valve.fitted.each - np.median(valve.fitted.each, axis=0)  # a single one may pull the mean of all
-        bad += [outlying(valve.chi2, settings), np.any(np.abs(own) > _BELIEVED * valve.block.widest, axis=1)]
-    return np.asarray(np.any(bad, axis=0))
+        blocks.append(ValveBlock(scene))
+    return blocks
+
+
+def _unbelievable(one: BlockFit, settings: NamingSettings) -> np.ndarray:
+    """Engagements (n,) with the parameters furthest beyond belief, if they are also far from those of all others.
+
+    By such parameters a valve explains a reversed sensor, and a load inertia a speed sensor that froze.
+    """
+    own = np.abs(one.fitted.each - np.median(one.fitted.each, axis=0))  # a single one may pull the mean of all
+    spread = 1.4826 * np.median(own, axis=0)
+    beyond = (own / np.maximum(_BELIEVED * one.block.widest, settings.outlying * spread)).max(axis=1)
+    return np.asarray(beyond > max(1.0, beyond.max() / 2))
 
 
 def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: NamingSettings,

@@ -9,7 +9,8 @@ from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.worth import Worth
 
 __all__ = ["BlockResult", "Candidate", "ClosedBlock", "Closure", "Coefficient", "Confirmation", "Control",
-           "FindingResult", "FurtherExperiment", "Gap", "Law", "SimulationResult", "StudyResult", "Worth"]
+           "FindingResult", "FurtherExperiment", "Gap", "Law", "MeasuredCondition", "SimulationResult", "StudyResult",
+           "Worth"]
 
 
 @dataclass(frozen=True)
@@ -194,13 +195,32 @@ class Gap:
 
 
 @dataclass(frozen=True)
+class MeasuredCondition:
+    """A stated level of a condition, and what the blocks measure in the engagements of this level."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
+
+    name: str
+    """Name of the condition."""
+    stated: float
+    """Stated level, in the unit of the condition."""
+    deviation: float
+    """Mean deviation of what was measured, relative to the stated level."""
+    scatter: float
+    """Standard deviation of the engagements from each other, relative to the stated level."""
+    engagements: int
+    """Number of engagements of this level."""
+
+
+@dataclass(frozen=True)
 class SimulationResult:
     """A fit of the simulation of the whole bench to all signals."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     parameters: dict[str, float]
-    """Mean of each parameter and stated condition, relative to its nominal value (0: as stated)."""
+    """Mean of each parameter relative to its nominal value, and of each condition relative to what the blocks measure
+    of it, or else to its stated value."""
     scatter: dict[str, float]
     """Standard deviation of each from engagement to engagement, relative to nominal."""
     chi_square: dict[str, float]
@@ -248,6 +268,9 @@ class StudyResult:
     """Blocks that were not tested: what is missing there is not found."""
     unused_channels: list[str] = field(default_factory=list)
     """Further channels that have no value in some engagement: no law over them was tried."""
+    conditions: list[MeasuredCondition] = field(default_factory=list)
+    """Stated levels of motor speed, load inertia and brake torque as the blocks measure them. The simulation has the
+    measured values. A condition whose block was not tested, or that has a value in each engagement, is not listed."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

@@ -32,6 +32,7 @@ from slipstick.naming.selection import Finding, is_enough
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import NEEDED
+from slipstick.study.conditions import by_level, with_measured
 from slipstick.study.figures import Figures, figures
 from slipstick.study.findings import finding_result
 from slipstick.study.progress import Log, StudySteps
@@ -92,7 +93,8 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
                      block in found.unexplained) for block, value in found.chi_square.items()],
         list(found.set_aside), _simulation(before), left, gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
-         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed, traces.scene.unused)
+         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed, traces.scene.unused,
+        list(by_level(traces.scene.recordings.conditions, traces.conditions)))
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
 
@@ -116,8 +118,10 @@ def _traces(bench: Bench, recordings: Recordings, found: Naming) -> tuple[Traces
     whole = Scene.of(bench, recordings)
     scene = whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside))
     nominal = np.zeros(len(scene))
-    starts = [nominal if name in _NOMINAL_LOSSES else found.parameters.get(name, nominal) for name in RANDOM]
-    return Traces.of(scene, found.clocks, found.converter), np.stack(starts, axis=1)
+    starts = [nominal if name in (*_NOMINAL_LOSSES, *CONDITIONS) else found.parameters.get(name, nominal)
+              for name in RANDOM]
+    conditions = with_measured(scene.recordings.conditions, found.parameters)
+    return Traces.of(scene, found.clocks, found.converter, conditions), np.stack(starts, axis=1)
 
 
 def _terms(bench: Bench, found: Naming, answers: list[Answer]) -> Terms:

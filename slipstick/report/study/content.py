@@ -21,5 +21,6 @@ def evidence(result: StudyResult, settings: StudySettings, pictures: Collection[
 
 
 def background(result: StudyResult, figures: Figures) -> list[Section]:
-    """The fitted simulation, and the limitations of the method."""
-    return [simulation.simulation(result), Section("Limitations", [Items(limits(figures.conditions))])]
+    """The conditions as measured, the fitted simulation, and the limitations of the method."""
+    return [simulation.conditions(result), simulation.simulation(result),
+            Section("Limitations", [Items(limits(figures.conditions))])]

@@ -16,8 +16,11 @@ _CLOSED = ("Gap closed: 1 − (after² − right²) / (before² − right²). Be
            "alone would leave. Predictions of a motor speed or current profile come from fits without it.")
 _BLOCKS = ("The model is cut at its measured signals. Each block is driven by what was measured at its input, so that "
            "an error upstream does not reach it. Reduced chi-square is 1 if only noise is left.")
-_FITTED = ("Deviations of the mean from the nominal or stated value, and standard deviations from engagement to "
-           "engagement, both relative to nominal.")
+_FITTED = ("Deviations of the mean from the nominal value, and standard deviations from engagement to engagement, both "
+           "relative to nominal. Those of conditions are relative to what the blocks measure.")
+_MEASURED = ("Torque and speeds show how far the bench is from the stated conditions. The simulation has the measured "
+             "values of each engagement, so that they do not count as an error of a prediction.")
+_UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m²", "brake_torque": "N m"}
 
 
 def lead(result: StudyResult, settings: StudySettings) -> str:
@@ -92,6 +95,17 @@ def simulation(result: StudyResult) -> Section:
     heads = tuple(f"{kind}{' ' + name if len(fits) > 1 else ''}" for kind in ("mean", "scatter") for name in head)
     parts += [Table(("parameter or condition", *heads), list(_parameters(fits))), Note(_FITTED)]
     return Section("The fitted simulation of the whole bench", parts)
+
+
+def conditions(result: StudyResult) -> Section:
+    """What the blocks measure of the stated conditions; empty if none was measured."""
+    if not result.conditions:
+        return Section("", [])
+    rows: list[tuple[str, ...]] = [
+        (in_words(one.name), f"{number(one.stated, 4)} {_UNITS[one.name]}", percent(one.deviation),
+         f"{100 * one.scatter:.2f} %", str(one.engagements)) for one in result.conditions]
+    return Section("Conditions as measured", [
+        Table(("condition", "stated", "measured minus stated", "scatter", "engagements"), rows), Note(_MEASURED)])
 
 
 def _parameters(fits: list[SimulationResult]) -> Iterator[tuple[str, ...]]:

@@ -107,6 +107,15 @@ def test_the_gap_closes_with_the_true_effect_and_not_with_a_wrong_one(fits: Call
     assert (judged["output_speed"].closure or 0.0) < 0.3
 
 
+def test_a_right_model_leaves_the_error_that_is_expected_of_it(fits: Callable) -> None:  # type: ignore[type-arg]
+    _, after = fits("drag")
+    predictions = [predict(after, seed) for seed in range(3)]
+    expected = np.array([np.sqrt(one.variance.mean(axis=0)) for one in predictions])
+    assert np.all(np.ptp(expected, axis=0) < 0.2 * expected.mean(axis=0)), "too few draws, or too much in common"
+    left = np.sqrt(predictions[0].square.mean(axis=0))
+    np.testing.assert_allclose(left, expected[0], rtol=0.35)  # 18 engagements: 17 % alone
+
+
 def test_worth_is_the_change_that_the_effect_makes(fits: Callable) -> None:  # type: ignore[type-arg]
     _, after = fits("drag")
     its = worth(after, "quadratic_load_drag")

@@ -1,0 +1,44 @@
+"""Conditions as the blocks have measured them: what is simulated, and what is reported of each stated level."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipstick.study.conditions import by_level, with_measured
+from tests.benches import HEAVY
+
+STATED = HEAVY.conditions.take(range(0, 216, 5))
+
+
+def test_what_was_found_changes_the_stated_values_and_nothing_else() -> None:
+    off = 0.02 * np.sin(np.arange(len(STATED)))
+    measured = with_measured(STATED, {"motor_speed": off, "current_gain": off})
+    np.testing.assert_allclose(measured.motor_speed / STATED.motor_speed - 1, off, atol=1e-12)
+    assert replace(measured, motor_speed=STATED.motor_speed).digest == STATED.digest
+
+
+def test_each_level_has_its_deviation_and_its_scatter() -> None:
+    levels = np.unique(STATED.motor_speed)
+    off = np.where(STATED.motor_speed == levels[0], 0.03, -0.01)
+    off[np.flatnonzero(STATED.motor_speed == levels[1])[::2]] += 0.004
+    found = list(by_level(STATED, with_measured(STATED, {"motor_speed": off})))
+    assert [one.stated for one in found] == levels.tolist()
+    assert {one.name for one in found} == {"motor_speed"}
+    assert found[0].deviation == pytest.approx(0.03)
+    assert found[0].scatter == pytest.approx(0, abs=1e-12)
+    assert found[1].deviation == pytest.approx(-0.008, abs=5e-4)
+    assert found[1].scatter == pytest.approx(0.002, rel=0.05)
+    assert sum(one.engagements for one in found) == len(STATED)
+
+
+def test_a_condition_without_levels_is_not_listed() -> None:
+    stated = replace(STATED, load_inertia=STATED.load_inertia + 0.01 * np.arange(len(STATED)))
+    assert not list(by_level(stated, with_measured(stated, {"load_inertia": np.full(len(stated), 0.01)})))
+
+
+def test_a_level_of_zero_has_no_relative_deviation() -> None:
+    stated = replace(STATED, brake_torque=np.where(STATED.brake_torque < 30, 0.0, STATED.brake_torque))
+    found = list(by_level(stated, with_measured(stated, {"brake_torque": np.full(len(stated), 0.01)})))
+    assert found
+    assert all(one.stated > 0 for one in found)
