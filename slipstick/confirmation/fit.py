@@ -75,14 +75,17 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     """The fits without any of `terms`, and with those of them that the simulation asks for as well.
 
     Terms are added one after the other, each time that which gains most, while the gain (n,) in nats is enough: blocks
-    may need two names for what is one effect in the simulation. Fits may end too early: no term is refused before its
-    fit has also started from the one nested in it, and the fit without terms also starts where that with them ended.
-    Noise is that which the fit with all terms leaves, in all of them.
+    may need two names for what is one effect in the simulation. Fits may end too early: one whose gain is not enough
+    also starts from the fit nested in it, and the fit without terms also starts where that with them ended. Noise is
+    that which the fit with all terms leaves, in all of them.
     """
+    def raised(after: SimulationFit, nested: SimulationFit) -> SimulationFit:
+        return after if is_enough(after.evidence - nested.evidence) else above(after, nested)
+
     bare = replace(terms, effects=(), laws=())
     whole = first = fit_simulation(traces, bare, points)
     if terms.names:
-        whole = above(fit_simulation(traces, terms, points), first)
+        whole = raised(fit_simulation(traces, terms, points), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
     before = now = fit_simulation(traces, bare, first.fitted.points)
     left = list(terms.names)
@@ -91,7 +94,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         for name in left:
             more = terms.only((*now.block.terms.names, name))
             begun = fit_simulation(traces, more, whole.fitted.points, shared_of(whole, more))
-            tried[name] = begun if is_enough(begun.evidence - now.evidence) else above(begun, now)
+            tried[name] = raised(begun, now)
         name = max(tried, key=lambda one: float(tried[one].evidence.sum()))
         if not is_enough(tried[name].evidence - now.evidence):
             break
@@ -100,7 +103,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     if now is before:
         return before, now
     again = fit_simulation(traces, bare, now.fitted.points)
-    return (before, now) if best([before, again]) is before else (again, above(now, again))
+    return (before, now) if best([before, again]) is before else (again, raised(now, again))
 
 
 def with_scatter_of(after: SimulationFit, before: SimulationFit) -> list[SimulationFit]:
