@@ -33,7 +33,9 @@ def is_over_a_number(pair: tuple[str, str], changed: Mapping[str, Any]) -> bool:
 def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference | None:
     """Compare a law with an entry of `changed` of a truth, weighted by the visits of the recordings.
 
-    What a law is known up to is fitted to the difference first. None where the law has no point among the visits.
+    What a law is known up to is fitted to the difference first. A relative change that is known up to a constant is
+    a share of the mean over the recordings: both are taken relative to that. None where the law has no point among the
+    visits.
     """
     grid, change, visits = (np.array(changed[name], float) for name in ("grid", "change", "visits"))
     if changed["kind"] == "ratio":
@@ -48,6 +50,8 @@ def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference | None:
     if not visits.any():
         return None
     measured, std = np.interp(x, law.x, law.change), np.interp(x, law.x, law.std)
+    if law.relative and law.up_to_constant:
+        measured, change = ((1 + values) / np.average(1 + values, weights=visits) - 1 for values in (measured, change))
     columns = np.vander(grid, {"nothing": 0, "constant": 1, "line": 2}[law.up_to])
     left = measured - change
     left, change = (values - _fitted(columns, values, visits) for values in (left, change))

@@ -29,7 +29,8 @@ class LawPoints:
     `change` (m,) is at `x` (m,) in `x_unit`; a law that is a single number, such as a lag, has m = 1 and no x. Where
     `relative` the change is a share of the quantity, with the unit "1"; else it is in `unit`. `covariance` (m, m) is
     that of the changes. A law known `up_to` a constant, or a straight line, has a part that parameters of the model
-    take as well: its changes are chosen with mean 0 over the recordings, or with 0 at one or both ends. The errors of
+    take as well: its changes are chosen with mean 0 over the recordings, or with 0 at one or both ends. A relative law
+    is then a share of the mean quantity, and known up to a factor of one plus the change. The errors of
     `linearised` laws, those of the closing piston, are of a linear model about the fit, and may be several times too
     small.
 

@@ -19,7 +19,8 @@ def to_json(found: Naming) -> dict[str, Any]:
         "set_aside": list(found.set_aside), "unexplained": list(found.unexplained), "chi_square": found.chi_square,
         "measured": [law.to_dict() for law in found.measured.values()],
         "parameters": {name: values.tolist() for name, values in found.parameters.items()},
-        "clocks": found.clocks, "converter": found.converter.spec(), "seconds": found.seconds}
+        "clocks": found.clocks, "converter": found.converter.spec(),
+        "noise": {name: list(its) for name, its in found.noise.items()}, "seconds": found.seconds}
 
 
 def from_json(values: dict[str, Any]) -> Naming:
@@ -32,4 +33,5 @@ def from_json(values: dict[str, Any]) -> Naming:
     return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"],
                   {law.pair: law for law in laws},
                   {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
-                  Converter.from_spec(values["converter"]), values["seconds"])
+                  Converter.from_spec(values["converter"]),
+                  {name: (std, rho) for name, (std, rho) in values["noise"].items()}, values["seconds"])

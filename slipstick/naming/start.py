@@ -5,6 +5,7 @@ A block can be asked if the signals that it needs were measured.
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -17,6 +18,7 @@ from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.residual_noise import Noise
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, forward
@@ -24,6 +26,8 @@ from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
+
+Linear = TypeVar("Linear", ValveBlock, LoadBlock, InputBlock)
 
 _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
 
@@ -42,13 +46,15 @@ class Closing:
 class Start:
     """The fits of the blocks whose signals were measured, before anything but the valve's laws is added.
 
-    `valve` has the fits without and with its `findings`, `fits` those of load, input, lock and full contact.
+    `valve` has the fits without and with its `findings`, `fits` those of load, input, lock and full contact. `noise`
+    has standard deviation and autocorrelation of the noise of each signal.
     """
 
     valve: tuple[BlockFit, BlockFit] | None
     findings: list[Finding]
     closing: Closing | None
     fits: dict[str, BlockFit]
+    noise: dict[str, Noise]
 
     @property
     def chi_squares(self) -> list[np.ndarray]:
@@ -61,8 +67,7 @@ def begin(scene: Scene, settings: NamingSettings, ask: Ask) -> Start:
     can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
     if "valve" in can:
         ask(Asked("valve", ("valve",)))
-        valve_block = ValveBlock(scene)
-        bare = fit(valve_block)
+        scene, valve_block, bare = _fitted(ValveBlock, scene)
         fits, findings = forward({"valve": bare}, settings, ask, "valve")
         valve = bare, fits["valve"]
         pressure = valve_block.pressure(valve[1].points, valve[1].held)
@@ -70,18 +75,22 @@ def begin(scene: Scene, settings: NamingSettings, ask: Ask) -> Start:
     if "clutch" in can:
         ask(Asked("onset", ("clutch",)))
         closing_piston = _onset(scene, pressure)
+        left = closing_piston.onset.block.measured - closing_piston.onset.predicted
+        known = scene.with_noise("output_torque", left, closing_piston.counted)
+        if known is not scene:
+            scene, closing_piston = known, _onset(known, pressure)
     fits = {}
     if "load" in can or "input" in can:
         scene = scene.explained("output_torque", scene.model_torque(_torque(scene, closing_piston)))
     if "load" in can:
         ask(Asked("load", ("load",)))
-        load_block = LoadBlock(scene)
-        fits["load"] = load = fit(load_block)
+        scene, load_block, load = _fitted(LoadBlock, scene)
+        fits["load"] = load
         scene = scene.explained("output_speed", load_block.true_speed(load.predicted))
     if "input" in can:
         ask(Asked("input", ("input",)))
-        shaft_block = InputBlock(scene)
-        fits["input"] = shaft = fit(shaft_block)
+        scene, shaft_block, shaft = _fitted(InputBlock, scene)
+        fits["input"] = shaft
         scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
     if "lock" in can:
         ask(Asked("lock", ("lock",)))
@@ -91,7 +100,19 @@ def begin(scene: Scene, settings: NamingSettings, ask: Ask) -> Start:
         onset = closing_piston.onset
         wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
         fits["contact"] = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
-    return Start(valve, findings, closing_piston, fits)
+    return Start(valve, findings, closing_piston, fits, scene.noise)
+
+
+def _fitted(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
+    """A block and its fit without laws, and the scene with the noise of its signal bounded by what the fit leaves."""
+    block = kind(scene)
+    found = fit(block)
+    clean = found.predicted if isinstance(block, ValveBlock) else block.true_speed(found.predicted)
+    known = scene.with_noise(block.signal, block.measured - clean, block.counted)
+    if known is not scene:
+        block = kind(known)
+        found = fit(block)
+    return known, block, found
 
 
 def _onset(scene: Scene, pressure: np.ndarray) -> Closing:

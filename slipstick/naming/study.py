@@ -21,6 +21,7 @@ from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
+from slipstick.naming.residual_noise import Noise
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, forward, is_unexplained
@@ -46,8 +47,8 @@ class Naming:
     In the blocks `unexplained` something is missing that no pair explains. `chi_square` is the reduced chi-square of
     every block with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with
     units. `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays
-    of the signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `seconds` is the
-    time that it took.
+    of the signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `noise` has standard
+    deviation and autocorrelation of the noise of each signal. `seconds` is the time that it took.
     """
 
     findings: tuple[Finding, ...]
@@ -58,6 +59,7 @@ class Naming:
     parameters: dict[str, np.ndarray]
     clocks: dict[str, float]
     converter: Converter
+    noise: dict[str, Noise]
     seconds: float
 
 
@@ -89,7 +91,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                         if key != "contact" and is_unexplained(one.chi2, before[key], settings)),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   measured(everything), parameters_of(everything), clocks_of(everything),
-                  converter_of(everything, bench.physics.curves), time.perf_counter() - began)
+                  converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
 
 
 def scene_of(bench: Bench, recordings: Recordings) -> Scene:

@@ -18,8 +18,9 @@ _RUN = 100.0
 def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | None:
     """Changes (m,) by an effect with coefficients `values` at the points of a measured law, in the unit of the law.
 
-    A law that is known up to a constant or a line is compared with the formula after the same part is fitted. None
-    where the formula is not one over the points: that of a sensor, of a memory, or found under another pair.
+    A law that is known up to a constant or a line is compared with the formula after the same part is fitted. A
+    relative one known up to a constant is a share of the mean quantity, so that a factor is fitted. None where the
+    formula is not one over the points: that of a sensor, of a memory, or found under another pair.
     """
     effect = find(name)
     if law.x is None or effect.memory is not None or law.pair != effect.pairs[0] or law.pair[1] not in _FIELDS:
@@ -29,8 +30,12 @@ def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | 
     blank = Signals(*[0.0] * len(Signals._fields))
     signals = [blank._replace(**{_FIELDS[law.pair[1]]: float(at)}) for at in x]
     change = np.array([effect.formula(base, one, tuple(values)) - base for one in signals])
+    weight = 1 / np.maximum(law.std, 1e-3 * law.std.max())
+    if law.relative and law.up_to == "constant":
+        total = weight * (1 + change)
+        return np.asarray((1 + change) * (total @ (weight * (1 + law.change)) / (total @ total)) - 1)
     columns = {"nothing": [], "constant": [np.ones_like(x)], "line": [np.ones_like(x), x]}[law.up_to]
     if columns:
-        design, weight = np.stack(columns, axis=1), 1 / np.maximum(law.std, 1e-3 * law.std.max())
+        design = np.stack(columns, axis=1)
         change = change + design @ np.linalg.lstsq(weight[:, None] * design, weight * (law.change - change))[0]
     return np.asarray(change)

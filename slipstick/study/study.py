@@ -116,7 +116,7 @@ def _distinct(settings: StudySettings, found: Naming) -> Iterator[Finding]:
 def _traces(bench: Bench, recordings: Recordings, found: Naming) -> tuple[Traces, np.ndarray]:
     """The recordings that were not set aside, and the parameters (n, q) at which their simulations start."""
     whole = Scene.of(bench, recordings)
-    scene = whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside))
+    scene = replace(whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside)), noise=found.noise)
     nominal = np.zeros(len(scene))
     starts = [nominal if name in (*_NOMINAL_LOSSES, *CONDITIONS) else found.parameters.get(name, nominal)
               for name in RANDOM]
