@@ -76,8 +76,7 @@ def test_errors_have_no_tag(client: httpx.Client) -> None:
         assert "ETag" not in answer.headers
 
 
-@pytest.mark.parametrize("path", [pytest.param("report", marks=pytest.mark.slow), "pictures/residuals?format=svg",
-                                  "pictures"])
+@pytest.mark.parametrize("path", ["report", "pictures/residuals?format=svg", "pictures"])
 def test_results_are_drawn_once_whoever_asks(with_fit: httpx.Client, path: str,
                                              monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[str] = []
