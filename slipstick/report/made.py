@@ -23,9 +23,11 @@ PROPAGATION = "propagation"
 
 
 def prepare(_: bytes) -> None:
-    """Start the renderer, and import what scipy imports late, before the first picture is asked for."""
+    """Start the renderer with fonts and axes, and import what scipy imports late, before a picture is asked for."""
     importlib.import_module("scipy.interpolate")
-    render(theme.picture("", "", {"data": {"values": [{}]}, "mark": "point"}), "svg")
+    axes = {name: {"field": name, "type": "quantitative"} for name in ("x", "y")}
+    body = {"data": {"values": [{"x": 0, "y": 1}]}, "mark": "line", "encoding": axes}
+    render(theme.picture("Title", "", body), "svg")
 
 
 def page(request: bytes) -> bytes:

@@ -142,7 +142,6 @@ def serve(descriptor: int) -> None:
     """In the process that forks: answer connections that arrive over the socket `descriptor` until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that this one ends with
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the forks
-    os.nice(5)  # what waits for a fork has other requests to answer
     for module in _IMPORTED:
         importlib.import_module(module)
     gc.freeze()  # a collection in a fork would copy the memory that forks share
@@ -180,6 +179,7 @@ def _become_child(control: socket.socket, connection: socket.socket) -> None:
 
 
 def _limit(seconds: int, memory: int) -> None:
+    os.nice(5)  # what waits for the fork has other requests to answer
     signal.alarm(6 * seconds)
     with suppress(ValueError, OSError):  # not every system limits the address space
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
