@@ -110,7 +110,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         state = StateMetrics(table, heartbeats, app.state.computations, app.state.following)
         metrics.registry.register(state)
         removal = asyncio.create_task(remove_for_ever(client, configuration))
-        threading.Thread(target=warm, daemon=True).start()
+        for early in (warm, app.state.drawings.prepare):
+            threading.Thread(target=early, daemon=True).start()
         yield
         removal.cancel()
         metrics.registry.unregister(state)

@@ -48,7 +48,19 @@ class Computations:
     @asynccontextmanager
     async def place(self) -> AsyncIterator[None]:
         """Wait for a place and hold it; raises `Busy` if too many wait already, or after `seconds` s."""
-        if self.places.locked() and self.waiting >= self.most_waiting:
+        if self.places.locked():
+            await self._wait()
+        else:
+            await self.places.acquire()  # at once
+        self.running += 1
+        try:
+            yield
+        finally:
+            self.running -= 1
+            self.places.release()
+
+    async def _wait(self) -> None:
+        if self.waiting >= self.most_waiting:
             raise Busy(f"{self.waiting} requests are waiting for a computation to end")
         self.waiting += 1
         try:
@@ -58,12 +70,6 @@ class Computations:
             raise Busy(f"No computation ended within {self.seconds:g} s") from None
         finally:
             self.waiting -= 1
-        self.running += 1
-        try:
-            yield
-        finally:
-            self.running -= 1
-            self.places.release()
 
 
 @dataclass(frozen=True, eq=False)

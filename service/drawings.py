@@ -1,4 +1,4 @@
-"""Reports and pictures of jobs, made in child processes: they take seconds of the interpreter.
+"""Reports and pictures of jobs, made in a child process that stays, since its first picture takes a second.
 
 In a thread of the service they would delay all other requests, the health check among them.
 """
@@ -11,16 +11,22 @@ import orjson
 from fastapi import Depends, Request
 
 from slipstick.errors import UnknownName
-from slipstick.storage import children
+from slipstick.storage.children import Kept
+
+_CHILD = Kept()
 
 
 class Drawings:
-    """Makes one page or picture at a time, since each takes a quarter of a gigabyte, and keeps `most_bytes` of them."""
+    """Makes one page or picture at a time, and keeps `most_bytes` of them."""
 
     def __init__(self, most_bytes: int = 32 << 20) -> None:
         self._most_bytes = most_bytes
         self._lock = threading.Lock()
         self._kept: dict[tuple[str, ...], bytes] = {}
+
+    def prepare(self) -> None:
+        """Draw a first picture, which nobody waits for."""
+        _CHILD.call("slipstick.report.made:prepare", b"", UnknownName)
 
     def made(self, function: str, request: Callable[[], Mapping[str, Any]], *key: str) -> bytes:
         """Return what `function` of slipstick.report.made returns for `request`, which is called unless it was kept.
@@ -30,7 +36,7 @@ class Drawings:
         with self._lock:
             found = self._kept.pop((function, *key), None)  # and inserted again below, as the newest
             if found is None:
-                found = children.call(f"slipstick.report.made:{function}", _json(request()), UnknownName)
+                found = _CHILD.call(f"slipstick.report.made:{function}", _json(request()), UnknownName)
             if key:
                 self._kept[function, *key] = found
                 while sum(map(len, self._kept.values())) > self._most_bytes:

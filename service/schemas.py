@@ -65,7 +65,7 @@ class AxisUnit(BaseModel):
     @classmethod
     def of(cls, table: Table) -> list[dict[str, Any]]:
         """The axes of a table as JSON."""
-        return [cls(name=axis.name, nominal=axis.nominal, unit=axis.unit).model_dump() for axis in table.axes]
+        return [{name: getattr(axis, name) for name in cls.model_fields} for axis in table.axes]
 
 
 AxisUnits = Annotated[list[AxisUnit], Field(

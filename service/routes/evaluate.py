@@ -1,11 +1,10 @@
 """Evaluation of a table: shifting times at given points."""
 
-from functools import partial
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import orjson
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
@@ -20,9 +19,7 @@ from service.schemas import (
     AxisUnit,
     AxisUnits,
     ConditionList,
-    LibraryDependency,
     OutsidePolicy,
-    SettingsDependency,
     StrictModel,
     TableBench,
     TableDigest,
@@ -107,17 +104,11 @@ _REQUEST_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
 }}}
 
 
-async def _read_body(request: Request) -> tuple[str, bytes]:
-    return require_media_type(request, "application/json", npy.MEDIA_TYPE), await request.body()
-
-
 @router.post("", summary="Evaluate a table", openapi_extra=_REQUEST_BODY, response_model=EvaluateResponse,
              responses=error_responses(404, 408, 413, 415, 503) | {
                  200: {"content": {npy.MEDIA_TYPE: _BINARY, CSV: {"schema": {"type": "string"}}}}})
 @computes
-async def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(_read_body)],
-                   query: Annotated[NpyQuery, Query()], library: LibraryDependency,
-                   settings: SettingsDependency) -> Response:
+async def evaluate(request: Request, query: Annotated[NpyQuery, Query()]) -> Response:
     """Return the shifting times at the given points, by linear interpolation or by the surrogate.
 
     Points and shifting times can also be sent as NumPy arrays. With Content-Type application/x-npy, the request body
@@ -127,20 +118,27 @@ async def evaluate(request: Request, body: Annotated[tuple[str, bytes], Depends(
     outside. Such a response may have more values than one in another form: `array_values` instead of `answer_values` of
     the limits in /v1. With `?format=csv` or Accept text/csv, the response has a row for each point and condition.
     """
-    read = partial(_read, *body, query)
-    if len(body[1]) <= _SHORT:
-        options, points = read()
-        if _is_quick(options, len(points), library):
-            return _answer(request, query, library, settings, options, points)
-    return await run_in_threadpool(lambda: _answer(request, query, library, settings, *read()))
+    # Not by dependencies: for one point, FastAPI takes as long for three of them as the evaluation does.
+    media_type, body = require_media_type(request, "application/json", npy.MEDIA_TYPE), await request.body()
+    library: Library = request.app.state.library
+    if len(body) <= _SHORT:
+        options, points = _read(media_type, body, query)
+        if (table := _quick(options, len(points), library)) is not None:
+            return _answer(request, query, options, points, table)
+
+    def answer() -> Response:
+        options, points = _read(media_type, body, query)
+        return _answer(request, query, options, points, open_table(library, options.table, options.bench))
+
+    return await run_in_threadpool(answer)
 
 
-def _is_quick(options: EvaluateOptions, points: int, library: Library) -> bool:
-    """Whether the answer takes less time than the way into a thread, so that it holds up no other request."""
+def _quick(options: EvaluateOptions, points: int, library: Library) -> Table | None:
+    """The table, if the answer takes less time than the way into a thread, so that it holds up no other request."""
     if points > 1 or options.conditions is not None or options.bench is not None:
-        return False
+        return None
     table = library.table_in_memory(options.table)
-    return table is not None and len(table.conditions) << len(table.axes) <= _FEW_VALUES
+    return table if table is not None and len(table.conditions) << len(table.axes) <= _FEW_VALUES else None
 
 
 def _read(media_type: str, content: bytes, query: NpyQuery) -> tuple[EvaluateOptions, _Points]:
@@ -152,10 +150,9 @@ def _read(media_type: str, content: bytes, query: NpyQuery) -> tuple[EvaluateOpt
     return _parse(content)
 
 
-def _answer(request: Request, query: NpyQuery, library: Library, settings: Settings, options: EvaluateOptions,
-            points: _Points) -> Response:
+def _answer(request: Request, query: NpyQuery, options: EvaluateOptions, points: _Points, table: Table) -> Response:
     """The response; raises all errors of a request."""
-    table = open_table(library, options.table, options.bench)
+    settings: Settings = request.app.state.settings
     selected, conditions = select_conditions(table, options.conditions)
     as_csv = wants_csv(request, query.format)
     as_npy = not as_csv and query.format is None and npy.MEDIA_TYPE in request.headers.get("accept", "")

@@ -56,6 +56,7 @@ def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench
         longest = max(one.end for one in found)
         remarks.append(f"the recordings end {end:.4g} s after the shift command, " + (
             "with the current profile" if end == profile_end else
+            "with all engagements" if longest - end < step else
             f"with the shortest engagement that locks, {shortest.label}; the longest ends at {longest:.4g} s"))
     # Where signals are sampled faster, a mean over whole samples: it shares none with its neighbours.
     fastest = min(sampling_step(one.tracks[name].time) for one in found for name in one.tracks)

@@ -27,7 +27,8 @@ def doubts(recordings: Recordings, bench: Bench) -> tuple[str, ...]:
             found.append(f"After lock-up the input speed is {ratio:.3g} times the output speed, and the gear ratio of "
                          f"the bench is {gear:g}. Check the channels and units of both speeds, or gear_ratio")
     if "output_torque" in has and np.median(signals["output_torque"][before]) < 0:
-        found.append("Before lock-up the output torque is negative. Check its sign in the mapping")
+        found.append("Before lock-up the output torque is negative. If its sensor counts the other way round, add "
+                     "sign = -1 to the mapping")
     if "pressure" in has:
         first, held = signals["pressure"][:, 0], np.median(signals["pressure"], axis=1)
         if np.median(held) <= np.median(first):

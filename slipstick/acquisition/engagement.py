@@ -69,9 +69,11 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
         else:
             inside = commands[(commands >= start) & (commands < stop)]
             if len(inside) != 1:
-                raise BadRecording(f"{label} has {len(inside)} shift commands between {start:g} and {stop:g} s",
-                                   "Correct the level of [shift_command], cut engagements by a [trigger], or leave the "
-                                   "file out")
+                at = f", the first at {', '.join(f'{one:.4g}' for one in inside[:3])} s" if len(inside) else ""
+                raise BadRecording(f"{label} has {len(inside)} shift commands between {start:g} and {stop:g} s{at}",
+                                   "Give [shift_command] a level that its channel crosses once (a current that falls "
+                                   "below the level and rises again marks several), or another channel; cut files of "
+                                   "many engagements by a [trigger], or leave the file out")
             zero = _nearest_sample(tracks, float(inside[0]))
         cut = {name: one.between(start, stop, zero) for name, one in tracks.items()}
         if any(len(one.time) < 2 or one.time[-1] <= 0 for one in cut.values()):

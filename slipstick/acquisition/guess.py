@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.acquisition.channel import Listed, Source
+from slipstick.acquisition.mapping import ChannelRef, Marker
+from slipstick.acquisition.markers import instants
 from slipstick.acquisition.units import spelled
 from slipstick.bench import Bench
 from slipstick.quantities import NotAQuantity, convert
@@ -20,6 +22,7 @@ _WORDS = {
     "current": r"curr|strom|(^|_)i(_|\d|$)|^i[A-Z]|^I",
     "oil_temperature": r"temp|oil|oel|öl|(^|_)t_?(oil|oel)",
     "time": r"^(t|time|zeit|timestamp|timestamps)$",
+    "shift_command": r"shift|schalt|request|anford|(^|_)(cmd|command|trigger)(_|$)",
 }
 """What names of channels look like in English and German. A unit must fit as well, where there is one."""
 _UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m",
@@ -59,7 +62,8 @@ def propose(source: Source, bench: Bench) -> Proposal:
             taken.add(found.name)
     if not needs_time:
         guesses.pop("time")
-    return _written(source, bench, guesses)
+    shift, level = _shift_command(source, bench, [one for one in listed if one.name not in taken], guesses["current"])
+    return _written(source, bench, guesses, shift, level)
 
 
 def _guess(name: str, channels: Sequence[Listed]) -> Guess:
@@ -87,7 +91,49 @@ def _fits(written: str, unit: str) -> bool:
     return True
 
 
-def _written(source: Source, bench: Bench, guesses: dict[str, Guess]) -> Proposal:
+def _shift_command(source: Source, bench: Bench, channels: Sequence[Listed], current: Guess) -> tuple[Guess, float]:
+    """A digital channel with such a name, or else the current, and the level through which it rises once."""
+    for one in channels:
+        if re.search(_WORDS["shift_command"], one.name, re.IGNORECASE):
+            values = np.unique(source.channel(one.name).values)
+            values = values[np.isfinite(values)]
+            level = float(values.mean()) if len(values) == 2 else np.nan
+            if _rises(source, one.name, level) == 1:
+                return Guess("shift_command", one, f"the name '{one.name}' and its two values, of which the larger "
+                             "begins once", True), level
+    found, amperes = current.channel, _level_of_rise(bench)
+    if found is None or amperes is None:
+        why = current.reason if found is None else "the current profiles of the bench have no level that marks t = 0"
+        return Guess("shift_command", None, why, False), np.nan
+    unit = spelled(found.unit) or "A"
+    level = float(convert(np.array(amperes), "A", unit))
+    where = "midway between the currents of the bench before the shift command and the lowest after it"
+    count = _rises(source, found.name, level)
+    if count != 1:
+        return Guess("shift_command", None, f"'{found.name}' rises {count} times through {level:.3g} {unit}, {where}",
+                     False), level
+    return Guess("shift_command", found, f"{current.reason}; the level is {where}", False), level
+
+
+def _level_of_rise(bench: Bench) -> float | None:
+    """A current in A through which every profile rises at its begin, and then never falls; None without such a one."""
+    before, after = [], []
+    for current in bench.profiles[1]:
+        above = np.flatnonzero(current > current[0])
+        if not len(above):
+            return None
+        before.append(current[0])
+        after.append(current[above[0]:].min())
+    return float(max(before) + min(after)) / 2 if max(before) < min(after) else None
+
+
+def _rises(source: Source, name: str, level: float) -> int:
+    found = source.channel(name)
+    time = np.arange(len(found.values), dtype=float)
+    return len(instants(Marker(ChannelRef(name), level), time, found.values))
+
+
+def _written(source: Source, bench: Bench, guesses: dict[str, Guess], shift: Guess, level: float) -> Proposal:
     lines = [f"# Proposed from the names and units of {source.name}. Check every line below a GUESS, and fill in every",
              "# line marked OPEN. docs/your_files.md describes the keys.", ""]
     missing: list[str] = []
@@ -96,23 +142,19 @@ def _written(source: Source, bench: Bench, guesses: dict[str, Guess]) -> Proposa
     for name in ("pressure", "input_speed", "output_speed", "output_torque"):
         lines += [f"[signals.{name}]", *_lines(guesses[name], _UNITS[name], missing),
                   *(() if guesses[name].channel else ("# Remove this section if the bench does not measure it",)), ""]
-    current = guesses["current"]
     lines.append("[shift_command]")
-    if current.channel is not None:
-        profile = bench.profiles[1]
-        level = float(np.mean([profile[:, 0].mean(), profile.max(axis=1).mean()]))
-        lines += [f"# GUESS: {current.reason}; the level is midway between the first and largest currents",
-                  f'channel = "{_quoted(current.channel.name)}"', f"above = {level:.3g}", ""]
+    if shift.channel is not None:
+        lines += [f"# GUESS: {shift.reason}", f'channel = "{_quoted(shift.channel.name)}"', f"above = {level:.3g}", ""]
     else:
         missing.append("shift_command")
-        lines += [f"# OPEN: {current.reason}. Name the channel that marks t = 0, or the time in the file",
+        lines += [f"# OPEN: {shift.reason}. Name the channel that marks t = 0, or the time in the file",
                   '# channel = "..."', "# above = 0.5", ""]
     lines.append("[conditions]")
     lines += _conditions(guesses, bench, missing)
     oil = guesses["oil_temperature"]
     if oil.channel is not None:
         lines += ["", "[further.oil_temperature]", *_lines(oil, "degC", missing)]
-    return Proposal("\n".join(lines) + "\n", tuple(guesses.values()), tuple(missing))
+    return Proposal("\n".join(lines) + "\n", (*guesses.values(), shift), tuple(missing))
 
 
 def _lines(guess: Guess, unit: str, missing: list[str], key: str = "channel") -> list[str]:

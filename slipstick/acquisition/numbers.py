@@ -22,6 +22,8 @@ from slipstick.acquisition.units import factor_to
 from slipstick.errors import BadRecording
 
 _KEYS = ("file", "engagement")
+_STARTS = 1000
+"""Most shift commands that are tried where the current follows no profile."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,19 +77,31 @@ class Numbers:
 
     def _nearest_profile(self, source: Source, given: ChannelRef, start: float, end: float) -> int:
         """The current profile that the measured current follows; refused where no profile is clearly nearest."""
-        measured = _inside(source, given, self.mapping, "A", start, end)
-        seen = np.isfinite(measured.values)
-        currents = np.array([np.interp(measured.time[seen] - start, time, current)
+        best, away, apart = self._follows(_inside(source, given, self.mapping, "A", start, end), start)
+        if away < apart:
+            return best
+        # From another instant on, it may follow one; of the end of an engagement, too little is left to tell.
+        whole = _inside(source, given, self.mapping, "A", start - float(self.profiles[0].max()), end).known()
+        starts = whole.time[:len(whole.time) // 2 + 1]
+        tried = [(self._follows(whole.between(one, end), one), one) for one in starts[::len(starts) // _STARTS + 1]]
+        (other, off, limit), begin = min(tried, key=lambda one: one[0][1] - one[0][2])
+        raise BadRecording(
+            f"The current '{given.channel}' of {source.name} follows no current profile of the bench: from the shift "
+            f"command at {start:.4g} s on, it is {away:.3g} A off profile {best}, the nearest",
+            f"Correct [shift_command]: from {begin:.3g} s on, the current follows profile {other}" if off < limit else
+            "Check its unit and the shift command, or add the profile to the bench")
+
+    def _follows(self, measured: Track, start: float) -> tuple[int, float, float]:
+        """The profile nearest to a current, its root mean square distance in A, and that from which on it is another.
+        """
+        measured = measured.known()
+        currents = np.array([np.interp(measured.time - start, time, current)
                              for time, current in zip(*self.profiles, strict=True)])
-        away = _rms(currents - measured.values[seen])
+        away = _rms(currents - measured.values)
         best, *others = np.argsort(away)
         # Half of the way to another profile, or the spread of the current where there is no other one.
         apart = 0.5 * _rms(currents[others] - currents[best]).min() if others else float(np.std(currents[best]))
-        if away[best] >= apart:
-            raise BadRecording(f"The current '{given.channel}' of {source.name} follows no current profile of the "
-                               f"bench: it is {away[best]:.3g} A off profile {best}, the nearest",
-                               "Check its unit and the shift command, or add the profile to the bench")
-        return int(best)
+        return int(best), float(away[best]), float(apart)
 
 
 def read_plan(content: bytes, name: str) -> dict[tuple[str, int], dict[str, str]]:

@@ -1,6 +1,6 @@
 """Tracks: what a mapping makes of the channels of one file, in the units of the model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,11 @@ class Track:
         last = min(last + 1, len(self.time)) if last < len(self.time) and self.time[last] == end else last
         return Track(self.channel, self.unit, self.stated, self.time[first:last] - zero, self.values[first:last],
                      self.limits)
+
+    def known(self) -> "Track":
+        """The samples that are not missing."""
+        seen = np.isfinite(self.values)
+        return replace(self, time=self.time[seen], values=self.values[seen])
 
 
 def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> Track:

@@ -1,6 +1,6 @@
 """The pictures of a fit as Vega-Lite v5 specifications, computed from the output of the fit alone."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from slipstick.pictures import (
@@ -24,8 +24,9 @@ CAPTIONS = {name: picture.CAPTION for name, picture in _PICTURES.items()}
 """Name of each picture, in the order of the report -> caption."""
 
 
-def pictures(output: Mapping[str, Any]) -> dict[str, Spec]:
+def pictures(output: Mapping[str, Any], names: Collection[str] = CAPTIONS) -> dict[str, Spec]:
     """Return name -> specification of each picture for which there are data. The same input gives the same pictures.
+    Only those of `names` are computed.
 
     `output` is the output of a fit: its `result`, `physical` (unit and nominal value of each input), and `figure_data`,
     computed by the worker for its pictures:
@@ -41,5 +42,5 @@ def pictures(output: Mapping[str, Any]) -> dict[str, Spec]:
         engagement    null, or one `condition`: signals `measured` (or null) and `simulated` as lists over `time`, in SI
                       units and bar, `current` in A, `touch` and `lock` in s (null if never), and `gear_ratio`
     """
-    specs = {name: picture.draw(output) for name, picture in _PICTURES.items()}
+    specs = {name: picture.draw(output) for name, picture in _PICTURES.items() if name in names}
     return {name: spec for name, spec in specs.items() if spec is not None}

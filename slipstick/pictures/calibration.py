@@ -5,11 +5,13 @@ Balabdaoui and Raftery 2007). The band of their distribution function is that of
 together.
 """
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import scipy
+from scipy.special import bdtrik, smirnovi
 
 from slipstick.pictures import theme
 from slipstick.pictures.output import Output
@@ -46,10 +48,13 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
 
 def distance(values: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
     """The largest distance of the distribution function of probabilities (n,) from uniform, and its limit at `level`.
+
+    Each side exceeds the limit with half of the probability 1 - `level`, both together practically never: at 0.9 it
+    differs from Kolmogorov's by 2e-5 of itself.
     """
     n = len(values)
     furthest = max(np.max(np.arange(1, n + 1) / n - values), np.max(values - np.arange(n) / n))
-    return float(furthest), float(scipy.stats.kstwo.ppf(level, n))
+    return float(furthest), float(smirnovi(n, (1 - level) / 2))
 
 
 def transformed(prediction: Mapping[str, Any]) -> np.ndarray:
@@ -80,7 +85,7 @@ def verdict(values: np.ndarray, output: Output) -> str:
 def _histogram(values: np.ndarray) -> Spec:
     counts, edges = np.histogram(values, _BINS, (0, 1))
     n = len(values)
-    low, high = (int(scipy.stats.binom.ppf(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+    low, high = (math.ceil(bdtrik(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     bars = [{"from": theme.rounded(first), "to": theme.rounded(last), "count": int(count)}
             for first, last, count in zip(edges[:-1], edges[1:], counts, strict=True)]
     x: Spec = {"field": "from", "type": "quantitative", "title": "predicted probability below what was measured",

@@ -1,6 +1,7 @@
 """Axes of unknowns: multiples of nominal with the same value in its engineering unit below, and outputs."""
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,9 @@ from slipstick.pictures.output import SHIFTING_TIME, Output
 from slipstick.pictures.theme import Spec
 
 _KINDS = ("mean of ", "std of ")
+_ROUND = (5.0, 2.0, 1.0)
+_ROOM, _INSET = 62, 0.1
+"""Width in px of a label with its gap, and share of an axis at each end without one: the next panel has labels, too."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +36,11 @@ class Unknown:
 
     def axis(self, **options: Any) -> Spec:
         """Return the properties of an axis whose labels have the multiple and, below, the value in its unit."""
-        shown: Spec = {"format": ".3~r", **options}
+        shown: Spec = {"format": _format(options.get("values", ())), **options}
         if self.per_multiple is not None and self.physical_unit not in ("", "1"):
             unit = json.dumps(f" {self.physical_unit}", ensure_ascii=False)
-            shown["labelExpr"] = f"[datum.label, format(datum.value * {self.per_multiple:.6g}, '.3~r') + {unit}]"
+            value = f"format(datum.value * {self.per_multiple:.6g}, '{shown['format']}')"
+            shown["labelExpr"] = f"[datum.label, {value} + {unit}]"
         return shown
 
     def text(self, value: float) -> str:
@@ -59,3 +64,25 @@ def unknown(name: str, physical: Sequence[Mapping[str, Any]], output: Output = S
                 unit, factor = units.scale(entry["unit"], typical)
                 return Unknown(name, 1.0, "multiple of nominal", factor * entry["nominal"], unit)
     return Unknown(name, 1.0, "multiple of nominal" if name.startswith(_KINDS) else "")
+
+
+def ticks(domain: Sequence[float], size: float) -> list[float]:
+    """Two or three round values of an axis over `domain` of at least 100 px, with room for labels of `Unknown.axis`."""
+    low, high = domain
+    if low == high:
+        return [low]
+    pixel, inset = (high - low) / size, _INSET * (high - low)
+    largest = math.floor(math.log10(high - low))
+    for step in (factor * 10.0**power for power in (largest, largest - 1) for factor in _ROUND):
+        counts = range(math.ceil((low + inset) / step), math.floor((high - inset) / step) + 1)
+        values = [float(f"{step * count:.10g}") for count in counts]
+        if values and values[-1] - values[0] >= _ROOM * pixel:
+            break
+    middle = values[len(values) // 2]
+    return [values[0], *([middle] if min(middle - values[0], values[-1] - middle) >= _ROOM * pixel else []), values[-1]]
+
+
+def _format(values: Sequence[float]) -> str:
+    """The number format with the digits that these values need, and at least three."""
+    digits = (len(f"{abs(value):.10g}".replace(".", "").lstrip("0")) for value in values)
+    return f".{max([3, *digits])}~r"

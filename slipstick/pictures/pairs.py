@@ -5,13 +5,14 @@ section 6.1.2). Traces that coincide are a ridge: the recordings determine a com
 """
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 from slipstick.pictures import theme
-from slipstick.pictures.multiples import Unknown, unknown
+from slipstick.pictures.multiples import Unknown, ticks, unknown
 from slipstick.pictures.output import Output
 from slipstick.pictures.profiles import DEPTH
 from slipstick.pictures.theme import Spec
@@ -25,6 +26,8 @@ CAPTION = ("Each panel is the plane of two unknowns. Orange: the best candidate 
 MOST = 5
 """Unknowns drawn; of more, those with the largest weights in the combination that is hardest to identify."""
 _SIZE = {2: 230, 3: 195, 4: 140, 5: 105}  # px of a panel, by the number of unknowns
+_GAP = 40  # px between panels
+_CHARACTER = 6  # px of a character in a title
 _MARGIN = 0.08
 _REACH = 1.5
 """Multiple of the range of the traces up to which the way of the search widens a panel."""
@@ -52,7 +55,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
                                                    Output.of(output["figure_data"])),
                       _domain(place, shown.factor, search, traces)) for place in chosen]
     size = _SIZE[len(drawn)]
-    rows = [{"spacing": 40, "bounds": "flush", "hconcat": [
+    rows = [{"spacing": _GAP, "bounds": "flush", "hconcat": [
         _panel(x, y, search, traces, size, column == 0, row == len(drawn) - 2)
         for column, x in enumerate(drawn[:row + 1])]} for row, y in enumerate(drawn[1:])]
     left_out = len(search["unknowns"]) - len(drawn)
@@ -94,11 +97,12 @@ def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence
     def row(vector: Sequence[float]) -> Spec:
         return {channel: theme.rounded(one.shown.factor * vector[one.place]) for channel, one in (("x", x), ("y", y))}
 
+    labels = {"grid": False, "labelOverlap": False, "titleFontSize": 11}
     encoding = {channel: {
         "field": channel, "type": "quantitative",
         "scale": {"domain": [theme.rounded(end) for end in one.domain], "nice": False, "zero": False},
-        "title": _title(one.shown) if labelled else None,
-        "axis": one.shown.axis(tickCount=3, grid=False, labels=labelled, ticks=labelled, titleFontSize=11)}
+        "title": _title(one.shown, size) if labelled else None,
+        "axis": one.shown.axis(values=ticks(one.domain, size), labels=labelled, ticks=labelled, **labels)}
         for channel, one, labelled in (("x", x, last), ("y", y, first))}
     colour = theme.series_colour({_SEARCH: theme.BEFORE, _ACROSS: theme.AFTER, _UP: theme.FAINT})
     path = [{**row(vector), "step": step, "size": 6 + 34 * step / len(search["path"])}
@@ -126,6 +130,7 @@ def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence
     return {"width": size, "height": size, "view": {"stroke": theme.GRID}, "encoding": encoding, "layer": layers}
 
 
-def _title(shown: Unknown) -> list[str]:
-    """The title of an axis in two lines, so that it fits a small panel."""
-    return [theme.in_words(shown.name), *([f"[{shown.unit}]"] if shown.unit else [])]
+def _title(shown: Unknown, size: int) -> list[str]:
+    """The title of an axis in lines that fit a panel of this size with the gap beside it."""
+    return [*textwrap.wrap(theme.in_words(shown.name), (size + _GAP) // _CHARACTER),
+            *([f"[{shown.unit}]"] if shown.unit else [])]

@@ -5,10 +5,10 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import scipy
+from scipy.special import chdtri
 
 from slipstick.pictures import theme
-from slipstick.pictures.multiples import Unknown, unknown
+from slipstick.pictures.multiples import Unknown, ticks, unknown
 from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 
@@ -44,7 +44,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
 
 def threshold(level: float) -> float:
     """Return the drop of the profile at the ends of an interval, in decades: half the chi-square quantile (Wilks)."""
-    return float(scipy.stats.chi2.ppf(level, 1) / 2 / math.log(10))
+    return float(chdtri(1, 1 - level) / 2 / math.log(10))
 
 
 def _panel(interval: Mapping[str, Any], shown: Unknown, index: int) -> Spec:
@@ -54,11 +54,12 @@ def _panel(interval: Mapping[str, Any], shown: Unknown, index: int) -> Spec:
     rows = [{"value": theme.rounded(value), "height": theme.rounded(None if drop is None else -drop)}
             for value, drop in curve]
     ends = [None if interval[side] is None else theme.rounded(scale * interval[side]) for side in ("lower", "upper")]
-    domain = _domain(curve)
+    reach = _domain(curve)
+    domain = [theme.rounded(end) for end in reach]
     band = {side: edge if end is None else end for side, end, edge in zip(("low", "high"), ends, domain, strict=True)}
     x = {"field": "value", "type": "quantitative", "title": [*title, f"[{shown.unit}]"] if shown.unit else title,
          "scale": {"domain": domain, "nice": False},
-         "axis": shown.axis(tickCount=3, grid=False, titleFontSize=11)}
+         "axis": shown.axis(values=ticks(reach, _WIDTH), grid=False, labelOverlap=False, titleFontSize=11)}
     y = {"field": "height", "type": "quantitative", "scale": {"domain": [-DEPTH, 0.1], "nice": False},
          "title": "decades from optimum" if index % _COLUMNS == 0 else None, "axis": {"tickCount": 4}}
     return {"width": _WIDTH, "height": _HEIGHT, "layer": [
@@ -79,7 +80,7 @@ def _panel(interval: Mapping[str, Any], shown: Unknown, index: int) -> Spec:
         *(_missing_end(side, side in interval["unsettled"]) for side in ("lower", "upper") if interval[side] is None)]}
 
 
-def _domain(curve: Sequence[tuple[float, float | None]]) -> list[float | None]:
+def _domain(curve: Sequence[tuple[float, float | None]]) -> tuple[float, float]:
     """Return the range of values in which the drop is at most `DEPTH`, extrapolated as a parabola, with a margin."""
     drops = [math.inf if drop is None else drop for _, drop in curve]
     inside = [index for index, drop in enumerate(drops) if drop <= DEPTH]
@@ -91,7 +92,7 @@ def _domain(curve: Sequence[tuple[float, float | None]]) -> list[float | None]:
             value += (curve[beyond][0] - value) * (math.sqrt(DEPTH) - low) / (high - low)
         ends.append(value)
     margin = _MARGIN * (ends[1] - ends[0])
-    return [theme.rounded(ends[0] - margin), theme.rounded(ends[1] + margin)]
+    return ends[0] - margin, ends[1] + margin
 
 
 def _missing_end(side: str, unsettled: bool) -> Spec:

@@ -1,16 +1,15 @@
 """Render pictures as SVG or PNG without a browser, a network or system fonts, by vl-convert with its bundled fonts.
 
-Pictures are rendered in a separate process: the library holds the global interpreter lock for about half a second,
-during which a service could not respond. All pictures of a page share one process.
+The first picture of a process takes most of a second, in which the library starts its JavaScript engine, and each later
+one 0.05 to 0.3 s. No other thread of the process runs meanwhile: a service renders in another process.
 """
 
-import base64
 import json
-import subprocess
-import sys
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Mapping
+from functools import cache, lru_cache
 from pathlib import Path
-from threading import Lock
+from types import ModuleType
 from typing import Literal
 
 from slipstick.pictures import accessible
@@ -18,40 +17,58 @@ from slipstick.pictures.theme import Spec
 
 Form = Literal["svg", "png"]
 
-_SCRIPT = Path(__file__).with_name("drawing.py")
-_TIMEOUT = 60  # s
-_ONE_AT_A_TIME = Lock()  # each process needs a quarter of a gigabyte
-_MOST_KEPT = 64
-_LATELY: dict[tuple[Form, str], str] = {}
-"""Form and specification -> rendered picture, the oldest first."""
+_VEGA_LITE = "5.21"  # the latest 5.x version in vl-convert
+_PIXEL_RATIO = 2.0  # of a PNG, pixels per px
+_FONTS = Path(__file__).with_name("fonts.conf")
+_MOST_KEPT = 32
 
 
 def render(spec: Spec, form: Form, caption: str = "") -> bytes:
-    """Return the picture as SVG (UTF-8) or PNG. The same picture gives the same bytes.
+    """Return the picture as SVG (UTF-8) or PNG. The same picture gives the same bytes on any machine.
 
     An SVG has the title of the picture, and its subtitle and `caption` as description.
     """
-    rendered = _render([json.dumps(spec)], form)[0]
-    return base64.b64decode(rendered) if form == "png" else accessible.described(rendered, spec, caption).encode()
+    if form == "svg":
+        return accessible.described(svg(json.dumps(spec)), spec, caption).encode()
+    # With no allowed base URL, a picture cannot load external data.
+    png: bytes = _library().vegalite_to_png(json.dumps(spec), vl_version=_VEGA_LITE, allowed_base_urls=[],
+                                            scale=_PIXEL_RATIO)
+    return png
 
 
 def inline(specs: Mapping[str, Spec], captions: Mapping[str, str]) -> dict[str, str]:
     """Return name -> SVG element of each picture for one HTML page, without the title, which the page has as text."""
-    bare = [json.dumps({**{key: value for key, value in spec.items() if key != "title"}, "background": None})
-            for spec in specs.values()]
-    return {name: accessible.described(accessible.with_own_ids(svg, name), specs[name], captions[name], name)
-            for name, svg in zip(specs, _render(bare, "svg"), strict=True)}
+    found = {}
+    for name, spec in specs.items():
+        bare = {**{key: value for key, value in spec.items() if key != "title"}, "background": None}
+        own = accessible.with_own_ids(svg(json.dumps(bare)), name)
+        found[name] = accessible.described(own, spec, captions[name], name)
+    return found
 
 
-def _render(pictures: Sequence[str], form: Form) -> list[str]:
-    """The pictures as text of SVG or base64 of PNG; those that were rendered lately are not rendered again."""
-    with _ONE_AT_A_TIME:
-        wanted = [one for one in dict.fromkeys(pictures) if (form, one) not in _LATELY]
-        if wanted:
-            done = subprocess.run([sys.executable, "-I", str(_SCRIPT), form], input=f"[{','.join(wanted)}]".encode(),
-                                  stdout=subprocess.PIPE, timeout=_TIMEOUT, check=True).stdout
-            _LATELY.update({(form, one): text for one, text in zip(wanted, json.loads(done), strict=True)})
-        rendered = [_LATELY[form, one] for one in pictures]
-        for oldest in list(_LATELY)[:-_MOST_KEPT]:
-            del _LATELY[oldest]
+@lru_cache(_MOST_KEPT)
+def svg(picture: str) -> str:
+    """The SVG of a specification as JSON, as vl-convert returns it; those rendered lately are not rendered again."""
+    rendered: str = _library().vegalite_to_svg(picture, vl_version=_VEGA_LITE, allowed_base_urls=[])
     return rendered
+
+
+@cache
+def _library() -> ModuleType:
+    """vl-convert without the fonts of the system: with them, pictures differ from machine to machine.
+
+    Moreover, the library opens the file of such a font again for each text, which doubles the time of a picture. It
+    looks for fonts once, in the folders of this file.
+    """
+    import vl_convert  # the service renders nothing itself
+
+    before = os.environ.get("FONTCONFIG_FILE")
+    os.environ["FONTCONFIG_FILE"] = str(_FONTS)
+    try:
+        vl_convert.register_font_directory(str(_FONTS.parent))  # has no fonts; those of the file are looked for now
+    finally:
+        if before is None:
+            del os.environ["FONTCONFIG_FILE"]
+        else:
+            os.environ["FONTCONFIG_FILE"] = before
+    return vl_convert

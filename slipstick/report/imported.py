@@ -22,8 +22,9 @@ def imported_page(name: str, found: Imported, bench: Bench, comparison: Comparis
     return document("import", name, title, [("Check:", doubt) for doubt in found.doubts], [
         paragraph(summary(found), "lead"),
         section("Channels", table(_CHANNELS, [
-            (one.name, one.channel, one.stated or "not stated", one.unit, f"{one.sign:+g}", f"{1e3 * one.step:.4g}",
-             f"{one.lowest:.4g}", f"{one.highest:.4g}") for one in found.channels], words=(1, 2, 3))),
+            (one.name, one.channel, one.stated or "not stated", one.unit, _signed(one.sign, "+.0f"),
+             f"{1e3 * one.step:.4g}", _signed(one.lowest), _signed(one.highest))
+            for one in found.channels], words=(1, 2, 3))),
         section("Set aside", listing((f"{one.label}:", one.reason) for one in found.set_aside)),
         section("Not determined", *(paragraph(text) for text in found.open_questions)),
         section("Detected or assumed", *(paragraph(text) for text in found.remarks)),
@@ -57,6 +58,10 @@ def _pictures(found: Imported, comparison: Comparison | None) -> dict[str, Spec]
             {name: values.tolist() for name, values in comparison.simulated.items()},
             float(found.recordings.measured_time[row]), comparison.lock, comparison.gear_ratio),
         "all": overlay(signals.time, measured, SIGNAL_UNITS, comparison.gear_ratio)}
+
+
+def _signed(value: float, form: str = ".4g") -> str:
+    return f"{value:{form}}".replace("-", "−")
 
 
 def _rows(found: Imported) -> list[tuple[str, ...]]:

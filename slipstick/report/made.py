@@ -5,12 +5,13 @@ A request is the JSON object `{"kind": ..., ...}` with the arguments of the page
 and the `conditions`.
 """
 
+import importlib
 import json
 from collections.abc import Mapping
 from typing import Any
 
 from slipstick.errors import UnknownName
-from slipstick.pictures import CAPTIONS, Spec, pictures, propagation
+from slipstick.pictures import CAPTIONS, Spec, pictures, propagation, theme
 from slipstick.pictures.rendering import render
 from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
 from slipstick.report.page import page as fit_page
@@ -19,6 +20,14 @@ from slipstick.report.study.page import study_page, study_specs
 
 PROPAGATION = "propagation"
 """The only picture of a propagation."""
+
+
+def prepare(_: bytes) -> None:
+    """Start the renderer with fonts and axes, and import what scipy imports late, before a picture is asked for."""
+    importlib.import_module("scipy.interpolate")
+    axes = {name: {"field": name, "type": "quantitative"} for name in ("x", "y")}
+    body = {"data": {"values": [{"x": 0, "y": 1}]}, "mark": "line", "encoding": axes}
+    render(theme.picture("Title", "", body), "svg")
 
 
 def page(request: bytes) -> bytes:
@@ -42,9 +51,10 @@ def titles(request: bytes) -> bytes:
 def picture(request: bytes) -> bytes:
     """The picture `name` of the request in its `form`: `json` (Vega-Lite), `svg` or `png`; raises `UnknownName`."""
     given = json.loads(request)
-    name, form, specs = given["name"], given["form"], _specs(given)
+    name, form = given["name"], given["form"]
+    specs = pictures(given["output"], [name]) if given["kind"] == "fit" else _specs(given)
     if name not in specs:
-        raise UnknownName.of("picture", name, specs)
+        raise UnknownName.of("picture", name, _specs(given))
     if form == "json":
         return json.dumps(specs[name], ensure_ascii=False, separators=(",", ":")).encode()
     captions = {**CAPTIONS, PROPAGATION: propagation.CAPTION} if given["kind"] != "study" else STUDY_CAPTIONS

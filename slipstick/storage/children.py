@@ -2,10 +2,12 @@
 
 A new interpreter takes seconds of processor time for its imports. The process that forks has a single thread and no
 data, so that a fork is safe there, as it is not in a service with threads. It starts at the first call and ends with
-this process. A fork computes one function, with limits if the content is not trusted, and ends.
+this process, however this one ends. A fork of `call` computes one function, with limits if the content is not trusted,
+and ends. That of a `Kept` stays for further calls, with what libraries keep in memory, and is for trusted content only.
 """
 
 import atexit
+import gc
 import importlib
 import json
 import os
@@ -26,6 +28,8 @@ _ROOT = Path(__file__).parents[2]
 _IMPORTED = ("slipstick.table.upload", "slipstick.recordings.hdf5_form", "slipstick.acquisition.archive",
              "slipstick.report.made")
 """What is called; a function of another module works as well, after its import in each fork."""
+_LONGEST, _IDLE = 120, 600
+"""Seconds after which a function without limits is taken to hang, and after which a child that waits ends."""
 
 
 @dataclass(frozen=True)
@@ -45,20 +49,50 @@ def call(function: str, content: bytes, error: type[SlipstickError], limits: Lim
 
     Raises `error`, with the cause and remedy of the `SlipstickError` that the function raises, and `ChildFailed`.
     """
-    asked = json.dumps({"function": function, "limits": limits and [limits.seconds, limits.memory]}).encode() + b"\n"
-    with _FORKING.connect() as connection, suppress(OSError):  # of a child that ends before it has read everything
-        connection.sendall(asked)
+    with _FORKING.connect() as connection:
+        return _answer(connection, function, content, error, limits)
+
+
+class Kept:
+    """A child process that stays for many calls, one at a time; when it has ended, a call starts another.
+
+    It ends when it was not used for ten minutes, since libraries keep a quarter of a gigabyte.
+    """
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._connection: socket.socket | None = None
+
+    def call(self, function: str, content: bytes, error: type[SlipstickError]) -> bytes:
+        """As `call` without limits."""
+        with self._lock:
+            if self._connection is not None:
+                with suppress(_Ended):  # which is seen only now
+                    return _answer(self._connection, function, content, error)
+                self._connection.close()
+            self._connection = _FORKING.connect()
+            return _answer(self._connection, function, content, error)
+
+
+class _Ended(ChildFailed):
+    """The child process has ended without an answer."""
+
+
+def _answer(connection: socket.socket, function: str, content: bytes, error: type[SlipstickError],
+            limits: Limits | None = None) -> bytes:
+    asked = {"function": function, "limits": limits and [limits.seconds, limits.memory], "size": len(content)}
+    with suppress(OSError), connection.makefile("rb") as file:  # of a child that ends before it has read everything
+        connection.sendall(json.dumps(asked).encode() + b"\n")
         connection.sendall(content)
-        connection.shutdown(socket.SHUT_WR)
-        with connection.makefile("rb") as answer:
-            if said := answer.readline():
-                refused, failed = json.loads(said)
-                if refused:
-                    raise error(*refused)
-                if failed:
-                    raise ChildFailed(failed)
-                return answer.read()
-    raise ChildFailed(f"The process of {function} ended without an answer")
+        if said := file.readline():
+            refused, failed, size = json.loads(said)
+            if refused:
+                raise error(*refused)
+            if failed:
+                raise ChildFailed(failed)
+            if len(result := file.read(size)) == size:
+                return result
+    raise _Ended(f"The process of {function} ended without an answer")
 
 
 class _Forking:
@@ -110,6 +144,7 @@ def serve(descriptor: int) -> None:
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the forks
     for module in _IMPORTED:
         importlib.import_module(module)
+    gc.freeze()  # a collection in a fork would copy the memory that forks share
     with socket.socket(fileno=descriptor) as control:
         while True:
             _, (*descriptors,), _, _ = socket.recv_fds(control, 1, 1)
@@ -124,22 +159,27 @@ def _become_child(control: socket.socket, connection: socket.socket) -> None:
     try:
         control.close()
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # a child may have children of its own
-        os.nice(5)  # what waits for the child has other requests to answer
         silence = os.open(os.devnull, os.O_WRONLY)
         for stream in (1, 2):  # libraries write what they think of a damaged file
             os.dup2(silence, stream)
         with connection.makefile("rwb") as file:
-            asked = json.loads(file.readline())
-            if asked["limits"]:
-                _limit(*asked["limits"])
-            refused, failed, result = _computed(asked["function"], file.read())
-            file.write(json.dumps([refused, failed]).encode() + b"\n")
-            file.write(result)
+            while line := file.readline():
+                asked = json.loads(line)
+                if asked["limits"]:
+                    _limit(*asked["limits"])
+                else:
+                    signal.alarm(_LONGEST)
+                refused, failed, result = _computed(asked["function"], file.read(asked["size"]))
+                signal.alarm(_IDLE)
+                file.write(json.dumps([refused, failed, len(result)]).encode() + b"\n")
+                file.write(result)
+                file.flush()
     finally:
         os._exit(0)
 
 
 def _limit(seconds: int, memory: int) -> None:
+    os.nice(5)  # what waits for the fork has other requests to answer
     signal.alarm(6 * seconds)
     with suppress(ValueError, OSError):  # not every system limits the address space
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))

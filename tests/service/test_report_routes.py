@@ -52,7 +52,6 @@ def test_a_fit_by_the_other_method_completes_table_ii(client: httpx.Client) -> N
         assert (answer.status_code, answer.json()["type"]) == (422, "urn:slipstick:problem:invalid-value")
 
 
-@pytest.mark.slow
 def test_pictures_are_listed_with_their_captions(client: httpx.Client) -> None:
     listed = client.get("/v1/fits/done/pictures").json()["pictures"]
     assert {entry["name"]: entry["caption"] for entry in listed} == CAPTIONS

@@ -62,6 +62,7 @@ def test_lengths_may_differ_and_the_shortest_that_locks_ends_all() -> None:
     assert signals.time[-1] == pytest.approx(0.899)
     assert [one.label for one in found.set_aside] == ["run2.csv"]
     assert any("run1.csv; the longest ends at 1.199 s" in remark for remark in found.remarks)
+    assert any(remark.endswith("with all engagements") for remark in imported(run(), run(seed=2)).remarks)
 
 
 def _gap(one: Run) -> Run:
@@ -151,8 +152,12 @@ def test_the_current_profile_is_the_nearest_one_or_refused() -> None:
     followed = [one.changed(i=1000 * np.interp(time, conditions.profile_time[p], conditions.profile_current[p]))
                 for p in range(3)]
     assert imported(*followed, text=text).recordings.conditions.current_profile.tolist() == [0, 1, 2]
-    with pytest.raises(BadRecording, match="follows no current profile of the bench"):
+    with pytest.raises(BadRecording, match="follows no current profile of the bench") as error:
         imported(one.changed(i=np.full(len(time), 300.0)), text=text)
+    assert error.value.remedy.startswith("Check its unit and the shift command")
+    with pytest.raises(BadRecording, match=r"from the shift command at 0\.3 s on") as error:
+        imported(followed[1], text=text.replace('time = "100 ms"', 'time = "300 ms"'))
+    assert error.value.remedy == "Correct [shift_command]: from 0.1 s on, the current follows profile 1"
 
 
 def test_further_channels_are_kept_with_their_unit_and_gaps() -> None:

@@ -1,5 +1,6 @@
 """A mapping is read with its lines; what it has wrong is refused with key and line."""
 
+import numpy as np
 import pytest
 
 from slipstick.acquisition import open_source, propose, read_mapping
@@ -53,12 +54,34 @@ def test_a_guess_says_why_and_what_is_open() -> None:
     proposal = propose(open_source("a.csv", opened(heading)), COMPACT)
     chosen = {guess.name: guess.channel and guess.channel.name for guess in proposal.guesses}
     assert chosen == {"time": "Zeit", "pressure": "Oeldruck", "input_speed": "nTurbine", "output_speed": "nAbtrieb",
-                      "output_torque": "Drehmoment", "motor_speed": None, "current": None, "oil_temperature": None}
+                      "output_torque": "Drehmoment", "motor_speed": None, "current": None, "oil_temperature": None,
+                      "shift_command": None}
     assert set(proposal.open_keys) == {"shift_command", "current_profile", "motor_speed", "load_inertia",
                                        "brake_torque"}
     assert "# GUESS: '1/min' are revolutions\nunit = \"rpm\"" in proposal.text
     with pytest.raises(BadRecording, match="shift_command"):  # what is open is not guessed
         read_mapping(proposal.text.encode(), "channels.toml")
+
+
+def test_the_shift_command_is_a_digital_channel_or_a_current_that_rises_once() -> None:
+    one, conditions = run(), COMPACT.conditions
+    time = one.columns["t"] / 1000 - 0.1
+    current = np.interp(time, conditions.profile_time[0], conditions.profile_current[0])
+    current += np.random.default_rng(1).normal(0, 0.005, len(time))
+    started = (time >= 0).astype(float)
+
+    def section(**columns: np.ndarray) -> str:
+        content = csv(one.changed(**columns))
+        for name, unit in (("i_valve", "mA"), ("i_ampere", "A")):
+            content = content.replace(name.encode(), f"{name} [{unit}]".encode())
+        return propose(open_source("a.csv", opened(content)), COMPACT).text.partition("[shift_command]\n")[2]
+
+    assert 'channel = "shift_request"\nabove = 0.5\n' in section(i_ampere=current, shift_request=started)
+    # The profiles begin at 0.15 A and never fall below 0.27 A again.
+    assert 'channel = "i_ampere"\nabove = 0.21\n' in section(i_ampere=current, shift_request=current)
+    assert 'channel = "i_valve"\nabove = 210\n' in section(i_valve=1000 * current)
+    twice = section(i_ampere=np.concatenate([current, current])[::2])
+    assert twice.startswith("# OPEN: 'i_ampere' rises 2 times through 0.21 A")
 
 
 def test_nothing_is_guessed_where_no_name_fits() -> None:

@@ -5,23 +5,20 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-import vl_convert
 
-from slipstick.pictures import Spec
-from slipstick.pictures.drawing import VEGA_LITE
+from slipstick.pictures import Spec, rendering
 
 
 @cache
-def svg(picture: str) -> ElementTree.Element:
-    # Rendered in this process, in which all pictures after the first are cheap.
-    return ElementTree.fromstring(vl_convert.vegalite_to_svg(picture, vl_version=VEGA_LITE, allowed_base_urls=[]))
+def parsed(picture: str) -> ElementTree.Element:
+    return ElementTree.fromstring(rendering.svg(picture))
 
 
 @pytest.fixture(scope="session")
 def marks() -> Callable[[Spec, str], list[ElementTree.Element]]:
     """The marks of one kind in a rendered picture, in drawing order."""
     def marks_of(spec: Spec, kind: str) -> list[ElementTree.Element]:
-        groups = svg(json.dumps(spec)).iter()
+        groups = parsed(json.dumps(spec)).iter()
         return [path for group in groups if f"mark-{kind} role-mark" in group.get("class", "") for path in group]
 
     return marks_of

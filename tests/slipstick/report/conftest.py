@@ -36,4 +36,4 @@ def reading() -> Callable[[str], Reading]:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Empty pictures, for tests of the text of a page: drawing all of them takes a second, and has tests of its own."""
     empty = '<svg class="marks" width="1" height="1" viewBox="0 0 1 1"></svg>'
-    monkeypatch.setattr(rendering, "_render", lambda pictures, form: [empty] * len(pictures))
+    monkeypatch.setattr(rendering, "svg", lambda picture: empty)

@@ -2,7 +2,11 @@
 
 import json
 import os
+import subprocess
+import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -48,3 +52,45 @@ def test_the_process_that_forks_is_started_again() -> None:
     children._FORKING.end()
     _, other = json.loads(call("processes"))
     assert other != forking
+
+
+def test_a_kept_child_answers_again_and_again() -> None:
+    child = children.Kept()
+
+    def call(function: str, content: bytes = b"") -> bytes:
+        return child.call(f"tests.child_functions:{function}", content, InvalidValue)
+
+    own, parent = json.loads(call("processes"))
+    assert call("doubled", bytes(3 << 20)) == bytes(6 << 20)
+    with pytest.raises(InvalidValue, match="It is damaged"):
+        call("refuse", b"It is damaged")
+    with pytest.raises(children.ChildFailed, match="AttributeError"):
+        call("missing")
+    assert json.loads(call("processes")) == [own, parent]
+    with pytest.raises(children.ChildFailed, match="without an answer"):
+        call("crash")
+    other, parent_of_other = json.loads(call("processes"))
+    assert (parent_of_other, other != own) == (parent, True)
+
+
+def test_a_kept_child_and_the_process_that_forks_end_with_a_killed_parent() -> None:
+    code = ("import sys; from slipstick.errors import InvalidValue; from slipstick.storage.children import Kept\n"
+            "child = Kept()\n"
+            "print(child.call('tests.child_functions:processes', b'', InvalidValue).decode(), flush=True)\n"
+            "sys.stdin.read()")
+    process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    started = json.loads(process.stdout.readline())
+    process.kill()
+    process.communicate()
+    deadline = time.monotonic() + 20
+    while any(_is_running(number) for number in started):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def _is_running(number: int) -> bool:
+    try:
+        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
