@@ -11,14 +11,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from slipstick.uncertainty.fit.refine import ROUNDS, constrained_maximum, information, local_problem, natural_scores
-from slipstick.uncertainty.likelihood.likelihood import exact
+from slipstick.uncertainty.fit.refine import (
+    AGREEMENT,
+    ROUNDS,
+    constrained_maximum,
+    information,
+    local_problem,
+    log10_likelihood,
+    natural_scores,
+)
 from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
 _SOLVES = 12  # largest number of iterations of the root finder for an end
 _CLOSE = 0.03  # tolerance of the drop at an end, relative to the drop
 _TOLERANCE = 1e-3  # tolerance of the optimizer at each value of a profile, in decades
+_RENEWALS = 2  # largest number of new lattices for one value of a profile
 _JUMP = 0.3  # error of the drop at an end, relative to the drop, above which the optimizer has failed at some value
 _NEXT, _FURTHEST = 1.2, 3.0  # smallest step factor while an end is bracketed; above the largest, the bound is tried
 _STEEPEST = 16.0  # limit of the drop relative to that at an end, so that distant values do not mislead the root finder
@@ -121,7 +129,7 @@ class _Profile:
         self.problem, self.space, self.direction = problem, space, direction
         local = local_problem(problem, space, optimum)
         self.reference = replace(problem, direction=local[0].direction)
-        self.top, self.optimum = self._log10_likelihood(optimum), space.to_natural(optimum)
+        self.top, self.optimum = log10_likelihood(self.reference, space, optimum), space.to_natural(optimum)
         self.estimate = float(direction @ self.optimum)
         self.points: dict[float, tuple[float, np.ndarray, Local]] = {self.estimate: (0.0, optimum, local)}
         self.low, self.high = space.to_natural(space.lower), space.to_natural(space.upper)
@@ -163,8 +171,8 @@ class _Profile:
             path = self.path if nearest == self.estimate else \
                 (self.space.to_natural(neighbour) - self.optimum) / (nearest - self.estimate)
             start = self._feasible(self.optimum + (value - self.estimate) * path, value)
-            vector, local = self._maximum(start, local)
-            self.points[value] = (self.top - self._log10_likelihood(vector), vector, local)
+            vector, likelihood, local = self._maximum(start, local)
+            self.points[value] = (self.top - likelihood, vector, local)
         return self.points[value][0]
 
     def _feasible(self, natural: np.ndarray, value: float) -> np.ndarray:
@@ -179,21 +187,26 @@ class _Profile:
             natural = natural + missing * move / (move @ self.direction)
         return self.space.from_natural(natural)
 
-    def _log10_likelihood(self, vector: np.ndarray) -> float:
-        """log10 L of the model itself, because local expansions around different candidates have different errors."""
-        return float(exact(self.reference, self.space.candidate(vector)).sum())
+    def _maximum(self, start: np.ndarray, local: Local) -> tuple[np.ndarray, float, Local]:
+        """The constrained maximum near `start` (k,), and its log10 likelihood by the model itself.
 
-    def _maximum(self, start: np.ndarray, local: Local) -> tuple[np.ndarray, Local]:
-        """The constrained maximum near `start` (k,); a local expansion is renewed if the maximum is at its edge."""
+        A local expansion is renewed if the maximum is at its edge, and a lattice if its sum has not converged there;
+        if the new one has not either, lines replace it.
+        """
+        renewed = 0
         for _ in range(ROUNDS):
             problem, region = local
             if np.all((start >= region.lower) & (start <= region.upper)):
-                start, _ = constrained_maximum(problem, region, start, self.direction, _TOLERANCE)
+                start, likelihood = constrained_maximum(problem, region, start, self.direction, _TOLERANCE)
                 is_cut = (region.lower > self.space.lower) & (start <= region.lower) \
                     | (region.upper < self.space.upper) & (start >= region.upper)
                 if not np.any(is_cut):
-                    return start, local
-            local = local_problem(self.problem, self.space, start)
+                    reference = log10_likelihood(self.reference, self.space, start)
+                    if problem.lattice is None or abs(likelihood - reference) < AGREEMENT:
+                        return start, reference, local
+                    renewed += 1
+            problem, region = local_problem(self.problem, self.space, start)
+            local = (problem if renewed <= _RENEWALS else replace(problem, lattice=None)), region
         raise _ProfileError
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.likelihood import lines
-from slipstick.uncertainty.likelihood.likelihood import KNOTTED, exact, integration_lines, times_on_lines
+from slipstick.uncertainty.likelihood.likelihood import KNOTTED, density_and_moments, exact, integration_lines
 from slipstick.uncertainty.likelihood.local import PolynomialModel
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns, correlation_from_partial, partial_from_factor
@@ -31,10 +31,8 @@ def density_and_gradient(problem: InferenceProblem, space: Unknowns,
         return _by_chain_rule(problem, problem.model, space, vector)
     if set(space.families) != {"normal"} or len(space.axes) > KNOTTED:
         return exact(problem, candidate), _by_differences(problem, space, vector)
-    quadrature = integration_lines(problem, candidate)
-    times = times_on_lines(problem, candidate.inputs, quadrature)
-    density, moments = lines.density_and_moments(quadrature, times, problem.measured_time, candidate.output_std)
-    return density, _by_moments(space, candidate, quadrature, moments) / _LN10
+    density, factor, moments = density_and_moments(problem, candidate)
+    return density, _by_moments(space, candidate, factor, moments) / _LN10
 
 
 def _by_chain_rule(problem: InferenceProblem, model: PolynomialModel, space: Unknowns,
@@ -61,11 +59,11 @@ def _input_derivatives(space: Unknowns, vector: np.ndarray, index: int, normals:
     return derivatives
 
 
-def _by_moments(space: Unknowns, candidate: Candidate, quadrature: lines.Lines, moments: lines.Moments) -> np.ndarray:
-    """Derivatives of ln p (n, k) by Fisher's identity."""
-    d, inverse = len(quadrature.factor), np.linalg.inv(quadrature.factor)
+def _by_moments(space: Unknowns, candidate: Candidate, factor: np.ndarray, moments: lines.Moments) -> np.ndarray:
+    """Derivatives of ln p (n, k) by Fisher's identity; the scores are `factor` u."""
+    d, inverse = len(factor), np.linalg.inv(factor)
     mean = moments.first @ inverse / candidate.inputs.marginal_std
-    std = np.einsum("ia,nab,bi->ni", quadrature.factor, moments.second, inverse) - 1.0
+    std = np.einsum("ia,nab,bi->ni", factor, moments.second, inverse) - 1.0
     noise = moments.residual / candidate.output_std**2 - 1.0
     columns = [mean, std, noise[:, None]]
     if space.correlated:
