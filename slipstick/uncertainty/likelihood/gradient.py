@@ -5,8 +5,10 @@ a closed form. The gradient is therefore exact for the computed integral, regard
 
 The slopes of a table are discontinuous. For normal inputs the gradient follows from Fisher's identity: the derivative
 of log p_i is the conditional mean, given the measured time, of the derivative of the log density of inputs and noise.
-The integration along lines yields the moments required for this mean. For other families, and for tables of more than
-two inputs, the gradient is computed by central differences of the same smooth integral.
+The integration along lines, or the sum over the lattice of the problem, yields the moments required for this mean. A
+sum over a lattice changes its slope where a point crosses a knot; its derivative agrees with the mean up to the error
+of the sum. For other families, and for tables of more than two inputs, the gradient is computed by central differences
+of the same smooth integral.
 """
 
 import numpy as np

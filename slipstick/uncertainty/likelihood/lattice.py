@@ -11,6 +11,9 @@ As a function of u, the density of a time is a ridge across the direction in whi
 rows are parallel to the ridge resolves it worst. The rows are therefore turned by 22.5 degrees from the direction in
 which the times of all conditions change most; a refinement turns them by 45 degrees, and thus preserves this angle.
 Ridges that are too narrow for a lattice are left to the lines with breakpoints at the knots (lines.py).
+
+An optimizer keeps the lattice of its start, because a change of the lattice would make the sum discontinuous. The
+expansions of a search are smooth, and are summed over a single lattice whose step follows from the narrowest ridge.
 """
 
 import math

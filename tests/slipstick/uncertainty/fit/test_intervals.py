@@ -16,8 +16,8 @@ from slipstick.uncertainty.fit.intervals import (
     profile_drop,
     profile_interval,
 )
-from slipstick.uncertainty.fit.refine import constrained_maximum, refined_vector
-from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns, exact
+from slipstick.uncertainty.fit.refine import constrained_maximum, local_problem, refined_vector
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns, exact, likelihood
 
 ClosedForm = Callable[[np.ndarray], float]
 Case = tuple[InferenceProblem, Unknowns, ClosedForm]
@@ -72,6 +72,20 @@ def test_ends_are_where_the_closed_form_drops(ridge: Case, optimum: np.ndarray) 
         for value, drop in interval.curve[::3]:
             assert drop > closed_drop(ridge, optimum, direction, value) - 0.01
     assert closed_ends > 8
+
+
+@pytest.mark.parametrize("index", [0, 4])
+def test_intervals_on_lattices_are_those_along_lines(ridge: Case, optimum: np.ndarray, monkeypatch: pytest.MonkeyPatch,
+                                                     index: int) -> None:
+    problem, space, _ = ridge
+    assert local_problem(problem, space, optimum)[0].lattice is not None
+    on_lattices = profile_interval(problem, space, optimum, np.eye(5)[index], LEVEL)
+    monkeypatch.setattr(likelihood, "_MOST_IN_FITS", 0)
+    assert local_problem(problem, space, optimum)[0].lattice is None
+    along_lines = profile_interval(problem, space, optimum, np.eye(5)[index], LEVEL)
+    for end in ("lower", "upper"):
+        expected = getattr(along_lines, end)
+        assert getattr(on_lattices, end) == (None if expected is None else pytest.approx(expected, abs=5e-4))
 
 
 def test_the_drop_at_the_true_value_agrees_with_the_closed_form(ridge: Case, optimum: np.ndarray) -> None:
