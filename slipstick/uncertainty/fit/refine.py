@@ -41,7 +41,7 @@ def refined_vector(problem: InferenceProblem, space: Unknowns, begin: np.ndarray
     have different errors. The best one, found on a lattice where possible, is then the start of a maximization of the
     integral along lines.
     """
-    starts = (begin, *_single_input_starts(problem, space, begin))
+    starts = (begin, *single_input_starts(problem, space, begin))
     best = max((begin, *(_local_maximum(problem, space, start) for start in starts)),
                key=lambda vector: log10_likelihood(problem, space, vector))
     local, region = local_problem(problem, space, best)
@@ -87,7 +87,8 @@ def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.nd
 
     first = likelihood_and_scores(begin)
     free = np.eye(len(begin)) if fixed is None else scipy.linalg.null_space((fixed * span)[None])
-    axes = free @ np.linalg.inv(np.linalg.cholesky(information(first[1] @ free))).T
+    values, vectors = np.linalg.eigh(information(first[1] @ free))
+    axes = free @ (vectors / np.sqrt(np.maximum(values, 1.0)))  # `information` has no smaller ones but by rounding
     position = (middle - low) / span
 
     def loss(step: np.ndarray) -> tuple[float, np.ndarray]:
@@ -141,15 +142,18 @@ def log10_likelihood(problem: InferenceProblem, space: Unknowns, vector: np.ndar
     return float(precise(problem, space.candidate(vector))[0].sum())
 
 
-def _single_input_starts(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
-    """Candidates in which a single input causes the scatter of the times that all inputs together cause at `begin`."""
+def single_input_starts(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
+    """Candidates in which a single input causes the scatter of the times that all inputs together cause at `begin`.
+
+    The last one is that of the input which causes most of it.
+    """
     d = len(space.axes)
     if not 1 < d <= _FEW:
         return
     inputs = space.candidate(begin).inputs
     scatter = np.sqrt(np.mean(centre_slopes(problem, inputs)[1] ** 2, axis=1))
     total = np.sqrt(np.sum(scatter**2))
-    for axis in range(d):
+    for axis in np.argsort(scatter):
         if scatter[axis] > 0:
             vector = begin.copy()
             vector[d:2 * d] = space.lower[d:2 * d]

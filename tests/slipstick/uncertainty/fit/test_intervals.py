@@ -99,6 +99,24 @@ def test_the_drop_at_the_true_value_agrees_with_the_closed_form(ridge: Case, opt
         assert drop == pytest.approx(closed_drop(ridge, optimum, direction, float(direction @ true)), abs=0.01)
 
 
+def test_the_scatter_may_move_to_the_other_input_along_a_profile(
+        posed: Callable[[np.ndarray, Candidate], Case], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The maxima on the two sides of a profile have the scatter in different inputs, and none leads to the other."""
+    random = np.random.default_rng(8)
+    slope = random.uniform(0.1, 0.3, 48) * np.array([[1.0], [-0.8]]) + 0.02 * random.standard_normal((2, 48))
+    case = posed(slope, Candidate(Inputs([0.95, 1.05], [0.1, 0.08]), 0.006))
+    problem, space, _ = case
+    best = refined_vector(problem, space, (space.lower + space.upper) / 2)
+    direction = directions(case, best)[6]
+    end = profile_interval(problem, space, best, direction, LEVEL).lower
+    assert end is not None
+    assert closed_drop(case, best, direction, end) == pytest.approx(drop_at_level(LEVEL), rel=0.05)
+    monkeypatch.setattr(intervals, "_BRANCHES", 0)
+    nearer = profile_interval(problem, space, best, direction, LEVEL).lower
+    assert nearer is not None
+    assert closed_drop(case, best, direction, nearer) < 0.8 * drop_at_level(LEVEL)
+
+
 def test_intervals_of_an_input_without_influence_are_open(posed: Callable[[np.ndarray, Candidate], Case]) -> None:
     slope = np.random.default_rng(6).uniform(-0.3, 0.3, (2, 60)) * [[1.0], [0.0]]
     knotted, space, _ = posed(slope, Candidate(Inputs([0.95, 1.05], [0.1, 0.08]), 0.006))
