@@ -76,7 +76,7 @@ def methods():
     for power in (10, 12, 14, 16):
         yield f"table, 2^{power} samples", lambda p, c, seed, m=power: sampled(p, c, 2**m, seed), SEEDS
     for order in (2, 4, 8, 12, 20):
-        yield f"expansion of order {order}, lines", (
+        yield f"expansion of order {order}", (
             lambda p, c, seed, o=order: by_expansion(p, [c], ExpansionSettings(o, checks=0)).sum()), SEEDS[:1]
     for order, power in ((4, 12), (8, 8), (8, 10), (8, 12), (8, 14), (8, 16), (12, 12), (12, 16)):
         yield f"expansion of order {order}, 2^{power} samples", (

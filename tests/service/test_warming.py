@@ -3,7 +3,7 @@ import sys
 
 from service.warming import warm
 from slipstick.table import interpolation
-from slipstick.uncertainty.likelihood import lattice, lines
+from slipstick.uncertainty.likelihood import lattice, pieces
 
 SLOW = ("chaospy", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage", "scipy.interpolate")
 LOADED = f"import sys; print([name for name in {SLOW} if name in sys.modules])"
@@ -11,7 +11,7 @@ LOADED = f"import sys; print([name for name in {SLOW} if name in sys.modules])"
 
 def test_what_a_likelihood_needs_is_compiled_ahead() -> None:
     warm()
-    for function in (interpolation._interpolate, lattice._add, lines._sum_pieces):
+    for function in (interpolation._interpolate, lattice._add, pieces.sum_pieces):
         assert function.signatures
 
 

@@ -9,7 +9,7 @@ inputs. Polynomials in x itself would have to be rebuilt for each candidate, and
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -89,6 +89,12 @@ class Basis:
         """The degree of each term in each germ, shape (t, d)."""
         return self.polynomials.degrees
 
+    @cached_property
+    def is_linear(self) -> np.ndarray:
+        """1 for the term that is linear in an input, and 0 for others, shape (d, t)."""
+        is_first = self.degrees.sum(axis=1) == 1
+        return np.ascontiguousarray((is_first[:, None] & (self.degrees == 1)).T.astype(float))
+
     def at(self, germs: np.ndarray) -> np.ndarray:
         """All polynomials at the germs (m, d): shape (m, t)."""
         return self.polynomials.at(germs)
@@ -116,6 +122,12 @@ class Expansion:
         """Mean of the polynomial, shape (n,), s."""
         mean: np.ndarray = self.coefficients[0]
         return mean
+
+    @property
+    def linear(self) -> np.ndarray:
+        """Coefficients of the linear terms, shape (d, n), s; 0 for a condition without an expansion."""
+        linear: np.ndarray = np.nan_to_num(self.basis.is_linear @ self.coefficients)
+        return linear
 
     @property
     def std(self) -> np.ndarray:

@@ -10,7 +10,7 @@ so that a search can be interrupted and resumed with identical results.
     result = summary(settings, problem, state, estimate)
 """
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -210,7 +210,7 @@ def _estimate(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) ->
     local, _ = local_problem(problem, space, vector)
     error = local.model.error if isinstance(local.model, PolynomialModel) else None
     entries = [{**asdict(combination), "weights": combination.weights.tolist()}
-               for combination in combinations(local, space, vector)]
+               for combination in combinations(replace(local, lattice=None), space, vector)]
     return {"vector": vector.tolist(), "polynomial_error": error, "combinations": entries, "intervals": []}
 
 

@@ -11,14 +11,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from slipstick.uncertainty.fit.refine import ROUNDS, constrained_maximum, information, local_problem, natural_scores
-from slipstick.uncertainty.likelihood.likelihood import exact
+from slipstick.uncertainty.fit.refine import (
+    AGREEMENT,
+    ROUNDS,
+    constrained_maximum,
+    information,
+    local_problem,
+    log10_likelihood,
+    natural_scores,
+    single_input_starts,
+)
 from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
 _SOLVES = 12  # largest number of iterations of the root finder for an end
 _CLOSE = 0.03  # tolerance of the drop at an end, relative to the drop
 _TOLERANCE = 1e-3  # tolerance of the optimizer at each value of a profile, in decades
+_RENEWALS = 2  # largest number of new lattices for one value of a profile
+_BRANCHES = 3  # largest number of times that the search for an end goes on from a higher maximum
 _JUMP = 0.3  # error of the drop at an end, relative to the drop, above which the optimizer has failed at some value
 _NEXT, _FURTHEST = 1.2, 3.0  # smallest step factor while an end is bracketed; above the largest, the bound is tried
 _STEEPEST = 16.0  # limit of the drop relative to that at an end, so that distant values do not mislead the root finder
@@ -121,7 +131,7 @@ class _Profile:
         self.problem, self.space, self.direction = problem, space, direction
         local = local_problem(problem, space, optimum)
         self.reference = replace(problem, direction=local[0].direction)
-        self.top, self.optimum = self._log10_likelihood(optimum), space.to_natural(optimum)
+        self.top, self.optimum = log10_likelihood(self.reference, space, optimum), space.to_natural(optimum)
         self.estimate = float(direction @ self.optimum)
         self.points: dict[float, tuple[float, np.ndarray, Local]] = {self.estimate: (0.0, optimum, local)}
         self.low, self.high = space.to_natural(space.lower), space.to_natural(space.upper)
@@ -131,7 +141,37 @@ class _Profile:
         self.path = covariance @ direction / self.variance  # slope of the unknowns along the profile, if it is normal
 
     def end(self, side: int, drop_at_end: float) -> float | None:
-        """The value below (`side` -1) or above (1) the estimate with a drop of `drop_at_end` decades; None if open."""
+        """The value below (`side` -1) or above (1) the estimate with a drop of `drop_at_end` decades; None if open.
+
+        For a table, the search goes on if a maximum with the scatter in another input is higher at this value.
+        """
+        value = self._end_beyond(self.estimate, side, drop_at_end)
+        for _ in range(_BRANCHES):
+            if value is None or self.problem.knots is None or not self._is_raised(value, side, drop_at_end):
+                break
+            value = self._end_beyond(value, side, drop_at_end)
+        return value
+
+    def _is_raised(self, value: float, side: int, drop_at_end: float) -> bool:
+        """Whether a start with the scatter in another input leads to a higher maximum at `value`, which is then kept.
+
+        Values further out are then forgotten, because their maxima may be surpassed as well.
+        """
+        for start in list(single_input_starts(self.problem, self.space, self.points[value][1]))[:-1]:
+            feasible = self._feasible(self.space.to_natural(start), value)
+            try:
+                vector, likelihood, local = self._maximum(feasible, local_problem(self.problem, self.space, feasible))
+            except _ProfileError:
+                continue
+            if self.top - likelihood < self.points[value][0]:
+                self.points[value] = (self.top - likelihood, vector, local)
+        is_raised = self.points[value][0] < (1 - _CLOSE) * drop_at_end
+        if is_raised:
+            self.points = {known: point for known, point in self.points.items() if side * (known - value) <= 0}
+        return is_raised
+
+    def _end_beyond(self, inside: float, side: int, drop_at_end: float) -> float | None:
+        """As `end`, from a value `inside` the interval, along the maxima near those of the values before."""
         edges = np.sort([self.direction * self.low, self.direction * self.high], axis=0).sum(axis=1)
         low, high = float(edges[0]), float(edges[1])
 
@@ -141,7 +181,9 @@ class _Profile:
                 return 0.0
             return float(np.sqrt(np.clip(drop, 0.0, _STEEPEST * drop_at_end)) - np.sqrt(drop_at_end))
 
-        inside, step = self.estimate, side * float(np.sqrt(2 * np.log(10.0) * drop_at_end * self.variance))
+        step = inside - self.estimate
+        if step == 0:
+            step = side * float(np.sqrt(2 * np.log(10.0) * drop_at_end * self.variance))
         while (surplus := excess(value := float(np.clip(self.estimate + step, low, high)))) < 0:
             if value in (low, high):
                 return None
@@ -163,8 +205,8 @@ class _Profile:
             path = self.path if nearest == self.estimate else \
                 (self.space.to_natural(neighbour) - self.optimum) / (nearest - self.estimate)
             start = self._feasible(self.optimum + (value - self.estimate) * path, value)
-            vector, local = self._maximum(start, local)
-            self.points[value] = (self.top - self._log10_likelihood(vector), vector, local)
+            vector, likelihood, local = self._maximum(start, local)
+            self.points[value] = (self.top - likelihood, vector, local)
         return self.points[value][0]
 
     def _feasible(self, natural: np.ndarray, value: float) -> np.ndarray:
@@ -179,21 +221,26 @@ class _Profile:
             natural = natural + missing * move / (move @ self.direction)
         return self.space.from_natural(natural)
 
-    def _log10_likelihood(self, vector: np.ndarray) -> float:
-        """log10 L of the model itself, because local expansions around different candidates have different errors."""
-        return float(exact(self.reference, self.space.candidate(vector)).sum())
+    def _maximum(self, start: np.ndarray, local: Local) -> tuple[np.ndarray, float, Local]:
+        """The constrained maximum near `start` (k,), and its log10 likelihood by the model itself.
 
-    def _maximum(self, start: np.ndarray, local: Local) -> tuple[np.ndarray, Local]:
-        """The constrained maximum near `start` (k,); a local expansion is renewed if the maximum is at its edge."""
+        A local expansion is renewed if the maximum is at its edge, and a lattice if its sum has not converged there;
+        if the new one has not either, lines replace it.
+        """
+        renewed = 0
         for _ in range(ROUNDS):
             problem, region = local
             if np.all((start >= region.lower) & (start <= region.upper)):
-                start, _ = constrained_maximum(problem, region, start, self.direction, _TOLERANCE)
+                start, likelihood = constrained_maximum(problem, region, start, self.direction, _TOLERANCE)
                 is_cut = (region.lower > self.space.lower) & (start <= region.lower) \
                     | (region.upper < self.space.upper) & (start >= region.upper)
                 if not np.any(is_cut):
-                    return start, local
-            local = local_problem(self.problem, self.space, start)
+                    reference = log10_likelihood(self.reference, self.space, start)
+                    if problem.lattice is None or abs(likelihood - reference) < AGREEMENT:
+                        return start, reference, local
+                    renewed += 1
+            problem, region = local_problem(self.problem, self.space, start)
+            local = (problem if renewed <= _RENEWALS else replace(problem, lattice=None)), region
         raise _ProfileError
 
 

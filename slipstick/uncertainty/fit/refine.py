@@ -12,7 +12,12 @@ import scipy
 
 from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.likelihood.gradient import density_and_gradient
-from slipstick.uncertainty.likelihood.likelihood import KNOTTED, centre_slopes, exact, steepest_direction
+from slipstick.uncertainty.likelihood.likelihood import (
+    KNOTTED,
+    centre_slopes,
+    precise,
+    steepest_direction,
+)
 from slipstick.uncertainty.likelihood.local import polynomial_problem
 from slipstick.uncertainty.likelihood.problem import InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
@@ -23,6 +28,8 @@ _FEW = 3  # largest number of inputs for which starts with the scatter in a sing
 ROUNDS = 24
 """Largest number of successive local expansions, each around the optimum of the previous one."""
 _IMPROVEMENT = 0.02  # improvement in decades below which no further expansion is made
+AGREEMENT = 1e-3
+"""Largest difference in decades of the sum over a lattice from a converged one; beyond it the lattice is renewed."""
 _WORST = 1e6  # loss for a likelihood of 0, which has no gradient
 _LN10 = np.log(10.0)
 
@@ -31,11 +38,14 @@ def refined_vector(problem: InferenceProblem, space: Unknowns, begin: np.ndarray
     """The best vector of unknowns (k,): `begin`, or a local maximum reached from it or from an additional start.
 
     The vectors are compared by the likelihood of the model itself, because local expansions around different candidates
-    have different errors.
+    have different errors. The best one, found on a lattice where possible, is then the start of a maximization of the
+    integral along lines.
     """
-    starts = (begin, *_single_input_starts(problem, space, begin))
-    return max((begin, *(_local_maximum(problem, space, start) for start in starts)),
-               key=lambda vector: _log10_likelihood(problem, space, vector))
+    starts = (begin, *single_input_starts(problem, space, begin))
+    best = max((begin, *(_local_maximum(problem, space, start) for start in starts)),
+               key=lambda vector: log10_likelihood(problem, space, vector))
+    local, region = local_problem(problem, space, best)
+    return best if local.lattice is None else constrained_maximum(replace(local, lattice=None), region, best)[0]
 
 
 def local_problem(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> tuple[InferenceProblem, Unknowns]:
@@ -50,7 +60,7 @@ def local_problem(problem: InferenceProblem, space: Unknowns, vector: np.ndarray
     if len(space.axes) > KNOTTED and problem.direction is None:
         inputs = space.candidate(vector).inputs
         return replace(problem, direction=steepest_direction(inputs, centre_slopes(problem, inputs)[1])), space
-    return problem, space
+    return replace(problem, lattice=precise(problem, space.candidate(vector))[1]), space
 
 
 def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.ndarray, fixed: np.ndarray | None = None,
@@ -77,7 +87,8 @@ def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.nd
 
     first = likelihood_and_scores(begin)
     free = np.eye(len(begin)) if fixed is None else scipy.linalg.null_space((fixed * span)[None])
-    axes = free @ np.linalg.inv(np.linalg.cholesky(information(first[1] @ free))).T
+    values, vectors = np.linalg.eigh(information(first[1] @ free))
+    axes = free @ (vectors / np.sqrt(np.maximum(values, 1.0)))  # `information` has no smaller ones but by rounding
     position = (middle - low) / span
 
     def loss(step: np.ndarray) -> tuple[float, np.ndarray]:
@@ -116,24 +127,33 @@ def _local_maximum(problem: InferenceProblem, space: Unknowns, start: np.ndarray
         local, region = local_problem(problem, space, vector)
         before = vector
         vector, likelihood = constrained_maximum(local, region, before)
-        if local.knots is not None or likelihood - _log10_likelihood(local, region, before) < _IMPROVEMENT:
+        if local.lattice is not None:
+            is_settled = abs(likelihood - log10_likelihood(problem, space, vector)) < AGREEMENT
+        else:
+            is_settled = local.knots is not None \
+                or likelihood - log10_likelihood(local, region, before) < _IMPROVEMENT
+        if is_settled:
             break
     return vector
 
 
-def _log10_likelihood(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> float:
-    return float(exact(problem, space.candidate(vector)).sum())
+def log10_likelihood(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> float:
+    """log10 L of a vector (k,), by which candidates are compared."""
+    return float(precise(problem, space.candidate(vector))[0].sum())
 
 
-def _single_input_starts(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
-    """Candidates in which a single input causes the scatter of the times that all inputs together cause at `begin`."""
+def single_input_starts(problem: InferenceProblem, space: Unknowns, begin: np.ndarray) -> Iterator[np.ndarray]:
+    """Candidates in which a single input causes the scatter of the times that all inputs together cause at `begin`.
+
+    The last one is that of the input which causes most of it.
+    """
     d = len(space.axes)
     if not 1 < d <= _FEW:
         return
     inputs = space.candidate(begin).inputs
     scatter = np.sqrt(np.mean(centre_slopes(problem, inputs)[1] ** 2, axis=1))
     total = np.sqrt(np.sum(scatter**2))
-    for axis in range(d):
+    for axis in np.argsort(scatter):
         if scatter[axis] > 0:
             vector = begin.copy()
             vector[d:2 * d] = space.lower[d:2 * d]

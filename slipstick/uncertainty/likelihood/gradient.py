@@ -5,15 +5,17 @@ a closed form. The gradient is therefore exact for the computed integral, regard
 
 The slopes of a table are discontinuous. For normal inputs the gradient follows from Fisher's identity: the derivative
 of log p_i is the conditional mean, given the measured time, of the derivative of the log density of inputs and noise.
-The integration along lines yields the moments required for this mean. For other families, and for tables of more than
-two inputs, the gradient is computed by central differences of the same smooth integral.
+The integration along lines, or the sum over the lattice of the problem, yields the moments required for this mean. A
+sum over a lattice changes its slope where a point crosses a knot; its derivative agrees with the mean up to the error
+of the sum. For other families, and for tables of more than two inputs, the gradient is computed by central differences
+of the same smooth integral.
 """
 
 import numpy as np
 
 from slipstick.matrix_product import matrix_product
 from slipstick.uncertainty.likelihood import lines
-from slipstick.uncertainty.likelihood.likelihood import KNOTTED, exact, integration_lines, times_on_lines
+from slipstick.uncertainty.likelihood.likelihood import KNOTTED, density_and_moments, exact, integration_lines
 from slipstick.uncertainty.likelihood.local import PolynomialModel
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 from slipstick.uncertainty.likelihood.unknowns import Unknowns, correlation_from_partial, partial_from_factor
@@ -31,10 +33,8 @@ def density_and_gradient(problem: InferenceProblem, space: Unknowns,
         return _by_chain_rule(problem, problem.model, space, vector)
     if set(space.families) != {"normal"} or len(space.axes) > KNOTTED:
         return exact(problem, candidate), _by_differences(problem, space, vector)
-    quadrature = integration_lines(problem, candidate)
-    times = times_on_lines(problem, candidate.inputs, quadrature)
-    density, moments = lines.density_and_moments(quadrature, times, problem.measured_time, candidate.output_std)
-    return density, _by_moments(space, candidate, quadrature, moments) / _LN10
+    density, factor, moments = density_and_moments(problem, candidate)
+    return density, _by_moments(space, candidate, factor, moments) / _LN10
 
 
 def _by_chain_rule(problem: InferenceProblem, model: PolynomialModel, space: Unknowns,
@@ -61,11 +61,11 @@ def _input_derivatives(space: Unknowns, vector: np.ndarray, index: int, normals:
     return derivatives
 
 
-def _by_moments(space: Unknowns, candidate: Candidate, quadrature: lines.Lines, moments: lines.Moments) -> np.ndarray:
-    """Derivatives of ln p (n, k) by Fisher's identity."""
-    d, inverse = len(quadrature.factor), np.linalg.inv(quadrature.factor)
+def _by_moments(space: Unknowns, candidate: Candidate, factor: np.ndarray, moments: lines.Moments) -> np.ndarray:
+    """Derivatives of ln p (n, k) by Fisher's identity; the scores are `factor` u."""
+    d, inverse = len(factor), np.linalg.inv(factor)
     mean = moments.first @ inverse / candidate.inputs.marginal_std
-    std = np.einsum("ia,nab,bi->ni", quadrature.factor, moments.second, inverse) - 1.0
+    std = np.einsum("ia,nab,bi->ni", factor, moments.second, inverse) - 1.0
     noise = moments.residual / candidate.output_std**2 - 1.0
     columns = [mean, std, noise[:, None]]
     if space.correlated:

@@ -11,57 +11,138 @@ As a function of u, the density of a time is a ridge across the direction in whi
 rows are parallel to the ridge resolves it worst. The rows are therefore turned by 22.5 degrees from the direction in
 which the times of all conditions change most; a refinement turns them by 45 degrees, and thus preserves this angle.
 Ridges that are too narrow for a lattice are left to the lines with breakpoints at the knots (lines.py).
+
+An optimizer keeps the lattice of its start, because a change of the lattice would make the sum discontinuous. The
+expansions of a search are smooth, and are summed over a single lattice whose step follows from the narrowest ridge.
 """
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numba
 import numpy as np
 
-from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
+from slipstick.uncertainty.likelihood.exponential import exponential
+from slipstick.uncertainty.likelihood.lines import Moments
+from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, Lattice
 
 _TURN = math.pi / 8
 _COARSEST = 0.8  # step of the first lattice in stds
 _PER_WIDTH = 2.0  # step of the first lattice relative to the width of the median ridge
-_MOST = 1 << 15  # largest number of points
+MOST = 1 << 15
+"""Default largest number of points."""
 _FEWEST_TERMS = 8.0  # smallest sum of a condition in units of its largest term: sums of fewer terms may agree by chance
 _BLOCK = 512  # points per call of the model; their times remain in the cache of a core
 _RADIUS = 5.0  # radius of the disc of points in stds, to which the distance of the measured times is added
+_SUFFICIENT = 1.2  # step relative to the width of a ridge at which the relative error of a sum across it is 2e-6
+_SUFFICIENT_RADIUS = 4.5  # radius in stds beyond the distance of a measured time; outside is less than 1e-5 of it
 _MARGIN = 3.5  # smallest distance in stds of the largest term of a condition from the edge of the disc
-_NEGLIGIBLE = 64.0  # natural log below the largest term at which a term is rounded up
 _LN10 = math.log(10.0)
 
 
 def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, direction: np.ndarray,
-           distance: float, box: np.ndarray, tolerance: float) -> tuple[np.ndarray, float] | None:
-    """log10 p per ms (n,), and its estimated error: the sum over the conditions of the last changes, in decades.
+           distance: float, box: np.ndarray, tolerance: float,
+           most: int = MOST) -> tuple[np.ndarray, float, Lattice] | None:
+    """log10 p per ms (n,), its estimated error, and the lattice.
+
+    The error is the sum over the conditions of the last changes, in decades.
 
     `slopes` (d, n) are the derivatives of the times in s with respect to the standard normals, which are largest along
     `direction` (d,); `distance` is the largest distance of a measured time from its mean in stds, and `box` (d, 2) are
-    the normal scores beyond which there are no points. None if the error is not below `tolerance` with `_MOST` points,
+    the normal scores beyond which there are no points. None if the error is not below `tolerance` with `most` points,
     or if a measured time may be beyond the disc of points.
     """
-    noise, radius = candidate.output_std, _RADIUS + distance
-    width = float(np.median(noise / np.sqrt(noise**2 + np.sum(slopes**2, axis=0))))
-    unit = noise * (2 * math.pi) ** ((len(direction) + 1) / 2)  # of the sums, for cells of size 1
-    n, before = len(problem.measured_time), None
-    peaks, squares, sums = np.full(n, -np.inf), np.zeros(n), np.zeros(n)
-    for normals, size in _refinements(direction, min(_COARSEST, _PER_WIDTH * width), radius):
-        scores = normals @ candidate.inputs.factor.T
-        inside = np.all((scores >= box[:, 0]) & (scores <= box[:, 1]), axis=1)
-        scores, distances = scores[inside], np.sum(normals[inside] ** 2, axis=1)
-        for first in range(0, len(scores), _BLOCK):
-            block = slice(first, first + _BLOCK)
-            times = problem.model(candidate.inputs.at_scores(scores[block]), problem.conditions)
-            _add(np.ascontiguousarray(times), problem.measured_time, noise, distances[block], peaks, squares, sums)
-        with np.errstate(divide="ignore"):
-            density = (peaks + np.log(sums * (size / unit))) / _LN10 - 3.0
+    radius = _RADIUS + distance
+    step = min(_COARSEST, _PER_WIDTH * float(np.median(_widths(slopes, candidate.output_std))))
+    before, parts, sums = None, [], _Sums(problem, 1)
+    for normals, size in _refinements(direction, step, radius, most):
+        sums.add(candidate, normals, box)
+        parts.append(normals)
+        density = sums.density(candidate.output_std, size, len(direction))
         error = math.inf if before is None else _change(before, density)
-        if error < tolerance and np.min(sums) > _FEWEST_TERMS:
-            return (density, error) if np.max(squares) < (radius - _MARGIN) ** 2 else None
+        if error < tolerance and np.min(sums.rows[0]) > _FEWEST_TERMS:
+            is_covered = np.max(sums.squares) < (radius - _MARGIN) ** 2
+            return (density, error, Lattice(np.concatenate(parts), size)) if is_covered else None
         before = density
     return None
+
+
+def density_and_moments(problem: InferenceProblem, candidate: Candidate, lattice: Lattice,
+                        box: np.ndarray) -> tuple[np.ndarray, Moments]:
+    """log10 p per ms (n,) on a given lattice, and the conditional moments of u (see `Moments`)."""
+    d, n = candidate.inputs.dimension, len(problem.measured_time)
+    rows, columns = np.triu_indices(d)
+    sums = _Sums(problem, 2 + d + len(rows))
+    sums.add(candidate, lattice.normals, box)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        moments = sums.rows[1:] / sums.rows[0]
+    second = np.empty((n, d, d))
+    second[:, rows, columns] = second[:, columns, rows] = moments[1 + d:].T
+    return (sums.density(candidate.output_std, lattice.size, d),
+            Moments(moments[1:1 + d].T, second, 2 * candidate.output_std**2 * moments[0]))
+
+
+def sufficient(slopes: np.ndarray, direction: np.ndarray, noise: float, distance: float, most: int) -> Lattice | None:
+    """A lattice whose error is below 1e-5 decades per condition for a linear model; arguments as for `summed`.
+
+    None if it has more than about `most` points, because the noise is narrow or a measured time is far.
+    """
+    step = min(_COARSEST, _SUFFICIENT * float(np.min(_widths(slopes, noise))))
+    return next((Lattice(*first) for first in _refinements(direction, step, _SUFFICIENT_RADIUS + distance, most)), None)
+
+
+def log10_density(lattice: Lattice, times: np.ndarray, measured: np.ndarray, noise: float) -> np.ndarray:
+    """log10 p per ms (n,) from the times (m, n) of a model at the points of a lattice."""
+    n, (m, d) = len(measured), lattice.normals.shape
+    peaks, squares, rows = np.full(n, -np.inf), np.zeros(n), np.zeros((1, n))
+    _add(times, measured, noise, np.sum(lattice.normals**2, axis=1), np.empty((m, 0)), peaks, squares, rows)
+    return _density(peaks, rows[0], noise, lattice.size, d)
+
+
+def _widths(slopes: np.ndarray, noise: float) -> np.ndarray:
+    """The widths of the ridges in stds, shape (n,)."""
+    widths: np.ndarray = noise / np.sqrt(noise**2 + np.sum(slopes**2, axis=0))
+    return widths
+
+
+def _density(peaks: np.ndarray, sums: np.ndarray, noise: float, size: float, dimension: int) -> np.ndarray:
+    """log10 p per ms (n,) of sums in units of exp(`peaks`), for cells of this size."""
+    unit = noise * (2 * math.pi) ** ((dimension + 1) / 2)
+    with np.errstate(divide="ignore"):
+        density: np.ndarray = (peaks + np.log(sums * (size / unit))) / _LN10 - 3.0
+    return density
+
+
+class _Sums:
+    """Sums (r, n) over points, in units of exp(`peaks`) (n,); `squares` (n,) are |u|^2 of the largest terms.
+
+    The rows are the density, half the squared residual in units of the noise, u and the upper triangle of u u^T, or the
+    density alone.
+    """
+
+    def __init__(self, problem: InferenceProblem, rows: int) -> None:
+        n = len(problem.measured_time)
+        self.problem, self.rows = problem, np.zeros((rows, n))
+        self.peaks, self.squares = np.full(n, -np.inf), np.zeros(n)
+
+    def add(self, candidate: Candidate, normals: np.ndarray, box: np.ndarray) -> None:
+        """Add the points u (m, d) inside the box."""
+        scores = normals @ candidate.inputs.factor.T
+        inside = np.all((scores >= box[:, 0]) & (scores <= box[:, 1]), axis=1)
+        scores, normals = scores[inside], normals[inside]
+        rows, columns = np.triu_indices(normals.shape[1])
+        monomials = np.concatenate([normals, normals[:, rows] * normals[:, columns]], axis=1)
+        distances = np.sum(normals**2, axis=1)
+        for first in range(0, len(scores), _BLOCK):
+            block = slice(first, first + _BLOCK)
+            times = self.problem.model(candidate.inputs.at_scores(scores[block]), self.problem.conditions)
+            _add(np.ascontiguousarray(times), self.problem.measured_time, candidate.output_std, distances[block],
+                 monomials[block], self.peaks, self.squares, self.rows)
+
+    def density(self, noise: float, size: float, dimension: int) -> np.ndarray:
+        """log10 p per ms (n,) for cells of this size."""
+        return _density(self.peaks, self.rows[0], noise, size, dimension)
 
 
 def _change(before: np.ndarray, after: np.ndarray) -> float:
@@ -70,10 +151,11 @@ def _change(before: np.ndarray, after: np.ndarray) -> float:
         return float(np.sum(np.abs(np.where(after == before, 0.0, after - before))))
 
 
-def _refinements(direction: np.ndarray, step: float, radius: float) -> Iterator[tuple[np.ndarray, float]]:
+def _refinements(direction: np.ndarray, step: float, radius: float,
+                 most: int) -> Iterator[tuple[np.ndarray, float]]:
     """The points (m, d) of the first lattice and then those that each refinement adds, with the size of the cells.
 
-    Ends where there would be more than about `_MOST` points in total.
+    Ends where there would be more than about `most` points in total.
     """
     volume = 2 * radius if len(direction) == 1 else math.pi * radius**2
     if len(direction) == 1:
@@ -83,7 +165,7 @@ def _refinements(direction: np.ndarray, step: float, radius: float) -> Iterator[
         cell = step * along @ np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
         halved = np.array([[0.5, 0.5], [0.5, -0.5]])
     size, shift = step ** len(cell), np.zeros(len(cell))
-    while volume / size <= _MOST:
+    while volume / size <= most:
         yield _disc(cell, shift, radius), size
         if shift.any():
             cell = cell @ halved
@@ -92,26 +174,28 @@ def _refinements(direction: np.ndarray, step: float, radius: float) -> Iterator[
 
 def _disc(cell: np.ndarray, shift: np.ndarray, radius: float) -> np.ndarray:
     """The points shift + cell k with integers k that are at most `radius` from the origin: shape (m, d)."""
-    most = int(radius / np.linalg.norm(cell[:, 0])) + 1
-    reach = np.arange(-most, most + 1)
-    integers = np.stack(np.meshgrid(*[reach] * len(cell), indexing="ij"), axis=-1).reshape(-1, len(cell))
-    points = shift + integers @ cell.T
-    disc: np.ndarray = points[np.sum(points**2, axis=1) <= radius**2]
+    points = shift + _integers(int(radius / np.linalg.norm(cell[:, 0])) + 1, len(cell)) @ cell.T
+    disc: np.ndarray = points[np.einsum("ij,ij->i", points, points) <= radius**2]
     return disc
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _add(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.ndarray, peaks: np.ndarray,
-         squares: np.ndarray, sums: np.ndarray) -> None:
-    """Add the terms exp(-(|u|^2 + ((t - y) / s)^2) / 2) of the points to `sums`, which are in units of exp(`peaks`).
+@lru_cache(maxsize=64)
+def _integers(most: int, dimension: int) -> np.ndarray:
+    """All vectors of integers from -`most` to `most`, shape (m, d), as floats."""
+    reach = np.arange(-most, most + 1.0)
+    return np.stack(np.meshgrid(*[reach] * dimension, indexing="ij"), axis=-1).reshape(-1, dimension)
 
-    `distances` (m,) are |u|^2, and `squares` (n,) those of the largest term of each condition. A term for which the
-    time is NaN is negligible. The loops over the conditions are compiled to vector instructions, in which math.exp has
-    no place: exp(x) is the Taylor polynomial of x / 512, squared nine times, with a relative error below 1e-9.
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _add(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.ndarray, monomials: np.ndarray,
+         peaks: np.ndarray, squares: np.ndarray, sums: np.ndarray) -> None:
+    """Add the terms exp(-(|u|^2 + ((t - y) / s)^2) / 2) of the points to `sums` (see `_Sums`).
+
+    `distances` (m,) are |u|^2. A term for which the time is NaN is negligible.
     """
     m, n = times.shape
     scale = math.sqrt(0.5) / noise
-    earlier = peaks.copy()
+    factors, halves = peaks.copy(), np.empty(n)
     for k in range(m):
         for i in range(n):
             residual = scale * (measured[i] - times[k, i])
@@ -120,21 +204,22 @@ def _add(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.nd
             peaks[i] = term if is_larger else peaks[i]
             squares[i] = distances[k] if is_larger else squares[i]
     for i in range(n):
-        if sums[i] > 0.0:
-            sums[i] *= math.exp(earlier[i] - peaks[i])
+        factors[i] = math.exp(factors[i] - peaks[i]) if factors[i] < peaks[i] else 1.0
+    for row in range(sums.shape[0]):
+        for i in range(n):
+            sums[row, i] *= factors[i]
+    terms = factors
     for k in range(m):
         for i in range(n):
             residual = scale * (measured[i] - times[k, i])
-            term = -0.5 * distances[k] - residual * residual - peaks[i]
-            x = (term if term > -_NEGLIGIBLE else -_NEGLIGIBLE) * (1 / 512)
-            p = 1 + x * (1 + x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x * (1 / 5040)))))))
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            sums[i] += p
+            square = residual * residual
+            term = exponential(-0.5 * distances[k] - square - peaks[i])
+            terms[i], halves[i] = term, term * square if square >= 0.0 else 0.0  # 0 for NaN
+        for i in range(n):
+            sums[0, i] += terms[i]
+        if sums.shape[0] > 1:
+            for i in range(n):
+                sums[1, i] += halves[i]
+            for column in range(monomials.shape[1]):
+                for i in range(n):
+                    sums[2 + column, i] += monomials[k, column] * terms[i]

@@ -17,7 +17,7 @@ from slipstick.uncertainty.chaos.expansion import Expansion, ExpansionSettings, 
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import lattice, lines
 from slipstick.uncertainty.likelihood.line_rules import ACROSS, WINDOW, along, domain, knotted
-from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
+from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, Lattice
 from slipstick.uncertainty.sampling import log10_mean_density
 
 SAMPLES = 4096
@@ -25,6 +25,9 @@ SAMPLES = 4096
 _BLOCK = 1 << 13  # points per call of the model
 TOLERANCE = 0.05
 """Default tolerance of `converged`, in decades."""
+PRECISE = 1e-2
+"""Largest estimated error of a sum over a lattice in a fit, in decades; the true one is a tenth of it or less."""
+_MOST_IN_SEARCH, _MOST_IN_FITS = 1 << 10, 1 << 13  # points of a lattice; more take as long as lines
 MOST_LINES = 1024
 KNOTTED = 2
 """Largest number of inputs for which lines have breakpoints at knots; for three such a rule needs too many points."""
@@ -54,9 +57,9 @@ def converged(problem: InferenceProblem, candidate: Candidate, seed: int = 1, to
     until the error is below `tolerance`, or `MOST_LINES` is reached. The error is the change by the last
     refinement.
     """
-    if _is_knotted(problem, candidate.inputs):
-        sums = _by_lattice(problem, candidate, tolerance) if lattices else None
-        return sums or (exact(problem, candidate, ACROSS, seed), 0.0)
+    if is_knotted(problem, candidate.inputs):
+        summed = by_lattice(problem, candidate, tolerance) if lattices else None
+        return summed[:2] if summed else (exact(problem, candidate, ACROSS, seed), 0.0)
     count, likelihood, error = ACROSS, exact(problem, candidate, ACROSS, seed), 0.0
     while count < MOST_LINES:
         count *= 2
@@ -72,28 +75,61 @@ def integration_lines(problem: InferenceProblem, candidate: Candidate, count: in
     """The lines along which `exact` integrates the model for the candidate."""
     inputs, noise = candidate.inputs, candidate.output_std
     centre, slopes = centre_slopes(problem, inputs)
-    reach = WINDOW + _distance(problem, candidate, centre, slopes)
-    if _is_knotted(problem, inputs):
+    reach = WINDOW + _distance(problem.measured_time, centre, inputs.factor.T @ slopes, noise)
+    if is_knotted(problem, inputs):
         assert problem.knots is not None
         return knotted(inputs, problem.knots, slopes, noise, min(reach, _FURTHEST))
     direction = steepest_direction(inputs, slopes) if problem.direction is None else problem.direction
     return along(direction, inputs.factor, min(reach, 2 * WINDOW), count, seed)
 
 
-def _by_lattice(problem: InferenceProblem, candidate: Candidate, tolerance: float) -> tuple[np.ndarray, float] | None:
-    assert problem.knots is not None
+def precise(problem: InferenceProblem, candidate: Candidate) -> tuple[np.ndarray, Lattice | None]:
+    """log10 p (n,) per ms as fits compare it, and the lattice over which it is a sum, if any.
+
+    It is `exact`, or for a model with knots and up to two inputs a sum with an estimated error of at most `PRECISE`.
+    """
+    if is_knotted(problem, candidate.inputs):
+        summed = by_lattice(problem, candidate, PRECISE, _MOST_IN_FITS)
+        if summed:
+            density, _, points = summed
+            return density, points
+    return exact(problem, candidate), None
+
+
+def by_lattice(problem: InferenceProblem, candidate: Candidate, tolerance: float,
+               most: int = lattice.MOST) -> tuple[np.ndarray, float, Lattice] | None:
+    """As `converged` for a model with knots and up to two inputs, with the lattice; None if lines are required."""
     inputs = candidate.inputs
-    centre, slopes = centre_slopes(problem, inputs)
-    distance = _distance(problem, candidate, centre, slopes)
-    box = np.array([domain(inputs, problem.knots, axis, WINDOW + distance) for axis in range(inputs.dimension)])
-    return lattice.summed(problem, candidate, inputs.factor.T @ slopes, steepest_direction(inputs, slopes), distance,
-                          box, tolerance)
+    centre, of_scores = centre_slopes(problem, inputs)
+    slopes = inputs.factor.T @ of_scores
+    distance = _distance(problem.measured_time, centre, slopes, candidate.output_std)
+    return lattice.summed(problem, candidate, slopes, _leading(slopes), distance, _box(problem, inputs, distance),
+                          tolerance, most)
 
 
-def _distance(problem: InferenceProblem, candidate: Candidate, centre: np.ndarray, slopes: np.ndarray) -> float:
-    """The largest distance of a measured time from its mean in stds, for a linear model."""
-    scatter = np.sqrt(candidate.output_std**2 + np.sum((candidate.inputs.factor.T @ slopes) ** 2, axis=0))
-    return float(np.nanmax(np.abs(problem.measured_time - centre) / scatter, initial=0.0))
+def density_and_moments(problem: InferenceProblem,
+                        candidate: Candidate) -> tuple[np.ndarray, np.ndarray, lines.Moments]:
+    """log10 p (n,) per ms, the matrix `factor` (d, d) of the scores `factor` u, and the conditional moments of u."""
+    inputs = candidate.inputs
+    if problem.lattice is None:
+        quadrature = integration_lines(problem, candidate)
+        times = times_on_lines(problem, inputs, quadrature)
+        density, moments = lines.density_and_moments(quadrature, times, problem.measured_time, candidate.output_std)
+        return density, quadrature.factor, moments
+    radius = float(np.max(np.abs(problem.lattice.normals)))
+    density, moments = lattice.density_and_moments(problem, candidate, problem.lattice, _box(problem, inputs, radius))
+    return density, inputs.factor, moments
+
+
+def _box(problem: InferenceProblem, inputs: Inputs, distance: float) -> np.ndarray:
+    assert problem.knots is not None
+    return np.array([domain(inputs, problem.knots, axis, WINDOW + distance) for axis in range(inputs.dimension)])
+
+
+def _distance(measured: np.ndarray, centre: np.ndarray, slopes: np.ndarray, noise: float) -> float:
+    """The largest distance of a measured time (n,) from its mean in stds, for a linear model with slopes (d, n)."""
+    scatter = np.sqrt(noise**2 + np.sum(slopes**2, axis=0))
+    return float(np.nanmax(np.abs(measured - centre) / scatter, initial=0.0))
 
 
 def times_on_lines(problem: InferenceProblem, inputs: Inputs, quadrature: lines.Lines) -> np.ndarray:
@@ -105,17 +141,28 @@ def times_on_lines(problem: InferenceProblem, inputs: Inputs, quadrature: lines.
 
 
 def by_expansion(problem: InferenceProblem, candidates: Sequence[Candidate], settings: ExpansionSettings,
-                 count: int = ACROSS) -> np.ndarray:
-    """log10 p per ms of c candidates by integration of their expansions along lines: shape (c, n).
+                 count: int | None = None) -> np.ndarray:
+    """log10 p per ms of c candidates by integration of their expansions: shape (c, n).
 
-    The value is -inf for a condition without an expansion. The log10 likelihood is the sum over the conditions.
+    The integral is along lines, as many as `exact` uses for this `count`. By default it is a sum over a lattice for one
+    or two inputs, if a lattice is accurate and takes less time. The value is -inf for a condition without an expansion.
+    The log10 likelihood is the sum over the conditions.
     """
     likelihood = np.empty((len(candidates), len(problem.measured_time)))
     for row, (candidate, expansion) in enumerate(_expansions(problem, candidates, settings)):
-        inputs = candidate.inputs
-        quadrature = along(_leading(_linear(expansion)), np.eye(inputs.dimension), WINDOW, count)
-        times = expansion.at(inputs.germs_of(quadrature.scores))
-        likelihood[row] = lines.log10_density(quadrature, times, problem.measured_time, candidate.output_std)
+        inputs, measured, noise = candidate.inputs, problem.measured_time, candidate.output_std
+        slopes, points = expansion.linear, None
+        direction = _leading(slopes)
+        if count is None and inputs.dimension <= KNOTTED:
+            distance = _distance(measured, expansion.mean, slopes, noise)
+            points = lattice.sufficient(slopes, direction, noise, distance, _MOST_IN_SEARCH)
+        if points is None:
+            quadrature = along(direction, np.eye(inputs.dimension), WINDOW, count or ACROSS)
+            times = expansion.at(inputs.germs_of(quadrature.scores))
+            likelihood[row] = lines.log10_density(quadrature, times, measured, noise)
+        else:
+            times = expansion.at(inputs.germs_of(points.normals))
+            likelihood[row] = lattice.log10_density(points, times, measured, noise)
     return likelihood
 
 
@@ -142,7 +189,8 @@ def _expansions(problem: InferenceProblem, candidates: Sequence[Candidate],
             yield candidate, expand(basis, times_at_nodes)
 
 
-def _is_knotted(problem: InferenceProblem, inputs: Inputs) -> bool:
+def is_knotted(problem: InferenceProblem, inputs: Inputs) -> bool:
+    """Whether the likelihood is integrated between the knots of the model."""
     return problem.knots is not None and inputs.dimension <= KNOTTED and abs(np.linalg.det(inputs.factor)) > _DEPENDENT
 
 
@@ -159,13 +207,6 @@ def steepest_direction(inputs: Inputs, slopes: np.ndarray) -> np.ndarray:
     `slopes` (d, n) are the derivatives of the times with respect to each normal score.
     """
     return _leading(inputs.factor.T @ slopes)
-
-
-def _linear(expansion: Expansion) -> np.ndarray:
-    """Coefficients of the linear terms, shape (d, n)."""
-    degrees = expansion.basis.degrees
-    rows = [np.flatnonzero((degrees.sum(axis=1) == 1) & (degrees[:, axis] == 1)) for axis in range(degrees.shape[1])]
-    return np.array([np.nan_to_num(expansion.coefficients[row].sum(axis=0)) for row in rows])
 
 
 def _leading(slopes: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ them. The integral is then that of the interpolated table, and smooth in mean an
 run along the direction in which the times of all conditions together change most.
 """
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -46,14 +47,13 @@ def knotted(inputs: Inputs, knots: Knots, slopes: np.ndarray, noise: float, reac
         correlation = float(inputs.factor[0] @ inputs.factor[1])
         scale = np.sqrt(1.0 - correlation**2)
         width = noise / max(noise, float(np.nanmax(np.abs(slopes[1 - inner]))))
-        nodes, log_weight = _composite(_breaks(inputs, knots, 1 - inner, 0.0, 1.0, reach), width)
+        nodes, log_weight = _composite(_breaks(inputs, knots, 1 - inner, np.zeros(1), 1.0, reach)[0], width)
         across, shift = nodes[:, None], correlation * nodes
         factor = np.array([[scale, correlation], [0.0, 1.0]])[[inner, 1 - inner]]
-    rows = [_breaks(inputs, knots, inner, line_shift, scale, reach) for line_shift in shift]
+    breakpoints = _breaks(inputs, knots, inner, shift, scale, reach)
     if inputs.families[inner] != "normal":  # the model is linear in the input, but not in the score
-        rows = [np.union1d(row, _SCORES) for row in rows]
-    longest = max(len(row) for row in rows)
-    breakpoints = np.array([np.pad(row, (0, longest - len(row)), mode="edge") for row in rows])
+        scores = np.tile(_SCORES, (len(breakpoints), 1))
+        breakpoints = np.sort(np.concatenate([breakpoints, scores], axis=1), axis=1)
     return Lines(breakpoints, across, log_weight, factor)
 
 
@@ -92,13 +92,18 @@ def _ends(normals: np.ndarray, reach: float) -> tuple[float, float]:
     return min(-WINDOW, max(-reach, float(normals[0]))), max(WINDOW, min(reach, float(normals[-1])))
 
 
-def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: float, scale: float, reach: float) -> np.ndarray:
-    """The knots of one input as standard normals, conditional on the other input, and the two ends of the line."""
+def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: np.ndarray, scale: float, reach: float) -> np.ndarray:
+    """The knots of one input as standard normals, conditional on the other input, and the two ends of each line.
+
+    Shape (m, g) for the shifts (m,) of the lines. Knots beyond an end of a line coincide with it.
+    """
     if inputs.marginal_std[axis] == 0:
-        return np.array([-WINDOW, WINDOW])
-    normals = (inputs.scores(axis, knots[axis]) - shift) / scale
-    low, high = _ends(normals, reach)
-    return np.concatenate([[low], normals[(normals > low) & (normals < high)], [high]])
+        return np.tile([-WINDOW, WINDOW], (len(shift), 1))
+    normals = (inputs.scores(axis, knots[axis]) - shift[:, None]) / scale
+    low = np.minimum(-WINDOW, np.maximum(-reach, normals[:, :1]))
+    high = np.maximum(WINDOW, np.minimum(reach, normals[:, -1:]))
+    inside = normals[:, np.any((normals > low) & (normals < high), axis=0)]
+    return np.concatenate([low, np.clip(inside, low, high), high], axis=1)
 
 
 def _composite(breaks: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
@@ -108,12 +113,18 @@ def _composite(breaks: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray
         pieces = int(np.ceil((high - low) / _PIECE))
         half = (high - low) / pieces / 2
         count = min(_MOST_NODES, _FEWEST_NODES + int(np.ceil(_NODES_PER_WIDTH * 2 * half / width)))
-        roots, root_weights = roots_legendre(count)
+        roots, root_weights = _gauss_legendre(count)
         centres = low + half * (2 * np.arange(pieces) + 1)
         nodes.append((centres[:, None] + half * roots).ravel())
         weights.append(np.tile(half * root_weights, pieces))
     normals = np.concatenate(nodes)
     return normals, np.log(np.concatenate(weights)) + _log_normal(normals)
+
+
+@lru_cache(maxsize=_MOST_NODES)
+def _gauss_legendre(count: int) -> tuple[np.ndarray, np.ndarray]:
+    roots, weights = roots_legendre(count)
+    return roots, weights
 
 
 def _log_normal(normals: np.ndarray) -> np.ndarray:

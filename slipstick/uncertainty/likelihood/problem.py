@@ -12,6 +12,14 @@ from slipstick.uncertainty.likelihood.line_rules import Knots
 _LEAST_NOISE, _MOST_NOISE = 1e-15, 1e6  # range of the output std in s whose squares neither underflow nor overflow
 
 
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Points `normals` (m, d) of a lattice of standard normals with cells of the given `size`."""
+
+    normals: np.ndarray
+    size: float
+
+
 class ShiftingTimeModel(Protocol):
     """The protocol of a model: points (m, d) in multiples of nominal -> shifting times (m, n) in s.
 
@@ -28,7 +36,8 @@ class InferenceProblem:
 
     `axes` are the names of the d inputs. `knots` are the values of each input between which the model is linear, or
     None. `direction` (d,) is the direction of the integration lines in the space of the standard normals, for a model
-    without knots; by default it is chosen for each candidate. Raises `InvalidValue`.
+    without knots; by default it is chosen for each candidate. On a `lattice`, if any, the gradient is summed instead of
+    integrated along lines. Raises `InvalidValue`.
     """
 
     model: ShiftingTimeModel
@@ -39,6 +48,7 @@ class InferenceProblem:
     axes: tuple[str, ...]
     knots: Knots | None = None
     direction: np.ndarray | None = None
+    lattice: Lattice | None = None
 
     def __post_init__(self) -> None:
         """Check the shapes, and that the measured times are finite."""

@@ -16,8 +16,8 @@ from slipstick.uncertainty.fit.intervals import (
     profile_drop,
     profile_interval,
 )
-from slipstick.uncertainty.fit.refine import constrained_maximum, refined_vector
-from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns, exact
+from slipstick.uncertainty.fit.refine import constrained_maximum, local_problem, refined_vector
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, Unknowns, exact, likelihood
 
 ClosedForm = Callable[[np.ndarray], float]
 Case = tuple[InferenceProblem, Unknowns, ClosedForm]
@@ -74,6 +74,20 @@ def test_ends_are_where_the_closed_form_drops(ridge: Case, optimum: np.ndarray) 
     assert closed_ends > 8
 
 
+@pytest.mark.parametrize("index", [0, 4])
+def test_intervals_on_lattices_are_those_along_lines(ridge: Case, optimum: np.ndarray, monkeypatch: pytest.MonkeyPatch,
+                                                     index: int) -> None:
+    problem, space, _ = ridge
+    assert local_problem(problem, space, optimum)[0].lattice is not None
+    on_lattices = profile_interval(problem, space, optimum, np.eye(5)[index], LEVEL)
+    monkeypatch.setattr(likelihood, "_MOST_IN_FITS", 0)
+    assert local_problem(problem, space, optimum)[0].lattice is None
+    along_lines = profile_interval(problem, space, optimum, np.eye(5)[index], LEVEL)
+    for end in ("lower", "upper"):
+        expected = getattr(along_lines, end)
+        assert getattr(on_lattices, end) == (None if expected is None else pytest.approx(expected, abs=5e-4))
+
+
 def test_the_drop_at_the_true_value_agrees_with_the_closed_form(ridge: Case, optimum: np.ndarray) -> None:
     """With one unknown fixed, the drop is at most that with all unknowns fixed."""
     problem, space, closed = ridge
@@ -83,6 +97,24 @@ def test_the_drop_at_the_true_value_agrees_with_the_closed_form(ridge: Case, opt
         drop = profile_drop(problem, space, optimum, direction, float(direction @ true))
         assert -0.001 < drop < largest + 0.001
         assert drop == pytest.approx(closed_drop(ridge, optimum, direction, float(direction @ true)), abs=0.01)
+
+
+def test_the_scatter_may_move_to_the_other_input_along_a_profile(
+        posed: Callable[[np.ndarray, Candidate], Case], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The maxima on the two sides of a profile have the scatter in different inputs, and none leads to the other."""
+    random = np.random.default_rng(8)
+    slope = random.uniform(0.1, 0.3, 48) * np.array([[1.0], [-0.8]]) + 0.02 * random.standard_normal((2, 48))
+    case = posed(slope, Candidate(Inputs([0.95, 1.05], [0.1, 0.08]), 0.006))
+    problem, space, _ = case
+    best = refined_vector(problem, space, (space.lower + space.upper) / 2)
+    direction = directions(case, best)[6]
+    end = profile_interval(problem, space, best, direction, LEVEL).lower
+    assert end is not None
+    assert closed_drop(case, best, direction, end) == pytest.approx(drop_at_level(LEVEL), rel=0.05)
+    monkeypatch.setattr(intervals, "_BRANCHES", 0)
+    nearer = profile_interval(problem, space, best, direction, LEVEL).lower
+    assert nearer is not None
+    assert closed_drop(case, best, direction, nearer) < 0.8 * drop_at_level(LEVEL)
 
 
 def test_intervals_of_an_input_without_influence_are_open(posed: Callable[[np.ndarray, Candidate], Case]) -> None:

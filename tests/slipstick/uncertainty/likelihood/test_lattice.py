@@ -2,6 +2,7 @@
 
 import platform
 import re
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.stats import norm
 
 from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.likelihood import TOLERANCE, Candidate, InferenceProblem, converged, exact, lattice
-from slipstick.uncertainty.likelihood.likelihood import _by_lattice
+from slipstick.uncertainty.likelihood.likelihood import by_lattice, density_and_moments
 
 KNOTS = (np.linspace(0.5, 1.5, 21), np.linspace(0.5, 1.5, 16))
 CONDITIONS = 30
@@ -50,9 +51,9 @@ def test_lattices_agree_with_lines(case: str) -> None:
     """The true error is below the estimated one, and both are below the tolerance."""
     candidate = CASES[case]
     problem = posed(candidate)
-    summed = _by_lattice(problem, candidate, TOLERANCE)
+    summed = by_lattice(problem, candidate, TOLERANCE)
     assert summed is not None
-    density, error = summed
+    density, error, _ = summed
     reference = exact(problem, candidate)
     assert abs(density.sum() - reference.sum()) <= error + 1e-5 < TOLERANCE
     np.testing.assert_allclose(density, reference, atol=3e-3)
@@ -67,7 +68,7 @@ def test_a_smaller_tolerance_has_a_smaller_error() -> None:
     problem = posed(candidate)
     errors = {}
     for tolerance in (1.0, 1e-3):
-        summed = _by_lattice(problem, candidate, tolerance)
+        summed = by_lattice(problem, candidate, tolerance)
         assert summed is not None
         errors[tolerance] = np.abs(summed[0] - exact(problem, candidate)).sum()
     assert errors[1e-3] < min(1e-3, errors[1.0])
@@ -77,7 +78,7 @@ def test_a_smaller_tolerance_has_a_smaller_error() -> None:
 def test_noise_too_narrow_for_a_lattice_is_integrated_along_lines(noise: float) -> None:
     candidate = Candidate(CASES["wide noise"].inputs, noise)
     problem = posed(candidate)
-    assert _by_lattice(problem, candidate, TOLERANCE) is None
+    assert by_lattice(problem, candidate, TOLERANCE) is None
     density, error = converged(problem, candidate)
     np.testing.assert_array_equal(density, exact(problem, candidate))
     assert error == 0
@@ -90,6 +91,43 @@ def test_without_lattices_the_lines_are_used() -> None:
     np.testing.assert_array_equal(density, exact(problem, candidate))
     assert error == 0
     assert np.any(density != converged(problem, candidate)[0])
+
+
+@pytest.mark.parametrize("case", [name for name in CASES if CASES[name].inputs.marginal_std.all()])
+def test_moments_on_a_lattice_are_those_along_lines(case: str) -> None:
+    """Moments of the scores, because lattice and lines have different coordinates u; also at another candidate."""
+    candidate = CASES[case]
+    problem = posed(candidate)
+    summed = by_lattice(problem, candidate, 1e-3)
+    assert summed is not None
+    on_lattice = replace(problem, lattice=summed[2])
+    wider = Candidate(candidate.inputs, 1.2 * candidate.output_std)
+    for each, other in ((candidate, wider), (wider, candidate)):
+        (density, first, second, residual), expected = _of_scores(on_lattice, each), _of_scores(problem, each)
+        np.testing.assert_allclose(density, expected[0], atol=3e-3)
+        np.testing.assert_allclose(first, expected[1], atol=0.01)
+        np.testing.assert_allclose(second, expected[2], atol=0.03)
+        np.testing.assert_allclose(residual, expected[3], rtol=0.02)
+        assert np.abs(density - _of_scores(problem, other)[0]).max() > 0.01  # negative control
+
+
+def _of_scores(problem: InferenceProblem, candidate: Candidate) -> tuple[np.ndarray, ...]:
+    density, factor, moments = density_and_moments(problem, candidate)
+    return (density, moments.first @ factor.T, np.einsum("ia,nab,jb->nij", factor, moments.second, factor),
+            moments.residual)
+
+
+def test_a_sufficient_lattice_is_accurate_for_a_linear_model_and_coarser_than_a_converged_one() -> None:
+    random = np.random.default_rng(2)
+    slopes = random.uniform(-0.03, 0.03, (2, 40))
+    direction, noise, measured = np.array([0.6, 0.8]), 0.015, random.normal(0.5, 0.03, 40)
+    scatter = np.sqrt(noise**2 + np.sum(slopes**2, axis=0))
+    distance = float(np.max(np.abs(measured - 0.5) / scatter))
+    points = lattice.sufficient(slopes, direction, noise, distance, 1 << 12)
+    assert points is not None
+    density = lattice.log10_density(points, 0.5 + points.normals @ slopes, measured, noise)
+    np.testing.assert_allclose(density, norm.logpdf(measured, 0.5, scatter) / np.log(10) - 3, atol=1e-5)
+    assert lattice.sufficient(slopes, direction, noise / 10, distance, 1 << 12) is None
 
 
 def test_a_time_far_from_the_predicted_ones_is_integrated() -> None:
@@ -127,21 +165,25 @@ def test_the_compiled_sum_is_that_of_scipy() -> None:
     random = np.random.default_rng(1)
     times, distances = random.normal(0.5, 0.05, (300, 21)), random.chisquare(2, 300)
     measured = random.normal(0.5, 0.1, 21)
+    monomials = random.normal(2.0, 1.0, (300, 2))
     times[random.uniform(size=times.shape) < 0.1] = np.nan
     for noise in (0.002, 0.05):
-        peaks, squares, sums = np.full(21, -np.inf), np.zeros(21), np.zeros(21)
+        peaks, squares, sums = np.full(21, -np.inf), np.zeros(21), np.zeros((4, 21))
         for part in (slice(0, 100), slice(100, None)):
-            lattice._add(times[part], measured, noise, distances[part], peaks, squares, sums)
+            lattice._add(times[part], measured, noise, distances[part], monomials[part], peaks, squares, sums)
         terms = norm.logpdf(measured, times, noise) - norm.logpdf(0, 0, noise) - 0.5 * distances[:, None]
         terms = np.where(np.isnan(terms), -np.inf, terms)
-        np.testing.assert_allclose(peaks + np.log(sums), logsumexp(terms, axis=0), rtol=1e-9, atol=1e-9)
+        weights = np.exp(terms - logsumexp(terms, axis=0))
+        np.testing.assert_allclose(peaks + np.log(sums[0]), logsumexp(terms, axis=0), rtol=1e-12, atol=1e-12)
+        residual = 0.5 * np.nansum(weights * ((measured - times) / noise) ** 2, axis=0)
+        np.testing.assert_allclose(sums[1:] / sums[0], [residual, *(monomials.T @ weights)], rtol=1e-9)
         np.testing.assert_allclose(squares, distances[np.argmax(terms, axis=0)])
 
 
 @pytest.mark.parametrize("direction", [np.ones(1), np.array([0.6, 0.8])])
 def test_refinements_are_nested_lattices_of_half_the_cell(direction: np.ndarray) -> None:
     """All points so far, of each refinement, are the integer multiples of two (one) of them, within the disc."""
-    refinements = lattice._refinements(direction, 0.5, 4.0)
+    refinements = lattice._refinements(direction, 0.5, 4.0, lattice.MOST)
     points, size = next(refinements)
     for _ in range(4):
         added, half = next(refinements)
@@ -160,6 +202,6 @@ def test_refinements_are_nested_lattices_of_half_the_cell(direction: np.ndarray)
 def test_the_sum_is_compiled_to_vector_instructions() -> None:
     """A loss of vectorization is silent, and costs a factor of about eight."""
     add = numba.njit(error_model="numpy", fastmath={"contract"})(lattice._add.py_func)  # a cached one has no assembly
-    add(np.zeros((2, 9)), np.zeros(9), 1.0, np.zeros(2), np.zeros(9), np.zeros(9), np.zeros(9))
+    add(np.zeros((2, 9)), np.zeros(9), 1.0, np.zeros(2), np.zeros((2, 0)), np.zeros(9), np.zeros(9), np.zeros((1, 9)))
     packed = re.findall(r"v?(?:add|sub|mul|f\w+)pd\s", "".join(add.inspect_asm().values()))
-    assert len(packed) > 16  # the exp alone has a polynomial of degree 7 and nine squares
+    assert len(packed) > 16  # the exp alone has a polynomial of degree 12
