@@ -10,6 +10,7 @@ _POINT = re.compile(r'<path aria-label="([^"]*)" role="graphics-symbol" aria-rol
 _ARIA = re.compile(r' (?:aria-[a-z]+|role)="[^"]*"')
 _LONG = re.compile(r'(?<=[" ])(?:d|transform|x2?|y2?|width|height)="[^"]*"')
 _DECIMALS = re.compile(r"(\.\d\d)\d+")
+_ID = re.compile(r'(\bid="|url\(#)([^")]+)')
 _ROOT = re.compile(r"<svg( [^>]*)>")
 
 
@@ -27,6 +28,16 @@ def described(svg: str, spec: Spec, caption: str, prefix: str = "picture") -> st
     return _ROOT.sub(lambda found: f'<svg role="img" aria-labelledby="{title}" aria-describedby="{about}"{found[1]}>'
                                    f'<title id="{title}">{escape(spec["title"]["text"], quote=False)}</title>'
                                    f'<desc id="{about}">{escape(text, quote=False)}</desc>', svg, count=1)
+
+
+def numbered(svg: str) -> str:
+    """Return the SVG with identifiers numbered from 1; Vega counts through all pictures of a process."""
+    known: dict[str, str] = {}
+
+    def renamed(found: re.Match[str]) -> str:
+        return found[1] + known.setdefault(found[2], f"id{len(known) + 1}")
+
+    return _ID.sub(renamed, svg)
 
 
 def with_own_ids(svg: str, prefix: str) -> str:

@@ -48,9 +48,8 @@ def inline(specs: Mapping[str, Spec], captions: Mapping[str, str]) -> dict[str, 
 
 @lru_cache(_MOST_KEPT)
 def svg(picture: str) -> str:
-    """The SVG of a specification as JSON, as vl-convert returns it; those rendered lately are not rendered again."""
-    rendered: str = _library().vegalite_to_svg(picture, vl_version=_VEGA_LITE, allowed_base_urls=[])
-    return rendered
+    """The SVG of a specification as JSON, the same in any process; those rendered lately are not rendered again."""
+    return accessible.numbered(_library().vegalite_to_svg(picture, vl_version=_VEGA_LITE, allowed_base_urls=[]))
 
 
 @cache

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from slipstick.pictures import CAPTIONS, pictures, theme
+from slipstick.pictures import CAPTIONS, pictures, rendering, theme
 from slipstick.pictures.accessible import dark_style
 from slipstick.pictures.rendering import inline, render
 
@@ -41,6 +41,14 @@ def test_no_two_pictures_of_a_page_share_an_identifier(drawn: dict[str, str]) ->
     used = {identifier for svg in drawn.values() for identifier in re.findall(r"url\(#([^)]+)\)", svg)}
     assert used
     assert used <= set(found)
+
+
+def test_a_picture_does_not_depend_on_those_drawn_before(made: Made) -> None:
+    spec = pictures(made())["profiles"]
+    first = render(spec, "svg")
+    render({**spec, "background": "white"}, "svg")
+    rendering.svg.cache_clear()
+    assert render(spec, "svg") == first
 
 
 def test_points_have_their_values_and_conditions_as_titles(drawn: dict[str, str]) -> None:
