@@ -1,12 +1,12 @@
 """Which constants of the naming decide answers: each is halved and doubled, and fixed cases are answered anew.
 
-    python -m benchmarks.constants [CASES [PROCESSES]]
+    python -m benchmarks.constants [CASES [PROCESSES [ENGAGEMENTS]]]
 
 Constants are the numbers, and tuples of numbers, that the modules of slipstick/naming assign to names in capitals, and
 the fields of `NamingSettings`. A module with another value is compiled from its changed source, so that defaults of
 functions change as well. Every finished sweep is a line of var/constants.jsonl; constants.csv counts changed answers:
-other findings, or other blocks unexplained. The cases are the first CASES of the development list with at most 54 good
-engagements and one hidden effect at most.
+other findings, or other blocks unexplained. The cases are at equal distances in the development list of those with at
+most 54 engagements and one hidden effect at most; of each, ENGAGEMENTS at equal distances are used.
 """
 
 import ast
@@ -19,6 +19,8 @@ from importlib.util import spec_from_file_location
 from multiprocessing import get_context
 from pathlib import Path
 from types import CodeType, ModuleType
+
+import numpy as np
 
 from benchmarks.results import write
 from slipstick.naming.settings import NamingSettings
@@ -98,9 +100,9 @@ class _Finder:
         return spec_from_file_location(fullname, file, loader=loader)
 
 
-def swept(job: tuple[Constant, float, list[str]]) -> dict[str, object]:
+def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
     """The answers to the cases with one constant times a factor; runs in a fresh process."""
-    constant, factor, chosen = job
+    constant, factor, chosen, most = job
     for module in [name for name in sys.modules if name.startswith("slipstick.naming")]:
         del sys.modules[module]
     changes = {}
@@ -121,22 +123,25 @@ def swept(job: tuple[Constant, float, list[str]]) -> dict[str, object]:
     answers = {}
     for identity in chosen:
         try:
-            found = name(BENCHES[cases.DEVELOPMENT[identity].bench], Recordings.open(recorded("development", identity)),
-                         Settings(**changes))
+            recordings = Recordings.open(recorded("development", identity))
+            some = recordings.take(np.linspace(0, len(recordings) - 1, min(most, len(recordings))).astype(int))
+            found = name(BENCHES[cases.DEVELOPMENT[identity].bench], some, Settings(**changes))
             answers[identity] = [[list(one.pair) for one in found.findings], list(found.unexplained)]
         except Exception as error:  # an answer as well: a constant without which nothing runs decides
             answers[identity] = [[], [type(error).__name__]]
     return {"constant": list(constant), "factor": factor, "answers": answers}
 
 
-def main(count: int = 30, processes: int = 2) -> None:
+def main(count: int = 30, processes: int = 2, engagements: int = 54) -> None:
     """Sweep what has no line yet, and write the table."""
-    chosen = [name for name, case in cases.DEVELOPMENT.items() if case.count <= 54 and len(case.effects) <= 1][:count]
+    eligible = [name for name, case in cases.DEVELOPMENT.items() if case.count <= 54 and len(case.effects) <= 1]
+    chosen = [eligible[place] for place in np.linspace(0, len(eligible) - 1, count).astype(int)]
     LINES.parent.mkdir(exist_ok=True)
     done = {(tuple(one["constant"]), one["factor"]): one["answers"]
             for one in map(json.loads, LINES.read_text().splitlines())} if LINES.exists() else {}
     nothing = "settings", "nats"
-    jobs = [(nothing, 1.0, chosen), *((one, factor, chosen) for one in constants() for factor in FACTORS[1:])]
+    jobs = [(nothing, 1.0, chosen, engagements),
+            *((one, factor, chosen, engagements) for one in constants() for factor in FACTORS[1:])]
     with ProcessPoolExecutor(processes, get_context("spawn"), max_tasks_per_child=1) as pool, LINES.open("a") as file:
         futures = [pool.submit(swept, job) for job in jobs
                    if set(chosen) - set(done.get((job[0], job[1]), ()))]
@@ -150,7 +155,8 @@ def main(count: int = 30, processes: int = 2) -> None:
     rows = [[*one, *(sum(done[one, factor][case] != given[case] for case in chosen) for factor in FACTORS[1:]),
              len(chosen)] for one in constants()]
     write("constants", ("module", "constant", "answers changed by half", "by double", "of"),
-          sorted(rows, key=lambda row: -max(row[2], row[3])), f"python -m benchmarks.constants {count}")
+          sorted(rows, key=lambda row: -max(row[2], row[3])),
+          f"python -m benchmarks.constants {count} {processes} {engagements}")
 
 
 if __name__ == "__main__":
