@@ -91,7 +91,7 @@ def simulation(result: StudyResult) -> Section:
         rise = result.after.log_likelihood - result.before.log_likelihood
         limit = "" if result.before.converged else (" The fit without them had not converged when its iterations "
                                                     "ended, so that the rise may be somewhat smaller.")
-        parts.append(f"The log-likelihood of all signals rises by {rise:.0f} nats.{limit}")
+        parts.append(f"The log-likelihood of all signals rises by {rise:,.0f} nats.{limit}")
     heads = tuple(f"{kind}{' ' + name if len(fits) > 1 else ''}" for kind in ("mean", "scatter") for name in head)
     parts += [Table(("parameter or condition", *heads), list(_parameters(fits))), Note(_FITTED)]
     return Section("The fitted simulation of the whole bench", parts)
