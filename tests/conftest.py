@@ -127,7 +127,8 @@ def made() -> Callable[..., dict[str, Any]]:
                 "current": (0.3 + 0 * time).tolist(), "gear_ratio": 3.2,
                 "measured": {name: values.tolist() for name, values in signals.items()},
                 "simulated": {name: values.tolist() for name, values in (
-                    *signals.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}}}
+                    *signals.items(), ("piston_position", np.minimum(0.02 * time, 2e-3)))}},
+            "output": None}
         physical = [{"name": axis, "unit": "bar", "nominal": 1.6, "mean": 1.6, "std": 0.08} for axis in axes]
         return {"result": result, "physical": physical, "figure_data": figure_data,
                 "seconds": {"open": 0.2, "search": 18.0, "refine": 6.0, "intervals": 14.0},

@@ -98,12 +98,14 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
                     pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> dict[Pair, CurvedFit]:
     """The fits with the best of the `pairs` that promise something, by default of all, from `now` and common points.
 
-    Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it.
+    Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it. A
+    parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
     """
     about = table(now, [pair for pair in block.pairs() if shows_closing(pair)])
     known = [pair for pair in about.places if (pairs is None or pair in pairs) and pair not in now.laws]
     promising = gains([about], list(now.laws), known)
-    if not is_unexplained(now.chi2, now.chi2, settings):
+    strained = np.any(now.variance >= block.widest**2)
+    if not (strained or is_unexplained(now.chi2, now.chi2, settings)):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
     begun = []
     for one in promising:

@@ -39,7 +39,7 @@ def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
     for part in ("decay speed", "95 % interval", "standard errors over engagements", "Blocks of the model",
                  "by the control", "Limitations", f"--model {model}"):
         assert part in " ".join(printed.out.split())
-    assert "s  fitting the simulation without and with the findings" in printed.err
+    assert "Fitting the simulation of the whole bench without and with the findings" in printed.err
     for name in ("seconds", "processor_seconds"):
         assert list(stored[name]) == ["name", "confirm"]
     assert (tmp_path / "report.html").read_text().startswith("<!doctype html>")
