@@ -4,6 +4,7 @@ import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.filters import smoothed_walk
+from slipstick.naming.residual_noise import power
 from slipstick.naming.scene import Scene
 
 KNOWN = 0.03
@@ -45,7 +46,6 @@ def with_walk(predicted: np.ndarray, measured: np.ndarray, counted: np.ndarray, 
     The residual is a random walk, of variance (onto std)^2 (1 + rho) / (1 - rho) a step, and the noise of the sensor.
     """
     assert noise.onto is not None
-    rho = noise.input_correlation
-    walk = (noise.onto[:, -1] * noise.input_std) ** 2 * (1 + rho) / (1 - rho)
-    white = noise.std**2 * (1 + noise.correlation) / (1 - noise.correlation)
+    walk = noise.onto[:, -1] ** 2 * power((noise.input_std, noise.input_correlation))
+    white = power((noise.std, noise.correlation))
     return np.asarray(predicted + smoothed_walk(np.where(counted, measured - predicted, 0.0), walk / white))

@@ -22,10 +22,10 @@ def bounded(noise: Noise, left: np.ndarray, counted: np.ndarray) -> Noise:
     before, after = left[:, :-1][pairs], left[:, 1:][pairs]
     variance = float((left[counted] ** 2).mean())
     its = float(np.sqrt(variance)), float((before * after).sum() / max((before**2).sum(), 1e-300))
-    return its if _TOO_MUCH * _power(its) < _power(noise) else noise
+    return its if _TOO_MUCH * power(its) < power(noise) else noise
 
 
-def _power(noise: Noise) -> float:
-    """Power at low frequencies: the sum of all autocovariances."""
+def power(noise: Noise) -> float:
+    """Power at low frequencies, in the square of the unit: the sum of all autocovariances."""
     std, rho = noise
     return std**2 * (1 + rho) / (1 - rho)

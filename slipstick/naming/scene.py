@@ -14,7 +14,7 @@ from slipstick.blocks.input import curves_of
 from slipstick.calibration.noise import sensor_noise
 from slipstick.clutch.effects.effect import DEPENDENCES
 from slipstick.naming.bases import KNOTS, between_knots, from_zero, hats, sensor_basis
-from slipstick.naming.residual_noise import bounded
+from slipstick.naming.residual_noise import Noise, bounded
 from slipstick.naming.rigid import couple
 from slipstick.recordings import Recordings, Signals
 
@@ -46,7 +46,7 @@ class Scene:
     bench: Bench
     recordings: Recordings
     smooth: dict[str, np.ndarray]
-    noise: dict[str, tuple[float, float]]
+    noise: dict[str, Noise]
     base: np.ndarray
     order: np.ndarray | None = None
 

@@ -114,9 +114,14 @@ def scene_of(bench: Bench, recordings: Recordings) -> Scene:
 
 def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
     """Engagements (n,) far worse than the others: an effect depends on conditions, and acts on more than a few."""
-    logs = np.log(np.maximum(chi_square, 1e-3))
-    spread = max(_LEAST_SPREAD, 1.4826 * float(np.median(np.abs(logs - np.median(logs)))))
-    return np.asarray(logs > np.median(logs) + settings.outlying * spread)
+    off, spread = _from_median(np.log(np.maximum(chi_square, 1e-3)))
+    return np.asarray(off > settings.outlying * np.maximum(_LEAST_SPREAD, spread))
+
+
+def _from_median(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Deviations of `values` (n, ...) from their median, and their robust standard deviation (...)."""
+    off = values - np.median(values, axis=0)
+    return off, 1.4826 * np.median(np.abs(off), axis=0)
 
 
 def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
@@ -154,9 +159,8 @@ def _unbelievable(one: BlockFit, settings: NamingSettings) -> np.ndarray:
 
     By such parameters a valve explains a reversed sensor, and a load inertia a speed sensor that froze.
     """
-    own = np.abs(one.fitted.each - np.median(one.fitted.each, axis=0))  # a single one may pull the mean of all
-    spread = 1.4826 * np.median(own, axis=0)
-    beyond = (own / np.maximum(_BELIEVED * one.block.widest, settings.outlying * spread)).max(axis=1)
+    off, spread = _from_median(one.fitted.each)  # a single one may pull the mean of all
+    beyond = (np.abs(off) / np.maximum(_BELIEVED * one.block.widest, settings.outlying * spread)).max(axis=1)
     return np.asarray(beyond > max(1.0, beyond.max() / 2))
 
 

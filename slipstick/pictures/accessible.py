@@ -42,8 +42,7 @@ def numbered(svg: str) -> str:
 
 def with_own_ids(svg: str, prefix: str) -> str:
     """Return the SVG with identifiers that no other picture of the page has, so that it is not cut by another's."""
-    svg = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', svg)
-    return re.sub(r"url\(#([^)]+)\)", rf"url(#{prefix}-\1)", svg)
+    return _ID.sub(rf"\1{prefix}-\2", svg)
 
 
 def dark_style() -> str:

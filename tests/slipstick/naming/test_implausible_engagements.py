@@ -9,7 +9,7 @@ from slipstick.clutch.model import Model
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import implausible
-from slipstick.recordings import Recordings, Signals
+from slipstick.recordings import Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
@@ -27,8 +27,7 @@ def with_bad(scene: Scene, signal: str, kind: str) -> Scene:
     values = {name: scene.measured(name).copy() for name in SIGNAL_UNITS}
     row, since = values[signal][BAD], len(scene.time) // 5
     values[signal][BAD] = -row if kind == "flipped" else np.where(np.arange(len(row)) < since, row, row[since])
-    recordings = replace(scene.recordings, signals=Signals(scene.time, *values.values()))
-    return Scene.of(HEAVY, Recordings(recordings.conditions, recordings.measured_time, recordings.signals))
+    return Scene.of(HEAVY, replace(scene.recordings, signals=Signals(scene.time, *values.values())))
 
 
 @pytest.mark.parametrize("kind", ["frozen", "flipped"])

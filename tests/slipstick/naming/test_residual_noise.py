@@ -1,5 +1,7 @@
 """The noise of a sensor is bounded by what a block leaves of its signal, and is not raised by what the block lacks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -44,10 +46,8 @@ def test_what_a_block_lacks_does_not_raise_the_noise(left: np.ndarray) -> None:
 
 def test_the_blocks_of_an_engagement_start_with_the_bounded_noise() -> None:
     scene = scene_of(HEAVY, Model(HEAVY.physics), 30, seed=1)
-    wrong = dict(scene.noise)
-    std = wrong["output_speed"][0]
-    wrong["output_speed"] = 12 * std, 0.999
-    object.__setattr__(scene, "noise", wrong)
+    std = scene.noise["output_speed"][0]
+    scene = replace(scene, noise={**scene.noise, "output_speed": (12 * std, 0.999)})
     found = begin(scene, NamingSettings(), lambda _: None)
     assert found.noise["output_speed"][0] == pytest.approx(std, rel=0.1)
     assert abs(found.noise["output_speed"][1]) < 0.3
