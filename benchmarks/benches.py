@@ -1,9 +1,11 @@
-"""The shipped benches."""
+"""The shipped benches, and all that recordings of hidden effects come from."""
 
 from pathlib import Path
 
 from slipstick.bench import Bench
 
-TABLES = Path(__file__).parents[1] / "tables"
-HEAVY = Bench.open(TABLES / "heavy.toml")
-BENCHES = {bench.name: bench for bench in (HEAVY, Bench.open(TABLES / "compact.toml"))}
+ROOT = Path(__file__).parents[1]
+HEAVY = Bench.open(ROOT / "tables" / "heavy.toml")
+SHIPPED = {bench.name: bench for bench in (HEAVY, Bench.open(ROOT / "tables" / "compact.toml"))}
+BRISK = Bench.open(ROOT / "tests" / "validation" / "hidden" / "data" / "brisk.toml")
+BENCHES = {**SHIPPED, BRISK.name: BRISK}

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.stats import norm
 
 from benchmarks import results
-from benchmarks.benches import BENCHES
+from benchmarks.benches import SHIPPED
 from benchmarks.calibration_sets import Truth, drawn
 from benchmarks.rates import bounds
 from slipstick.bench import Bench, parameters
@@ -41,7 +41,7 @@ def main() -> None:
     KEPT.parent.mkdir(exist_ok=True)
     rows = [json.loads(line) for line in KEPT.read_text().splitlines()] if KEPT.exists() else []
     done = {(row["bench"], row["seed"]) for row in rows}
-    wanted = [(name, seed) for seed in range(sets) for name in BENCHES if (name, seed) not in done]
+    wanted = [(name, seed) for seed in range(sets) for name in SHIPPED if (name, seed) not in done]
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool, KEPT.open("a") as file:
         for row in pool.map(one, *zip(*wanted, strict=True)) if wanted else ():
             rows.append(row)
@@ -53,7 +53,7 @@ def main() -> None:
 
 def one(name: str, seed: int) -> dict:
     """One set: errors, widths and bounds of all parameters, as multiples of nominal values."""
-    bench = BENCHES[name]
+    bench = SHIPPED[name]
     recordings, truth = drawn(bench, seed)
     start = time.perf_counter()
     found = calibrate(recordings, bench)
@@ -89,7 +89,7 @@ def bound(bench: Bench, recordings: Recordings, truth: Truth) -> np.ndarray:
 
 def write(rows: list[dict]) -> None:
     table = []
-    for name in BENCHES:
+    for name in SHIPPED:
         some = [row for row in rows if row["bench"] == name]
         if not some:
             continue

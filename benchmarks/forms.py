@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy.optimize import least_squares
 
-from benchmarks.benches import BENCHES
+from benchmarks.benches import BENCHES, SHIPPED
 from benchmarks.results import write
 from slipstick.clutch.effects import Effect, matching
 from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES, Signals
@@ -172,7 +172,7 @@ def rows(forms: Iterable[Form]) -> list[tuple[object, ...]]:
     """The rows of the table: each listed one of the forms, bench and catalogue effect."""
     found: list[tuple[object, ...]] = []
     for form in filter(listed, forms):
-        for bench in BENCHES:
+        for bench in SHIPPED:
             run = simulate(Case({form.name: form.typical}, seed=SEED, count=ENGAGEMENTS, bench=bench), relative=1e-5)
             found += [(form.name, *pair(form), bench, effect.name, *(both := shares(form, effect, run)), near(*both))
                       for effect in matching(*pair(form))]

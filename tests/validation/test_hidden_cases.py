@@ -8,14 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, plan_unseen, simulate
+from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import DEVELOPMENT, FINAL
+from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
-from hidden.limits import compute
+from hidden.fourth import FOURTH
+from hidden.limits import compute, used
 from hidden.limits import read as read_limits
-from hidden.nominal import HEAVY, SETUPS
+from hidden.nominal import BRISK, HEAVY, SETUPS
 from hidden.pairs import DEPENDS_ON, LISTED, QUANTITY, listed, pair
 from hidden.plan import LARGEST_STRENGTH
 from hidden.responses import RESPONSES
@@ -25,6 +26,7 @@ from hidden.valve import play, plays
 
 from slipstick.recordings import Recordings
 
+DATA = Path(__file__).parent / "hidden" / "data"
 DEPENDENCES = {*DEPENDS_ON.values(), "past current", "lag", "offset", "gain"}
 
 
@@ -64,11 +66,12 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 
 OF_EACH_QUANTITY = {effect.quantity: effect for effect in UNSEEN}
 OF_EACH_QUANTITY |= {effect.quantity: effect for effect in THIRD if effect.quantity not in OF_EACH_QUANTITY}
+OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FOURTH if effect.quantity not in OF_EACH_QUANTITY}
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
 def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
-    bench = list(SETUPS)[place % 2]
+    bench = "brisk" if effect in FOURTH else ("heavy", "compact")[place % 2]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
            for name, signal in alone[bench].items()}
@@ -83,7 +86,7 @@ def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
     late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
     lag = (ramp - late)[0, 500] / 30
     expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
-                "fall": 0}
+                "fall": 0, "rise": 0.01, "average": 0.01}
     assert lag == pytest.approx(expected[kind], abs=0.0011)
     assert late[0, -1] == pytest.approx(65)
 
@@ -107,6 +110,16 @@ def test_a_falling_signal_is_late_by_the_strength() -> None:
     assert (late - ramp)[0, 500] / 30 == pytest.approx(0.01, abs=0.0011)
 
 
+def test_a_rising_signal_is_late_by_the_strength_and_an_averaged_one_by_half_the_gate() -> None:
+    step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
+    averaged = RESPONSES["average"](step, 0.01, "input_speed", HEAVY)[0]
+    assert np.interp(82.5, averaged[245:275], HEAVY.time[245:275]) == pytest.approx(0.511, abs=1e-3)
+    assert averaged[263] == pytest.approx(165)
+    rising = RESPONSES["rise"](step, 0.01, "input_speed", HEAVY)[0]
+    assert np.sum(165 - rising[251:]) * HEAVY.period == pytest.approx(165 * 0.01, rel=0.15)
+    np.testing.assert_array_equal(RESPONSES["rise"](-step, 0.01, "input_speed", HEAVY), -step)
+
+
 def test_plays_in_parallel_are_averaged() -> None:
     time, current = np.array([[0.0, 1, 2, 3]]), np.array([[0.0, 1, 0, 1]])
     samples = np.linspace(0, 3, 31)
@@ -117,7 +130,7 @@ def test_plays_in_parallel_are_averaged() -> None:
 
 def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
-    assert set(limits) == {(name, bench) for name in LAWS for bench in SETUPS}
+    assert set(limits) == set(used())
     assert all(1.2 < LAWS[name].typical / limit < 50 for (name, _), limit in limits.items())
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
@@ -168,8 +181,9 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
     assert all(54 <= case.count <= 108 for case in cases if case.count != 27)
 
 
-def test_five_nulls_of_the_unseen_list_tempt() -> None:
-    with (Path(plan_unseen.__file__).parent / "data" / "unseen.csv").open() as file:
+@pytest.mark.parametrize("which", ["unseen", "elsewhere"])
+def test_five_nulls_of_a_list_tempt(which: str) -> None:
+    with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
     assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(TEMPTATIONS)
 
@@ -183,6 +197,40 @@ def test_strengths_of_the_unseen_list_span_the_stated_range() -> None:
             if len(case.effects) == 1 and listed(LAWS[name]):
                 multiples.append(strength / limits[name, case.bench])
     assert 0.4 < min(multiples) < max(multiples) <= 30.1
+    assert np.mean(np.less(multiples, 4)) == pytest.approx(0.5, abs=0.15)
+
+
+def test_the_list_elsewhere_has_only_effects_and_a_bench_of_its_own() -> None:
+    cases, own = list(ELSEWHERE.values()), {effect.name for effect in FOURTH}
+    assert len(own) == len(FOURTH)
+    assert not own & {effect.name for effect in (*UNSEEN, *THIRD)} | own & set(EFFECTS)
+    assert sum(map(listed, FOURTH)) == 34
+    assert {name for case in cases for name in case.effects} <= own
+    assert {case.bench for case in cases} == {"brisk"}
+    assert {case.bench for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values())} == {
+        "heavy", "compact"}
+    assert len(cases) == 48
+    assert sum(map(is_null, cases)) == 12
+    alone = [LAWS[next(iter(case.effects))] for case in cases if len(case.effects) == 1]
+    assert len(set(alone)) == len(alone)
+    assert Counter((listed(effect), effect.abscissa == "oil_temperature") for effect in alone) == {
+        (True, False): 26, (False, False): 5, (False, True): 2}
+    pairs = [[LAWS[name] for name in case.effects] for case in cases if len(case.effects) == 2]
+    assert Counter(first.block == second.block for first, second in pairs) == {True: 2, False: 1}
+    assert all(pair(first) != pair(second) for first, second in pairs)
+    assert all(set(ingredients(case.drawn_world)) == set(INGREDIENTS) for case in cases)
+    assert Counter(case.count for case in cases) == {27: 6, 54: 32, len(BRISK.profile): 10}
+
+
+def test_strengths_of_the_list_elsewhere_span_the_stated_range() -> None:
+    limits = read_limits()
+    multiples = []
+    for case in ELSEWHERE.values():
+        for name, strength in case.effects.items():
+            assert strength <= LARGEST_STRENGTH * LAWS[name].typical * 1.01
+            if len(case.effects) == 1 and listed(LAWS[name]):
+                multiples.append(strength / limits[name, "brisk"])
+    assert 0.4 < min(multiples) < max(multiples) <= 30.2
     assert np.mean(np.less(multiples, 4)) == pytest.approx(0.5, abs=0.15)
 
 
@@ -209,9 +257,10 @@ def ingredients(world: World) -> list[str]:
 
 
 def test_seeds_and_files_of_the_lists_differ() -> None:
-    seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values())]
+    seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
+                                       *ELSEWHERE.values())]
     assert len(set(seeds)) == len(seeds)
-    assert not set(DEVELOPMENT) & set(FINAL) | (set(DEVELOPMENT) | set(FINAL)) & set(UNSEEN_CASES)
+    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

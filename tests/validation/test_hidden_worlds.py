@@ -1,4 +1,4 @@
-"""Worlds, bad runs and the second bench of the simulated test bench do what they state (tests/validation/hidden)."""
+"""Worlds, bad runs and the other two simulated test benches do what they state (tests/validation/hidden)."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -11,10 +11,13 @@ from hidden import INGREDIENTS, Case, World, draw, generate, simulate, truth, wr
 from hidden.bad_runs import KINDS, BadRun, corrupt, stick
 from hidden.bad_runs import draw as draw_bad_runs
 from hidden.equations import _converter_torque
-from hidden.nominal import COMPACT, HEAVY, SETUPS
+from hidden.nominal import BRISK, COMPACT, HEAVY, SETUPS
 from hidden.run import SIGNALS, observe
 from hidden.world import with_errors, with_other_curves
 
+from slipstick.bench import Bench
+from slipstick.clutch import ensemble
+from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 
 HERE = Path(__file__).parent
@@ -32,6 +35,33 @@ def test_shifting_times_of_the_compact_bench_agree_with_the_reference() -> None:
         values = {**run.bench.values, "aa": 1.1 * bias + 0 * times, "x30": 2e-4 * position + 0 * times}
         corner = observe(replace(run.bench, values=values).take(subset), subset, subset, relative=1e-6)
         assert np.max(np.abs(corner.lock_time - times[subset])) < 1e-4
+
+
+def test_shifting_times_of_the_brisk_bench_agree_with_those_of_its_bench_file() -> None:
+    bench = Bench.open(HERE / "hidden" / "data" / "brisk.toml")
+    assert bench.sample_time == BRISK.period
+    points = np.array([[1.0, 1.0], [0.8, 1.2], [1.2, 0.8]])
+    expected, status = ensemble.shifting_times(Model(bench.physics), bench.conditions,
+                                               ("pressure_bias", "initial_position"), points, ensemble.TIGHT)
+    assert np.all(status == ensemble.LOCKED)
+    run = simulate(replace(NOMINAL, bench="brisk", count=80), relative=1e-6)
+    every = np.arange(80)
+    for (bias, position), times in zip(points, expected, strict=True):
+        values = {**run.bench.values, "aa": 0.85 * bias + 0 * times, "x30": 4.5e-4 * position + 0 * times}
+        there = observe(replace(run.bench, values=values), every, every, relative=1e-6)
+        assert np.max(np.abs(there.lock_time - times)) < 1e-4
+    assert 0.25 < expected.min() < expected.max() < 1.4
+
+
+def test_the_brisk_bench_file_has_the_conditions_and_the_sensors_of_the_bench() -> None:
+    bench = Bench.open(HERE / "hidden" / "data" / "brisk.toml")
+    given = bench.conditions
+    np.testing.assert_array_equal(given.current_profile, BRISK.profile)
+    for name in ("motor_speed", "load_inertia", "brake_torque"):
+        np.testing.assert_allclose(getattr(given, name), getattr(BRISK, name), rtol=1e-9)
+    np.testing.assert_allclose(given.profile_time, BRISK.profile_time)
+    np.testing.assert_allclose(given.profile_current, BRISK.profile_current)
+    assert {name: bench.sensors[name].noise for name in SIGNALS} == BRISK.noise
 
 
 @pytest.mark.parametrize("bench", SETUPS)

@@ -1,4 +1,5 @@
-"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL` and `UNSEEN` for judging it."""
+"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN` and `ELSEWHERE` for judging it.
+"""
 
 import csv
 from pathlib import Path
@@ -37,4 +38,5 @@ def _world(text: str, seed: int, bench: str) -> World | None:
 DEVELOPMENT = read(_DATA / "development.csv")
 FINAL = read(_DATA / "final.csv")
 UNSEEN = read(_DATA / "unseen.csv")
-LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN}
+ELSEWHERE = read(_DATA / "elsewhere.csv")
+LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE}

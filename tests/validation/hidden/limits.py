@@ -4,13 +4,14 @@
 """
 
 import csv
-from itertools import product
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from .case import LAWS
-from .nominal import SETUPS
+from .fourth import FOURTH
+from .nominal import BRISK, SETUPS
 from .run import SIGNALS
 from .signature import remaining
 
@@ -24,6 +25,15 @@ def read() -> dict[tuple[str, str], float]:
     """Return the limits by effect and bench, in the unit of the strength."""
     with PATH.open() as file:
         return {(row["effect"], row["bench"]): float(row["limit"]) for row in csv.DictReader(file)}
+
+
+def used() -> Iterator[tuple[str, str]]:
+    """Yield each effect with each bench on which a list may have it: those of `FOURTH` on the third only."""
+    fourth = {effect.name for effect in FOURTH}
+    for name in LAWS:
+        for bench in SETUPS:
+            if (name in fourth) == (bench == BRISK.name):
+                yield name, bench
 
 
 def compute(name: str, bench: str) -> float:
@@ -44,7 +54,7 @@ def main() -> None:
     known = read()
     with PATH.open("a", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        for name, bench in product(LAWS, SETUPS):
+        for name, bench in used():
             if (name, bench) not in known:
                 writer.writerow((name, bench, f"{compute(name, bench):.3g}"))
                 file.flush()

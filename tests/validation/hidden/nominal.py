@@ -1,4 +1,4 @@
-"""The nominal benches, `HEAVY` and `COMPACT`, read from data files."""
+"""The nominal benches, `HEAVY`, `COMPACT` and `BRISK`, read from data files."""
 
 import csv
 import json
@@ -78,6 +78,20 @@ _COMPACT_SCALE = {
     "energy": 0.5, "load_point": 1.15, "shaft_compliance": 9.0,
     "heat": 0.5, "twist": 2.7, "output_position": 2.5, "current_excess": 1.2,
 }
+_BRISK_SCALE = {
+    "current": 2.0, "valve_current": 2.0,
+    **dict.fromkeys(("pressure", "pressure_demand", "chamber_pressure", "contact_pressure", "pressure_sensor"), 0.8),
+    **dict.fromkeys(("driving_pressure", "net_pressure"), 0.6),
+    **dict.fromkeys(("piston", "piston_position", "clearance"), 1.35), "piston_feed": 1.7,
+    **dict.fromkeys(("piston_rate", "free_piston_rate"), 1.5),
+    **dict.fromkeys(("motor_speed", "input_speed", "input_speed_sensor"), 1.37),
+    **dict.fromkeys(("slip", "output_speed", "output_speed_sensor"), 3.5),
+    **dict.fromkeys(("output_torque", "output_torque_sensor"), 0.35), "load_torque": 0.5, "input_drag": 0.9,
+    **dict.fromkeys(("time", "contact_time", "friction_lag", "converter_lag"), 0.95),
+    "energy": 1.4, "load_point": 1.1, "shaft_compliance": 8.0,
+    "heat": 1.5, "twist": 2.8, "output_position": 4.4, "current_excess": 2.0,
+}
 HEAVY = _setup("heavy", "", _DATA.parents[1] / "data" / "conditions.csv", 0.002, 2.0, {})
 COMPACT = _setup("compact", "compact_", _DATA / "compact_conditions.csv", 0.001, 1.8, _COMPACT_SCALE)
-SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT)}
+BRISK = _setup("brisk", "brisk_", _DATA / "brisk_conditions.csv", 0.004, 2.4, _BRISK_SCALE)
+SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK)}

@@ -1,4 +1,4 @@
-"""Draws two of the lists of cases.py (the third: plan_unseen.py).
+"""Draws two of the lists of cases.py (the others: plan_unseen.py, plan_elsewhere.py).
 
 Run once for each list, because a list is fixed before anything is run on it.
 

@@ -65,6 +65,22 @@ def fall(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nda
     return filtered
 
 
+def rise(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow a fall at once, and lag by `strength` while the signal rises, as a line with a check valve."""
+    return -fall(-signal, strength, name, setup)
+
+
+def average(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Average over the last 2 times `strength`, as a counter with a gate; before the command all is as at it."""
+    time, period = setup.time, setup.period
+    width = 2 * strength * _slowness(setup)
+    integral = np.zeros_like(signal)
+    integral[:, 1:] = np.cumsum((signal[:, 1:] + signal[:, :-1]) / 2, axis=1) * period
+    start = time - width
+    earlier = np.array([np.interp(start, time, row) for row in integral])
+    return (integral - earlier - np.minimum(start, 0) * signal[:, :1]) / width
+
+
 def size(name: str, setup: Setup) -> float:
     """Return the range of a signal on a bench."""
     return RANGE[name] * setup.scale.get(name, 1.0)
@@ -74,4 +90,5 @@ def _slowness(setup: Setup) -> float:
     return setup.scale.get("time", 1.0)
 
 
-RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold": hold, "fall": fall}
+RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold": hold, "fall": fall,
+             "rise": rise, "average": average}
