@@ -11,7 +11,7 @@ Analysis by State Space Methods, section 4.3). The filter is linear, so that it 
 columns of a linear model alike.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -33,6 +33,12 @@ class BlockNoise:
     decay: np.ndarray | None = None
     onto: np.ndarray | None = None
 
+    def of(self, rows: slice) -> "BlockNoise":
+        """The noise of some of the n engagements."""
+        if self.decay is None or self.onto is None:
+            return self
+        return replace(self, decay=self.decay[rows], onto=self.onto[rows])
+
 
 def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:
     """Columns (n, p, k) after the filter, without unit: 0 at samples that are not `counted` (n, k).
@@ -40,20 +46,40 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     Samples that are not counted are missing, not zero: the noise goes on over them.
     """
     n, p, k = columns.shape
-    driven = noise.decay is not None and noise.onto is not None
-    if noise.correlation == 0 and not driven:  # the samples are independent already
+    if noise.correlation == 0 and noise.decay is None:  # the samples are independent already
         return columns * (counted / noise.std)[:, None]
     out = np.zeros((n, p, k))
-    still = np.zeros((n, 0))  # not read
-    # Contiguous copies, so that the filter is compiled for one memory layout.
-    decay, onto = (np.ascontiguousarray(one) if driven else still for one in (noise.decay, noise.onto))
-    _filter(np.ascontiguousarray(columns), np.ascontiguousarray(counted), noise.std, noise.correlation,
-            noise.input_std, noise.input_correlation, driven, decay, onto, out)
+    # Contiguous copies, so that the filters are compiled for one memory layout.
+    columns, counted = np.ascontiguousarray(columns), np.ascontiguousarray(counted)
+    if noise.decay is None or noise.onto is None:
+        _autoregressive(columns, counted, noise.std, noise.correlation, out)
+    else:
+        _filter(columns, counted, noise.std, noise.correlation, noise.input_std, noise.input_correlation,
+                np.ascontiguousarray(noise.decay), np.ascontiguousarray(noise.onto), out)
     return out
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, onto, out):  # type: ignore[no-untyped-def]
+def _autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped-def]
+    """The filter without integrated noise: the noise of the sensor is known at every sample that is counted."""
+    n, p, k = columns.shape
+    known, following = np.zeros(k), 1 / (std * np.sqrt(1 - rho * rho))
+    for i in range(n):
+        left = 0.0  # share of the noise at the last counted sample that is left
+        for t in range(k):
+            known[t] = left
+            left = rho if counted[i, t] else rho * left
+        for j in range(p):
+            before = 0.0
+            for t in range(k):
+                if counted[i, t]:
+                    weight = following if known[t] == rho else 1 / (std * np.sqrt(1 - known[t] * known[t]))
+                    out[i, j, t] = (columns[i, j, t] - known[t] * before) * weight
+                    before = columns[i, j, t]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _filter(columns, counted, std, rho, input_std, input_rho, decay, onto, out):  # type: ignore[no-untyped-def]
     n, p, k = columns.shape
     # Variances of what is new in v and u at each sample.
     fresh, input_fresh = std * std * (1 - rho * rho), input_std * input_std * (1 - input_rho * input_rho)
@@ -77,7 +103,7 @@ def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, ont
                 puu -= gu * cu
                 puv -= gu * cv
                 pvv -= gv * cv
-            if driven and t + 1 < last:
+            if t + 1 < last:
                 a, b = decay[i, t], onto[i, t]
                 onward = a * pxu + b * puu
                 pxx, pxu, pxv = a * (a * pxx + b * pxu) + b * onward, input_rho * onward, rho * (a * pxv + b * puv)
@@ -89,7 +115,7 @@ def _filter(columns, counted, std, rho, input_std, input_rho, driven, decay, ont
                 innovation = columns[i, j, t] - x - v
                 out[i, j, t] = innovation * gain[t, 3]
                 v = rho * (v + gain[t, 2] * innovation)
-                if driven and t + 1 < last:
+                if t + 1 < last:
                     u += gain[t, 1] * innovation
                     x = decay[i, t] * (x + gain[t, 0] * innovation) + onto[i, t] * u
                     u *= input_rho

@@ -87,11 +87,11 @@ def predict(found: SimulationFit, seed: int) -> Prediction:
     block, scene, q = found.block, found.block.scene, len(found.block.random)
     n, linear = len(scene), found.fitted.fitted
     square, time, count = np.zeros((n, len(block.traces.channels))), np.zeros(n), np.zeros(n)
-    whole, _ = solve(linear.gram, linear.marginal)
+    whole = solve(linear.gram, linear.marginal.sum(axis=0)).coefficients
     for rows in folds(scene.recordings.conditions, seed):
         # The change by the engagements that are left out is linear; the fit itself need not be where its linear
         # model points to, because a model that lacks an effect may not come to rest.
-        change = solve(linear.gram, linear.marginal[~rows])[0] - whole
+        change = solve(linear.gram, linear.marginal[~rows].sum(axis=0)).coefficients - whole
         mean, shared = found.fitted.mean + change[:q], found.fitted.shared + change[q:]
         response = block.respond(np.tile(mean, (n, 1)), shared)
         square[rows] += _squares(found, response)[rows]

@@ -208,12 +208,11 @@ def _prior(values: _Values, gram: Gram) -> float:
 
 def _damped(values: _Values, gram: Gram, variance: np.ndarray, damping: float) -> np.ndarray:
     """What engagements share (q + p + m,) in the linear mixed model, damped about its present values."""
-    marginal, _, _ = marginalise(gram, variance)
-    hold = np.zeros_like(marginal[:1])  # as an engagement that says: as now
-    information = damping * np.einsum("npp->p", marginal[:, :-1, :-1])
-    hold[0, :-1, :-1] = np.diag(information)
-    hold[0, :-1, -1] = information * values.common
-    return solve(gram, np.concatenate([marginal, hold]))[0]
+    marginal = marginalise(gram, variance)[0].sum(axis=0)
+    information = damping * np.diag(marginal)[:-1]
+    marginal[:-1, :-1] += np.diag(information)  # as an engagement that says: as now
+    marginal[:-1, -1] += information * values.common
+    return solve(gram, marginal).coefficients
 
 
 def _followed(block: SearchedBlock, values: _Values, gram: Gram, variance: np.ndarray,

@@ -28,6 +28,8 @@ _SETTLED, _SETTLED_NATS = 1e-5, 0.05
 """Changes of relative parameters, or of the likelihood, at which a fit ends: no decision depends on them."""
 _RISE = 1.03
 """Factor by which the sum of squares may rise in a step: random effects give up squares for likelihood."""
+_AT_ONCE = 8
+"""Engagements whose columns are whitened at a time, so that they stay in the cache."""
 _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gains and times keep their sign
 
 
@@ -79,9 +81,15 @@ def priors(block: Block) -> np.ndarray:
 def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: BlockNoise, further: int) -> Gram:
     """Products of whitened columns (n, c, k), random ones first, and of z (n, k); the last `further` are of laws."""
     last = int(np.flatnonzero(block.counted.any(axis=0)).max(initial=0)) + 1  # white columns are 0 beyond
-    white = whitened(np.concatenate([*columns, z[:, None]], axis=1), block.counted, noise)[:, :, :last]
+    count = sum(one.shape[1] for one in columns) + 1
+    products = np.empty((len(z), count, count))
+    for first in range(0, len(z), _AT_ONCE):
+        rows = slice(first, first + _AT_ONCE)
+        some = np.concatenate([*(one[rows, :, :last] for one in columns), z[rows, None, :last]], axis=1)
+        white = whitened(some, block.counted[rows, :last], noise.of(rows))
+        products[rows] = white @ white.transpose(0, 2, 1)
     precision = np.concatenate([priors(block), np.full(further, LAW_PRECISION)])
-    return Gram(white @ white.transpose(0, 2, 1), len(block.random), precision, np.zeros_like(precision), block.widest)
+    return Gram(products, len(block.random), precision, np.zeros_like(precision), block.widest)
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,21 +44,22 @@ def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change,
         a, b, d = p[i, 0] / p[i, 2], p[i, 1] / p[i, 2], p[i, 3] / p[i, 2]
         bias, gain, contact = p[i, 4], p[i, 5], p[i, 6]
         x = p[i, 7]
-        width = p[i, 12] * contact
+        # Divisions take most of the time of a step.
+        per_width, per_travel, share = 1 / (p[i, 12] * contact), 1e5 / (contact - p[i, 8]), 1.0 / sub
         for t in range(end[i]):
             # From the command on; where signals are read early, the first step has what lies before it.
-            h = min(max((t + 1) * step - late, 0.0), step if t > 0 else 2 * step) / sub
+            h = min(max((t + 1) * step - late, 0.0), step if t > 0 else 2 * step) * share
             z = min(contact, max(0.0, gain * (1 + gain_change[i, t]) * x - clearance[i, t]))
             position[i, t] = z
-            s = min(1.0, max(0.0, 1.0 - (contact - z) / width))
-            per_gap = (1 - s) * (1 + 2 * s) / width if s > 0 else 1 / (contact - z)
-            force = z / (contact - p[i, 8]) * 1e5 * max(0.0, pressure[i, t] + chamber[i, t])
+            s = min(1.0, max(0.0, 1.0 - (contact - z) * per_width))
+            per_gap = (1 - s) * (1 + 2 * s) * per_width if s > 0 else 1 / (contact - z)
+            force = z * per_travel * max(0.0, pressure[i, t] + chamber[i, t])
             torque[i, t] = p[i, 11] * (s * s * (3 - 2 * s) * p[i, 10] * (1 + friction_change[i, t]) * force
                                        + p[i, 9] * (1 + film_change[i, t]) * per_gap * slip[i, t])
             if t + 1 == end[i] or t + 1 == pressure.shape[1]:
                 break
             for j in range(sub):
-                w0, w1 = j / sub, (j + 1) / sub
+                w0, w1 = j * share, (j + 1) * share
                 f0 = b * (pressure[i, t] * (1 - w0) + pressure[i, t + 1] * w0
                           + chamber[i, t] * (1 - w0) + chamber[i, t + 1] * w0 - bias) \
                     + a * (change[i, t] * (1 - w0) + change[i, t + 1] * w0)
