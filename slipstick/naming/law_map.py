@@ -7,7 +7,7 @@ import numpy as np
 
 from slipstick.clutch.effects.effect import QUANTITIES, SCALAR_DEPENDENCES, SENSORS
 from slipstick.naming import bases
-from slipstick.naming.scene import Pair, Scene
+from slipstick.naming.scene import NOT_TOLD_FROM_GAIN, Pair, Scene
 
 UpTo = Literal["nothing", "constant", "line"]
 """What a block cannot tell from its own parameters: it may be added to a law without a change of the prediction."""
@@ -67,8 +67,8 @@ def of_sensor(pair: Pair, scene: Scene) -> LawMap:
 
     An offset is a number in the unit of the signal. A lag is a number in s: the mean of the impulse response, by which
     a slow ramp is read late. A gain is the relative error over the signal, constant for a sensor whose slope is wrong.
-    The error of the torque sensor over the pressure is 0 at no pressure, where it would be an offset. Over the run
-    order it is an offset that drifts.
+    An error over another signal is 0 where that is 0, where it would be an offset. Over the run order it is an offset
+    that drifts. That of the pressure sensor is known up to a constant gain, which the gain of the valve compensates.
     """
     sensor, on = pair
     if on == "run order":
@@ -81,6 +81,9 @@ def of_sensor(pair: Pair, scene: Scene) -> LawMap:
     if on == "gain":
         share = np.linspace(0, 1, _GAIN_POINTS)
         onto = np.stack([np.ones_like(share), share], axis=1)
-        return LawMap(onto, "1", True, scene.largest(sensor) * share, UNITS[sensor])
-    knots = scene.pressure_knots()
-    return over(pair, knots, scene.typical_torque * np.eye(len(knots))[:, 1:])
+        x = scene.largest(sensor) * share
+        if sensor in NOT_TOLD_FROM_GAIN:
+            return LawMap(onto[:, 1:], "1", True, x, UNITS[sensor], "constant")
+        return LawMap(onto, "1", True, x, UNITS[sensor])
+    knots = scene.error_knots(on)
+    return over(pair, knots, scene.drift(sensor) * np.eye(len(knots))[:, 1:])

@@ -111,9 +111,7 @@ class LoadBlock:
     def pairs(self) -> list[Pair]:
         """Laws of the load torque and of both sensors."""
         return [*(("load torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
-                *(("output speed sensor", on) for on in ("offset", "gain", "lag", "run order")),
-                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure", "run order")
-                  if self.scene.knows(on))]
+                *self.scene.errors_of("output speed sensor"), *self.scene.errors_of("output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law, which are torques against the load."""
@@ -143,7 +141,7 @@ class LoadBlock:
     def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
         if quantity == "output torque sensor":
-            return -scene.torque_error(on, scene.smooth["output_torque"])
+            return -scene.reading(*pair, scene.smooth["output_torque"])
         speed = scene.smooth["output_speed"]
         if on in scene.of_runs:
             between = bases.between(scene.constant_in_run(on))

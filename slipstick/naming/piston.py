@@ -119,7 +119,7 @@ class ClutchBlock:
         if law.kind == "reading":
             # At the mean parameters, because a column with an engagement's own scatter would explain that.
             at = points if pair[1] == "lag" else np.tile(points.mean(axis=0), (len(points), 1))
-            return self.scene.torque_error(pair[1], self.base(at, laws))
+            return self.scene.reading("output torque sensor", pair[1], self.base(at, laws))
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
         base = self.base(points, laws)
@@ -186,7 +186,7 @@ class ClutchBlock:
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
         for on, c in readings:
-            torque = torque + c @ self.scene.torque_error(on, torque)
+            torque = torque + c @ self.scene.reading("output torque sensor", on, torque)
         return torque, position
 
     def _added(self, laws: Laws) -> dict[str, np.ndarray]:

@@ -12,10 +12,10 @@ PAIRS: tuple[Pair, ...] = (
     *(("friction coefficient", on)
       for on in ("slip", "pressure", "heat", "time in contact", "run order", "motor speed")),
     ("chamber pressure", "input speed"), ("contact pressure", "lag"), ("piston gain", "run order"),
-    ("clearance", "run order"), ("film torque", "run order"), ("clearance", "pressure"), ("piston rate", "pressure"),
-    ("piston rate", "piston rate"), ("piston rate", "piston position"), ("piston rate", "direction"),
-    *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure", "run order")))
-"""All pairs of the clutch, without those over further recorded channels."""
+    ("clearance", "run order"), ("film torque", "run order"), ("film torque", "slip"), ("clearance", "pressure"),
+    ("piston rate", "pressure"), ("piston rate", "piston rate"), ("piston rate", "piston position"),
+    ("piston rate", "direction"))
+"""All pairs of the clutch, without those of the torque sensor and over further recorded channels."""
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 
@@ -72,7 +72,8 @@ class Loading:
 
 def pairs_of(scene: Scene) -> list[Pair]:
     """All pairs of the clutch."""
-    return [*PAIRS, *((quantity, on) for quantity in _OF_RUNS for on in scene.channels)]
+    return [*PAIRS, *scene.errors_of("output torque sensor"),
+            *((quantity, on) for quantity in _OF_RUNS for on in scene.channels)]
 
 
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
@@ -85,6 +86,11 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return _between(pair, given)
     if quantity == "friction coefficient":
         return _friction(pair, given)
+    if quantity == "film torque":
+        knots = bases.evenly(scene.slip, given.counted & (given.in_contact == 0), bases.KNOTS)
+        # Without the first hat, which the film coefficient replaces.
+        return PistonLaw.signal("film", bases.hats(scene.slip, knots)[:, 1:],
+                                over(pair, knots, np.eye(bases.KNOTS)[:, 1:], relative=True, up_to="constant"))
     stroke, rate = scene.value("contact_position"), scene.bench.scales.piston_rate
     values = np.eye(bases.KNOTS)
     if pair == ("chamber pressure", "input speed"):

@@ -30,6 +30,14 @@ _ERRORS, _SAMPLES = 4, 2
 _TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
             "output position": ("output_speed",)}
 """Signals from which the values of a dependence come, for the dependences of blocks that may lack one."""
+_FAULTS = ("offset", "gain", "lag", "run order")
+_ERRORS_OVER: dict[str, tuple[str, ...]] = {
+    "pressure sensor": (*_FAULTS, "input speed"), "input speed sensor": _FAULTS, "output speed sensor": _FAULTS,
+    "output torque sensor": (*_FAULTS, "pressure", "output speed")}
+"""What the error of each sensor may depend on. Sensors of pressure and torque that turn with a shaft, or that are
+pressed by what they are mounted in, read other signals too."""
+NOT_TOLD_FROM_GAIN = ("pressure sensor",)
+"""Sensors whose constant gain error a parameter of their block replaces: only that it changes with the signal shows."""
 _TYPICAL = 0.1
 """Share of the largest friction torque that is the unit of torques that laws add, so that coefficients are about 1."""
 
@@ -120,35 +128,36 @@ class Scene:
                conditions.brake_torque, self.given_torque, losses, curves_of(self.bench.physics.curves), torque)
         return torque
 
-    def torque_error(self, on: str, torque: np.ndarray) -> np.ndarray:
-        """Basis (n, m, k) in N m of errors of a sensor that reads `torque` (n, k), over what they depend `on`."""
-        if on == "pressure":
-            x = np.maximum(0, self.smooth["pressure"])
-            # Without the first hat: an error at no pressure is an offset.
-            return np.asarray(hats(x, self.pressure_knots())[:, 1:] * self.typical_torque)
-        return self.reading("output torque sensor", on, torque)
-
-    def pressure_knots(self) -> np.ndarray:
-        """Knots (m,) in bar of errors of the torque sensor over the pressure."""
-        x = np.maximum(0, self.smooth["pressure"])
-        return from_zero(x, np.ones(x.shape, bool), KNOTS)
+    def errors_of(self, sensor: str) -> list[Pair]:
+        """The errors of a sensor, over all on which they may depend and that was measured."""
+        return [(sensor, on) for on in _ERRORS_OVER[sensor] if self.knows(on)]
 
     def reading(self, sensor: str, on: str, signal: np.ndarray) -> np.ndarray:
         """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit.
 
-        Over the run order it is an offset that drifts, which need not be 0 on average.
+        Over the run order it is an offset that drifts, which need not be 0 on average. It may also depend on another
+        signal.
         """
+        if on in _TOLD_BY:
+            # Without the first hat: an error where the other signal is 0 is an offset.
+            return np.asarray(hats(self.abscissa(on), self.error_knots(on))[:, 1:] * self.drift(sensor))
         if on == "run order":
             onto = hats(self.run, self.drift_knots()) * self.drift(sensor)
             return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
-        return np.asarray(sensor_basis(on, signal, self.time, self.lag, self.largest(sensor)))
+        basis = np.asarray(sensor_basis(on, signal, self.time, self.lag, self.largest(sensor)))
+        return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
+
+    def error_knots(self, on: str) -> np.ndarray:
+        """Knots (m,) of errors of sensors over another signal, from 0 on, in its unit."""
+        x = self.abscissa(on)
+        return from_zero(x, np.ones(x.shape, bool), KNOTS)
 
     def drift_knots(self) -> np.ndarray:
         """Knots (m,) of drifts over the run order; none where that is not known."""
         return between_knots(self.run) if np.ptp(self.run) > 0 else np.zeros(0)
 
     def drift(self, sensor: str) -> float:
-        """The unit of drifts of the offset of a `sensor`, so that coefficients are about 1."""
+        """The unit of errors of a `sensor` that depend on run order or signals, so that coefficients are about 1."""
         return _TYPICAL * self.largest(sensor)
 
     def largest(self, sensor: str) -> float:

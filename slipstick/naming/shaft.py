@@ -191,9 +191,7 @@ class InputBlock:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
         return [*(("input torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in ("lag", "run order", *self.scene.channels)),
-                *(("input speed sensor", on) for on in ("offset", "gain", "lag", "run order")),
-                *(("output torque sensor", on) for on in ("offset", "gain", "lag", "pressure", "run order")
-                  if self.scene.knows(on))]
+                *self.scene.errors_of("input speed sensor"), *self.scene.errors_of("output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
@@ -237,7 +235,7 @@ class InputBlock:
         scene, (quantity, on) = self.scene, pair
         measured = scene.smooth["input_speed"]
         if quantity == "output torque sensor":
-            return scene.torque_error(on, scene.smooth["output_torque"]) / scene.gear
+            return scene.reading(*pair, scene.smooth["output_torque"]) / scene.gear
         unit = scene.typical_torque / scene.gear
         if on in scene.of_runs:
             size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"

@@ -92,7 +92,7 @@ class ValveBlock:
     def pairs(self) -> list[Pair]:
         """Laws of the current, the line pressure, the delay and the sensor."""
         return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
-                ("pressure sensor", "offset"), ("pressure sensor", "lag"),
+                *self.scene.errors_of("pressure sensor"),
                 *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
                   for on in self.scene.of_runs)]
 
