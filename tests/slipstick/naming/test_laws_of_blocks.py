@@ -34,11 +34,13 @@ AMONG = {("valve current", "past current"): 1, ("converter torque", "lag"): 1, (
 EFFECTS = {("valve current", "past current"): "valve_hysteresis", ("converter torque", "lag"): "converter_lag",
            ("piston rate", "direction"): "seal_friction",
            **{(f"{name} sensor", on): f"{name} sensor {on}".replace(" ", "_") for on in ("offset", "gain", "lag")
-              for name in ("pressure", "input speed", "output speed", "output torque")}}
+              for name in ("pressure", "input speed", "output speed", "output torque")
+              if (name, on) != ("pressure", "gain")}}
 """Effects of the simulator whose one coefficient is the value of a law."""
 DIRECT = {("valve delay", "motor speed"), ("valve delay", "run order"), ("output torque sensor", "pressure"),
+          ("output torque sensor", "output speed"), ("pressure sensor", "input speed"), ("pressure sensor", "gain"),
           ("load torque", "output position"), ("stick torque", "twist"), ("contact pressure", "lag"),
-          *((f"{name} sensor", "run order") for name in ("input speed", "output speed", "output torque"))}
+          *((f"{name} sensor", "run order") for name in ("pressure", "input speed", "output speed", "output torque"))}
 """Pairs with a test of their own."""
 CLOSE = 0.06
 LOOSE = {("converter torque", "lag"): 0.2, ("friction coefficient", "heat"): 0.1,
@@ -151,37 +153,37 @@ def test_a_relative_delay_of_the_valve_is_that_of_its_parameter() -> None:
         assert np.abs(moved[:, 0].mean()) < 1e-12
 
 
-def with_torque(scene: Scene, change: np.ndarray) -> Scene:
-    """A scene whose torque sensor reads `change` (n, k) in N m more."""
-    signals = replace(scene.signals, output_torque=scene.measured("output_torque") + change)
+def with_reading(scene: Scene, signal: str, change: np.ndarray) -> Scene:
+    """A scene in which the sensor of a signal reads `change` (n, k) more."""
+    signals = replace(scene.signals, **{signal: scene.measured(signal) + change})
     recordings = scene.recordings
     return replace(scene, recordings=Recordings(recordings.conditions, recordings.measured_time, signals))
 
 
 @pytest.mark.parametrize(("name", "sensor"), [
-    *((name, "output torque") for name in ("load", "input", "clutch", "contact")),
+    ("valve", "pressure"), *((name, "output torque") for name in ("load", "input", "clutch", "contact")),
     *((name, "output speed") for name in ("load", "lock")), *((name, "input speed") for name in ("input", "lock"))])
 def test_a_drift_of_a_sensor_is_in_its_reading(name: str, sensor: str) -> None:
     block, pair = nominal(HEAVY, name), (f"{sensor} sensor", "run order")
     law, scene = block.law(pair), block.scene
     assert law.x is not None
     c = np.linspace(0.2, -0.1, law.onto.shape[1])
-    signal = sensor.replace(" ", "_")
     drift = np.interp(scene.run, law.x, law.onto @ c)[:, None]
     assert np.ptp(drift) > 0
-    read = replace(scene.signals, **{signal: scene.measured(signal) + drift})
-    given = scene.recordings
-    changed = replace(scene, recordings=Recordings(given.conditions, given.measured_time, read))
-    assert left(block_of(name, changed), pair, c) < CLOSE
+    assert left(block_of(name, with_reading(scene, sensor.replace(" ", "_"), drift)), pair, c) < CLOSE
 
 
-@pytest.mark.parametrize("name", ["load", "input", "clutch", "contact"])
-def test_an_error_of_the_torque_sensor_over_pressure_is_in_its_reading(name: str) -> None:
-    block, pair = nominal(HEAVY, name), ("output torque sensor", "pressure")
-    law = block.law(pair)
+@pytest.mark.parametrize(("name", "sensor", "on"), [
+    ("valve", "pressure", "input speed"), ("valve", "pressure", "gain"),
+    *((name, "output torque", on) for name in ("load", "input", "clutch", "contact")
+      for on in ("pressure", "output speed"))])
+def test_an_error_of_a_sensor_over_a_signal_is_in_its_reading(name: str, sensor: str, on: str) -> None:
+    block, pair = nominal(HEAVY, name), (f"{sensor} sensor", on)
+    law, smooth = block.law(pair), block.scene.smooth
     c = np.linspace(0.2, -0.1, law.onto.shape[1])
-    error = np.interp(np.maximum(0, block.scene.smooth["pressure"]), law.x, law.onto @ c)  # type: ignore[arg-type]
-    assert left(block_of(name, with_torque(block.scene, error)), pair, c) < 0.05
+    x = np.maximum(0, smooth[(sensor if on == "gain" else on).replace(" ", "_")])
+    error = np.interp(x, law.x, law.onto @ c) * (x if on == "gain" else 1)  # type: ignore[arg-type]
+    assert left(block_of(name, with_reading(block.scene, sensor.replace(" ", "_"), error)), pair, c) < 0.05
 
 
 def test_a_load_torque_over_position_is_against_the_motion() -> None:
@@ -191,7 +193,7 @@ def test_a_load_torque_over_position_is_against_the_motion() -> None:
     position = np.cumsum(np.maximum(block.scene.smooth["output_speed"], 0), axis=1) * block.scene.step
     change = np.interp(position, law.x, law.onto @ c)  # type: ignore[arg-type]
     # A load that reads too much torque for its speed has this much more resistance.
-    assert left(block_of("load", with_torque(block.scene, change)), pair, c) < 0.05
+    assert left(block_of("load", with_reading(block.scene, "output_torque", change)), pair, c) < 0.05
 
 
 def test_a_twist_is_the_compliance_on_the_input_side() -> None:
