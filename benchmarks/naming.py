@@ -27,7 +27,7 @@ from benchmarks.naming_limits import told
 from benchmarks.rates import bounds
 from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
-from slipstick.naming.answer import answer, names
+from slipstick.naming.answer import answer
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
 from slipstick.naming.study import name
@@ -154,14 +154,15 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
 
 
 def by_evidence(entries: list[dict[str, Any]]) -> dict[str, list[bool]]:
-    """Kind of evidence -> whether each name that the catalogue has for a finding of this kind was right."""
+    """Kind of evidence -> whether each effect that a finding of this kind was called was right."""
     found: dict[str, list[bool]] = {kind: [] for kind in COUNTS}
     for entry in entries:
         hidden = {same(its["pair"]) for its in entry["hidden"]}
+        is_single = len(entry["findings"]) == 1 and not entry["unexplained"]
         for its in entry["findings"]:
-            if names(tuple(its["pair"])):
+            if its["effect"]:
                 group = {same(its["pair"]), *(same(pair) for pair in its["rivals"])}
-                found[kind_of(bool(its["rivals"]), its["errors"])].append(bool(group & hidden))
+                found[kind_of(bool(its["rivals"]), is_single)].append(bool(group & hidden))
     return found
 
 

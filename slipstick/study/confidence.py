@@ -6,25 +6,25 @@
 
 import json
 from pathlib import Path
-
-from slipstick.naming.selection import Finding
+from typing import Literal
 
 FILE = Path(__file__).with_name("confidence.json")
-COUNTS: dict[str, list[int]] = json.loads(FILE.read_text())
+Kind = Literal["a rival is near", "one of several", "the only finding"]
+COUNTS: dict[Kind, list[int]] = json.loads(FILE.read_text())
 """Kind of evidence -> how many names were right, and of how many."""
-_LARGE = 8.0
-"""Standard errors from which evidence is large: twice the least that names anything."""
 
 
-def kind_of(has_rivals: bool, errors: float) -> str:
-    """The kind of evidence for a finding that has rivals or not, and gains so many standard errors."""
+def kind_of(has_rivals: bool, is_single: bool) -> Kind:
+    """The kind of evidence for a finding that has rivals or not, and is all that the blocks say or not.
+
+    One cause that is not among the tested pairs often shows as several findings, or leaves a block unexplained.
+    """
     if has_rivals:
-        return "rivals near"
-    return "alone, large" if errors >= _LARGE else "alone, small"
+        return "a rival is near"
+    return "the only finding" if is_single else "one of several"
 
 
-def confidence(finding: Finding) -> tuple[float, str]:
+def confidence(kind: Kind) -> tuple[float, str]:
     """The share of right names with this kind of evidence, by Laplace's rule of succession, and the kind in words."""
-    kind = kind_of(bool(finding.rivals), finding.errors)
     right, of = COUNTS[kind]
     return (right + 1) / (of + 2), f"{kind}: {right} of {of}"

@@ -10,7 +10,7 @@ from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
-from slipstick.study.confidence import confidence
+from slipstick.study.confidence import confidence, kind_of
 from slipstick.study.formula import formula
 from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law
 from slipstick.study.settings import StudySettings
@@ -22,14 +22,14 @@ _AT_BOUND = 1e-3
 
 def finding_result(settings: StudySettings, finding: Finding, said: Answer, law: LawPoints | None,
                    formulas: SimulationFit, after: SimulationFit,
-                   experiments: list[FurtherExperiment]) -> FindingResult:
-    """The finding with all that was found out about it.
+                   experiments: list[FurtherExperiment], is_single: bool) -> FindingResult:
+    """The finding with all that was found out about it; `is_single` if it is all that the blocks say.
 
     `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    share, kind = confidence(finding) if said.effect else (None, None)
+    share, kind = confidence(kind_of(bool(finding.rivals), is_single)) if said.effect else (None, None)
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.

@@ -69,7 +69,8 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     after = with_measured_laws(formulas, laws, points, lambda gain: is_enough(gain, settings.naming))
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
-    results = [finding_result(settings, finding, one, found.measured.get(finding.pair), formulas, after, its)
+    results = [finding_result(settings, finding, one, found.measured.get(finding.pair), formulas, after, its,
+                              found.is_single)
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
     doing("predict", "Predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)
