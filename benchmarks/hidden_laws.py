@@ -13,6 +13,10 @@ from tests.validation.hidden.pairs import DEPENDS_ON
 
 _PER_UNIT = {"energy": 1e-3, "heat": 1e-3}
 """Units of the hidden bench in those of the laws: J in kJ."""
+_OTHER = {"load_point", "pump_angle"}
+"""Abscissas of the hidden bench that are not the number over which their pair has its law."""
+_AGAINST = {"input_drag"}
+"""Quantities of the hidden bench with the opposite sign of those of the laws: an input torque drives the shaft."""
 _LEVEL = 0.9
 
 
@@ -27,12 +31,14 @@ class Difference:
 
 def is_over_a_number(pair: tuple[str, str], changed: Mapping[str, Any]) -> bool:
     """Whether a law of this pair and an entry of `changed` are laws over the same number."""
-    return pair[1] in SCALAR_DEPENDENCES and DEPENDS_ON.get(changed["abscissa"]) == pair[1]
+    abscissa = changed["abscissa"]
+    return pair[1] in SCALAR_DEPENDENCES and DEPENDS_ON.get(abscissa) == pair[1] and abscissa not in _OTHER
 
 
-def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference | None:
+def compared(law: LawPoints, changed: Mapping[str, Any], gear_ratio: float) -> Difference | None:
     """Compare a law with an entry of `changed` of a truth, weighted by the visits of the recordings.
 
+    The slip of the hidden bench is that behind the gear; that of the laws is `gear_ratio` times as large.
     What a law is known up to is fitted to the difference first. A relative change that is known up to a constant is
     a share of the mean over the recordings: both are taken relative to that. None where the law has no point among the
     visits.
@@ -42,8 +48,10 @@ def compared(law: LawPoints, changed: Mapping[str, Any]) -> Difference | None:
         change = (change - 1) * (1.0 if law.relative else changed["base"])
     elif law.relative:
         change = change / changed["base"]
+    if changed["quantity"] in _AGAINST:
+        change = -change
     assert law.x is not None
-    x = grid * _PER_UNIT.get(changed["abscissa"], 1.0)
+    x = grid * (gear_ratio if changed["abscissa"] == "slip" else _PER_UNIT.get(changed["abscissa"], 1.0))
     if law.pair[1] == "run order":
         x = law.x[0] + grid * np.ptp(law.x)
     visits = visits * ((x >= law.x[0]) & (x <= law.x[-1]))

@@ -12,12 +12,14 @@ import pytest
 
 from benchmarks import scalar_cpp, scalar_dopri, simulator
 from benchmarks.expansion_peers import BASIS, Peers
+from benchmarks.hidden_laws import compared
 from benchmarks.kills import Round, digest_of, totals
 from benchmarks.peers import HEADER, Code, Work, measured
 from benchmarks.scipy_script import shifting_time
 from slipstick.bench.parameters import NAMES
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
+from slipstick.naming.measured import LawPoints
 from tests.benches import HEAVY
 
 ROOT = Path(__file__).parents[1]
@@ -92,6 +94,20 @@ def test_a_result_that_differs_in_its_last_digit_counts_as_different_but_not_one
     result = {"id": "a", "seconds": {"search": 1.0}, "result": {"mean": [1.0, 0.1 + 0.2]}}
     assert digest_of(result) == digest_of({**result, "id": "b", "seconds": {"search": 9.0}})
     assert digest_of(result) != digest_of({**result, "result": {"mean": [1.0, 0.3]}})
+
+
+def test_a_hidden_law_is_compared_over_the_slip_before_the_gear_and_with_the_sign_of_an_input_torque() -> None:
+    grid = np.linspace(0, 10, 5)
+    change, visits = list(0.1 * grid), [0.2] * 5
+    friction = {"abscissa": "slip", "quantity": "friction_coefficient", "kind": "difference", "base": 1.0,
+                "grid": list(grid), "change": change, "visits": visits}
+    drag = {**friction, "abscissa": "input_speed", "quantity": "input_drag", "base": None}
+    law = LawPoints(("friction coefficient", "slip"), 3 * grid, "rad/s", 0.1 * grid, "1", True, np.eye(5))
+    torque = LawPoints(("input torque", "input speed"), grid, "rad/s", -0.1 * grid, "N m", False, np.eye(5))
+    for one, hidden in ((law, friction), (torque, drag)):
+        found = compared(one, hidden, gear_ratio=3.0)
+        assert found is not None
+        assert (found.share, found.held) == (pytest.approx(0, abs=1e-12), pytest.approx(1))
 
 
 def test_the_rounds_of_kills_are_added_by_database_and_work() -> None:

@@ -31,8 +31,8 @@ DEPENDENCES = SCALAR_DEPENDENCES
 
 `slip` is that of the plates, |Omega - g_r omega|; `current` is that of the profile. `time` counts from the shift
 command. `run order` is the position in the order of the test, from 0, and 0 where it is unknown. `heat` is the friction
-energy of the plates since t = 0, and `time in contact` the integral of f_reg: the time since full contact. `piston
-position` is min(z_contact, max(0, k_T x3)), and `piston rate` is x3' of eq. 1.
+energy of the plates since t = 0, and `time in contact` the integral of f_reg: the time since full contact and a part of
+that of the closing. `piston position` is min(z_contact, max(0, k_T x3)), and `piston rate` is x3' of eq. 1.
 """
 
 

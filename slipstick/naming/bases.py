@@ -48,6 +48,15 @@ def evenly(x: np.ndarray, seen: np.ndarray, count: int = FINE) -> np.ndarray:
     return np.linspace(low, max(high, low + _NARROWEST), count)
 
 
+def supported(knots: np.ndarray, x: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """The `knots` (m,) from the least of the values x where `seen`, both (n, k), on; that value is the first of them.
+
+    A knot below all values is the end of a line through values above it, and tells nothing of a law that bends there.
+    """
+    low = float(x[seen].min()) if seen.any() else knots[0]
+    return np.concatenate([[max(low, knots[0])], knots[knots > max(low, knots[0])]])
+
+
 def between(values: np.ndarray) -> np.ndarray:
     """Basis (n, m) over a quantity that is constant in a run, (n,): levels where there are few, hats otherwise.
 

@@ -74,7 +74,7 @@ class ContactBlock(ClutchBlock):
         super().__init__(scene, pressure)
         self._piston = points[:, 1:].copy()
         self.in_contact = ClutchBlock(scene, pressure).contact(points, laws)
-        self.counted = self.counted & (self.in_contact > wait)
+        self.counted = self.counted & (self.in_contact.full > wait)
         self.widest = np.array([0.2])
         self.random_std = np.array([np.inf])
 

@@ -5,6 +5,7 @@ parameters, so that start values are searched (`search`) and its columns are fin
 """
 
 import numpy as np
+import scipy
 
 from slipstick.bench import parameters
 from slipstick.blocks.whitening import BlockNoise
@@ -13,7 +14,7 @@ from slipstick.naming.block import Laws, Pair
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
-from slipstick.naming.piston_laws import ADDED, Loading, PistonLaw, law_of, pairs_of
+from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
@@ -35,7 +36,7 @@ _EMPTY = np.zeros(0)
 class ClutchBlock:
     """Output torque of slipping plates; its parameters are those of friction and of the closing piston.
 
-    `in_contact` (n, k) is the time in s since full contact, which laws depend on: 0 until a fit of the piston sets it.
+    `in_contact`, on which laws depend, is without contact until a fit of the piston sets it.
     """
 
     name, signal = "clutch", "output_torque"
@@ -50,7 +51,7 @@ class ClutchBlock:
         self.change = np.gradient(pressure, scene.time, axis=1)
         self.slip = np.maximum(scene.smooth["input_speed"] / scene.gear - scene.smooth["output_speed"], 0.0)
         self.counted = scene.slipping
-        self.in_contact = np.zeros(pressure.shape)
+        self.in_contact = Contact(np.zeros(pressure.shape), np.zeros(pressure.shape))
         self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
         self._set(0.0)
         self.end = last_of(self.counted)
@@ -83,10 +84,15 @@ class ClutchBlock:
         lock = np.searchsorted(self.scene.time, self.scene.recordings.measured_time).astype(np.int64)
         return self._closed(points, laws, lock + 1)[0]
 
-    def contact(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """Time in full contact (n, k) in s."""
+    def contact(self, points: np.ndarray, laws: Laws = ()) -> Contact:
+        """How long the plates of each engagement have touched."""
         _, position = self._closed(points, laws, self.end)
-        return np.asarray(np.cumsum(position >= self.scene.value("contact_position") * _FULL, axis=1) * self.scene.step)
+        stroke, step = self.scene.value("contact_position"), self.scene.step
+        width = stroke * self.scene.value("ramp_share") * (1 + self._all(points)[:, OWN.index("ramp_share"), None])
+        share = np.clip(1 - (stroke - position) / width, 0.0, 1.0)
+        friction = share**2 * (3 - 2 * share)
+        time = scipy.integrate.cumulative_trapezoid(friction, dx=step, axis=1, initial=0)
+        return Contact(np.cumsum(position >= stroke * _FULL, axis=1) * step, time)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor: pressure and speeds are those that other blocks explain."""

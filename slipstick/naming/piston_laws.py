@@ -55,12 +55,24 @@ class PistonLaw:
 
 
 @dataclass(frozen=True, eq=False)
+class Contact:
+    """Times (n, k) in s: `full` since full contact, and `time`, the integral of f_reg, on which laws depend.
+
+    f_reg is the share of the friction that acts, which rises from 0 to 1 before full contact. The difference of the two
+    times is that of a slow or fast closing: engagements differ in it.
+    """
+
+    full: np.ndarray
+    time: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Loading:
-    """What laws depend on: `pressure` in bar, the time `in_contact` in s, and the samples `counted`, (n, k) each."""
+    """What laws depend on: `pressure` in bar and the samples `counted`, (n, k) each, and the time `in_contact`."""
 
     scene: Scene
     pressure: np.ndarray
-    in_contact: np.ndarray
+    in_contact: Contact
     counted: np.ndarray
     fine: int
 
@@ -144,13 +156,14 @@ def _between(pair: Pair, given: Loading) -> PistonLaw:
 
 def _friction(pair: Pair, given: Loading) -> PistonLaw:
     """A relative law of the friction over a signal."""
-    loaded = given.counted & (given.in_contact > 0)
+    loaded = given.counted & (given.in_contact.full > 0)
     x = _abscissa(pair[1], given)
     knots = (bases.evenly if pair[1] == "pressure" else bases.from_zero)(x, loaded, given.fine)
     hats = bases.hats(x, knots)
     # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
     centre = np.einsum("nmk,nk->m", hats, loaded) / max(1, loaded.sum())
-    values = over(pair, knots, np.eye(len(knots)) - centre, relative=True, up_to="constant")
+    points = bases.supported(knots, x, loaded)
+    values = over(pair, points, bases.hats(points, knots) - centre, relative=True, up_to="constant")
     return PistonLaw.signal("friction", hats - centre[:, None], values)
 
 
@@ -159,7 +172,7 @@ def _abscissa(on: str, given: Loading) -> np.ndarray:
     scene = given.scene
     signals: dict[str, np.ndarray] = {
         "slip": scene.slip, "pressure": np.maximum(given.pressure, 0), "heat": _friction_heat(given),
-        "time in contact": given.in_contact}
+        "time in contact": given.in_contact.time}
     return signals[on]
 
 
@@ -168,8 +181,8 @@ def _friction_heat(given: Loading) -> np.ndarray:
 
     They meet where the torque reaches a share of that at the first sample of full contact.
     """
-    heat, torque, rows = given.scene.heat, given.scene.smooth["output_torque"], np.arange(len(given.in_contact))
-    full = np.argmax(given.in_contact > 0, axis=1)  # 0 without full contact: then no heat is taken off
+    heat, torque, rows = given.scene.heat, given.scene.smooth["output_torque"], np.arange(len(given.pressure))
+    full = np.argmax(given.in_contact.full > 0, axis=1)  # 0 without full contact: then no heat is taken off
     below = (torque < _MEETING * torque[rows, full][:, None]) & (np.arange(heat.shape[1]) < full[:, None])
     last = np.where(below.any(axis=1), heat.shape[1] - 1 - np.argmax(below[:, ::-1], axis=1), 0)
     return np.asarray(np.maximum(heat - heat[rows, last][:, None], 0.0))

@@ -121,7 +121,7 @@ def _onset(scene: Scene, pressure: np.ndarray) -> Closing:
     clock = np.zeros(len(block.fixed))
     rough = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
     clutch = ClutchBlock(scene, pressure)
-    block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()))
+    block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()).full)
     onset = settled(block, rough.points, rough.shared)
     clutch.in_contact = clutch.contact(onset.points, ())
     return Closing(clutch, onset, block.counted)

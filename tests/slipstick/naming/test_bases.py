@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.lag import lagged_signal
-from slipstick.naming.bases import FINE, KNOTS, between, evenly, from_zero, hats, sensor_basis
+from slipstick.naming.bases import FINE, KNOTS, between, evenly, from_zero, hats, sensor_basis, supported
 
 
 def test_hats_add_up_to_one_and_interpolate() -> None:
@@ -38,6 +38,14 @@ def test_knots_are_distinct_where_nothing_is_seen_or_changes(place) -> None:  # 
     x = np.zeros((2, 5))
     for seen in (np.zeros(x.shape, bool), np.ones(x.shape, bool)):
         assert np.all(np.diff(place(x, seen)) > 0)
+
+
+def test_a_law_has_no_point_below_all_values() -> None:
+    knots, x = np.array([0.0, 1.0, 4.0, 9.0]), np.array([[2.0, 3.0, 0.5]])
+    seen = np.array([[True, True, False]])
+    np.testing.assert_array_equal(supported(knots, x, seen), [2, 4, 9])
+    np.testing.assert_array_equal(supported(knots, x - 3, seen), knots)
+    np.testing.assert_array_equal(supported(knots, x, np.zeros(x.shape, bool)), knots)
 
 
 def test_between_has_a_mean_of_zero_and_any_levels() -> None:

@@ -1,6 +1,7 @@
 """Laws measured in noisy recordings of engagements that scatter: against the truth, and in the simulator."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,7 +13,7 @@ from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming import answer
 from slipstick.naming.block import Pair
-from slipstick.naming.contact import OnsetBlock
+from slipstick.naming.contact import ContactBlock, OnsetBlock
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.measured import LawPoints, law_points, measured
 from slipstick.naming.selection import Finding
@@ -23,6 +24,7 @@ COUNT, SEED = 24, 3
 NOMINAL = Model(HEAVY.physics)
 DROOP, DRAG, STRENGTH, DECAY, HEAD, WAVE = 0.03, 0.02, 0.1, 25.0, 1e-5, 10.0
 INSTANTS = np.linspace(0, 1.698, 9)  # where the law has its knots
+IN_CONTACT = "friction coefficient", "time in contact"
 WAVES = MeasuredLaw("converter torque", "time", tuple(INSTANTS), tuple(WAVE * np.sin(4 * INSTANTS)), False)
 MODELS: dict[Pair, tuple[str, Model]] = {
     ("line pressure", "motor speed"): ("valve", NOMINAL.with_effect("supply_droop", {"droop": DROOP})),
@@ -69,6 +71,16 @@ def test_a_measured_law_is_the_true_one_within_its_errors(pair: Pair) -> None:
     assert np.all(np.abs(error) < 4 * std)
     well = law.std < 3 * np.median(law.std)
     assert np.abs(error[well]).max() < close < 0.5 * np.ptp(true(law.x))
+
+
+def test_the_time_in_contact_is_that_of_the_simulator_however_fast_the_plates_close() -> None:
+    law, pair = MeasuredLaw("friction coefficient", "time in contact", (0.0, 0.3), (-0.3, 0.0), True), IN_CONTACT
+    block = block_of("contact", scene_of(HEAVY, NOMINAL.with_law(law), COUNT))
+    assert isinstance(block, ContactBlock)
+    right = fit(block, (pair,))
+    assert right.points.std() < 1e-6  # no engagement differs from the others
+    block.in_contact = replace(block.in_contact, time=block.in_contact.full)
+    assert fit(block, (pair,)).points.std() > 1e-4
 
 
 @pytest.mark.parametrize("pair", NAMED, ids=" ~ ".join)

@@ -16,6 +16,8 @@ from .run import Run
 
 _PARAMETERS = {"friction_coefficient": "alpha", "pressure_gain": "k", "film_coefficient": "gamma",
                "clearance": "z_contact", "oil_temperature_gain": "kT", "spring_rate": "d2", "piston_feed": "a2"}
+_OF_PISTON = ("oil_temperature_gain", "clearance", "spring_rate", "piston_feed", "net_pressure", "piston_rate")
+"""Quantities that change nothing once the plates are pressed together."""
 
 
 def truth(case: Case, relative: float = 1e-8) -> dict[str, Any]:
@@ -58,14 +60,16 @@ def _changed(effect: Effect, strength: float, run: Run, means: dict[str, float])
 
 
 def _visited(effect: Effect, run: Run) -> np.ndarray:
-    """Return the abscissa where the effect acts: friction while slipping under pressure, the piston until lock-up."""
+    """Return the abscissa where the effect acts: friction while touching plates slip, the piston until full contact."""
     if effect.quantity == "valve_play":
         return np.repeat([-1.0, 1.0], 50)  # falling, rising
     if effect.quantity == "valve_plays":
         return np.linspace(0, 1, 100)  # fraction of the plays
     abscissa, mode = run.quantities[effect.abscissa], run.phase[1]
     if effect.quantity in ("friction_coefficient", "friction_lag"):
-        return abscissa[(mode == SLIP) & (run.quantities["contact_pressure"] > 0.1)]
+        return abscissa[(mode == SLIP) & (run.quantities["friction_torque"] > 0)]
+    if effect.quantity in _OF_PISTON:
+        return abscissa[(mode != STICK) & (run.quantities["piston_position"] < run.quantities["clearance"])]
     if effect.block == "torque" and not effect.quantity.startswith(("output_torque_sensor", "shaft")):
         return abscissa[mode != STICK]
     return abscissa
