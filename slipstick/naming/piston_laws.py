@@ -99,7 +99,7 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     if quantity == "friction coefficient":
         return _friction(pair, given)
     if quantity == "film torque":
-        knots = bases.evenly(scene.slip, given.counted & (given.in_contact == 0), bases.KNOTS)
+        knots = bases.evenly(scene.slip, given.counted & (given.in_contact.full == 0), bases.KNOTS)
         # Without the first hat, which the film coefficient replaces.
         return PistonLaw.signal("film", bases.hats(scene.slip, knots)[:, 1:],
                                 over(pair, knots, np.eye(bases.KNOTS)[:, 1:], relative=True, up_to="constant"))
