@@ -57,8 +57,9 @@ bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five 
 	@$(BIN)/python -m benchmarks
 
 study-blind: setup ## what is named in recordings with hidden effects (an hour; resumable; DASK=ADDRESS)
-	@$(BIN)/python -m benchmarks.naming development $(if $(DASK),--dask $(DASK))
-	@$(BIN)/python -m benchmarks.naming final $(if $(DASK),--dask $(DASK))
+	@for list in final unseen elsewhere; do \
+	  $(ONE_THREAD) $(BIN)/python -m benchmarks.naming $$list $(if $(DASK),--dask $(DASK)) || exit 1; \
+	done
 
 clean: ## remove the environment, the results of the demo, and caches
 	rm -rf $(VENV) var build .pytest_cache .mypy_cache .ruff_cache

@@ -1,9 +1,10 @@
-"""Whole studies of sixty fixed cases: convergence, the gap, its control, and measured laws beside the hidden ones.
+"""Whole studies of fixed cases: convergence, the gap, its control, and measured laws beside the hidden ones.
 
-    python -m benchmarks.studies [PROCESSES]
+    python -m benchmarks.studies sixty|elsewhere [PROCESSES]
 
-Every finished case is a line of var/studies.jsonl, so that a killed run goes on where it was. studies_cases.csv has the
-cases, studies.csv what comes of them. Naming was developed on a third of the cases; nothing of the confirmation was.
+`sixty` is every fourth case of the lists development and final. Every finished case is a line of
+var/studies-WHICH.jsonl, so that a killed run goes on where it was. studies_WHICH_cases.csv has the cases,
+studies_WHICH.csv what comes of them.
 """
 
 import json
@@ -26,8 +27,9 @@ from slipstick.study import StudySettings, conclude, examine
 from tests.validation.hidden import cases
 from tests.validation.hidden.truths import truth
 
-SIXTY = [(which, identity) for which in ("development", "final") for identity in list(cases.LISTS[which])[::4]]
-LINES = FOLDER / "studies.jsonl"
+CHOSEN = {"sixty": [(which, identity) for which in ("development", "final")
+                    for identity in list(cases.LISTS[which])[::4]],
+          "elsewhere": [("elsewhere", identity) for identity in cases.LISTS["elsewhere"]]}
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
@@ -109,25 +111,26 @@ def _is_right(entry: dict[str, Any]) -> bool:
     return {same((its["quantity"], its["depends_on"])) for its in entry["result"]["findings"]} == hidden
 
 
-def main(processes: int = 2) -> None:
+def main(which: str, processes: int = 2) -> None:
     """Study those cases that have no line yet, and write the tables."""
-    LINES.parent.mkdir(exist_ok=True)
-    done = {one["case"]: one for one in map(json.loads, LINES.read_text().splitlines())} if LINES.exists() else {}
-    with ProcessPoolExecutor(processes) as pool, LINES.open("a") as file:
-        for future in as_completed([pool.submit(one, job) for job in SIXTY if job[1] not in done]):
+    lines = FOLDER / f"studies-{which}.jsonl"
+    lines.parent.mkdir(exist_ok=True)
+    done = {one["case"]: one for one in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
+    with ProcessPoolExecutor(processes) as pool, lines.open("a") as file:
+        for future in as_completed([pool.submit(one, job) for job in CHOSEN[which] if job[1] not in done]):
             entry = future.result()
             done[entry["case"]] = entry
             file.write(json.dumps(entry) + "\n")
             file.flush()
             print(*row(entry), flush=True)
-    entries = [done[identity] for _, identity in SIXTY if identity in done]
-    write("studies", ("of", "cases", "of all", "share", "lower", "upper"), summary(entries),
-          "python -m benchmarks.studies")
-    write("studies_cases", ("case", "hidden", "findings", "converged before", "converged after", "nats",
+    entries = [done[identity] for _, identity in CHOSEN[which] if identity in done]
+    made_by = f"python -m benchmarks.studies {which}"
+    write(f"studies_{which}", ("of", "cases", "of all", "share", "lower", "upper"), summary(entries), made_by)
+    write(f"studies_{which}_cases", ("case", "hidden", "findings", "converged before", "converged after", "nats",
                             "RMS before [ms]", "RMS after [ms]", "RMS right model [ms]", "closure",
                             "closure by control", "law off by", "share in band", "seconds", "error"), map(row, entries),
-          "python -m benchmarks.studies")
+          made_by)
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(sys.argv[1], *map(int, sys.argv[2:]))

@@ -1,6 +1,6 @@
 """How the coefficients of a law become values: what a block states about the basis of each of its pairs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -24,7 +24,8 @@ class LawMap:
     """The values of a law with coefficients (c,): onto @ coefficients, with `onto` (m, c).
 
     They are changes in `unit` at `x` (m,) in `x_unit`, or a single number (m = 1) where `x` is None. Where `relative`
-    they are shares of the quantity, and the unit is "1". The law is known `up_to` what it states.
+    they are shares of the quantity, and the unit is "1". The law is known `up_to` what it states. Where x are
+    `at_levels`, the recordings have no other values.
     """
 
     onto: np.ndarray
@@ -33,6 +34,7 @@ class LawMap:
     x: np.ndarray | None = None
     x_unit: str = ""
     up_to: UpTo = "nothing"
+    at_levels: bool = False
 
 
 def over(pair: Pair, x: np.ndarray, onto: np.ndarray, relative: bool = False, up_to: UpTo = "nothing",
@@ -49,7 +51,8 @@ def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = Fals
     values = scene.constant_in_run(pair[1])
     knots = bases.between_knots(values)
     centre = bases.hats(values, knots)[:, 1:].mean(axis=0)
-    return over(pair, knots, size * (np.eye(len(knots))[:, 1:] - centre), relative, "constant", unit_of(pair[1], scene))
+    law = over(pair, knots, size * (np.eye(len(knots))[:, 1:] - centre), relative, "constant", unit_of(pair[1], scene))
+    return replace(law, at_levels=bool(np.isin(values, knots).all()))
 
 
 def unit_of(depends_on: str, scene: Scene) -> str:

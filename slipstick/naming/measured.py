@@ -18,6 +18,9 @@ _IN_SIMULATOR = {"input torque": "converter torque"}
 """Quantities of pairs that the simulator has under another name: an input torque adds to the converter's."""
 _COARSE = 0.1
 """Standard error of a lag over the lag: mixtures of four lags are up to 20 % off lags between them."""
+_BEND = 1 / 12
+"""Error of the best linear spline at a knot, over the second derivative times the squared distance of the knots: de
+Boor, A Practical Guide to Splines, chapter III."""
 _SEEN = 0.5
 """Largest standard error of a point, over that of the prior: friction is not seen at a slip of 0, for instance."""
 
@@ -110,12 +113,25 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
         onto, coefficients = np.insert(onto, 0, 1.0, axis=1), np.insert(coefficients, 0, fit.shared[clock])
         places = np.insert(places, 0, len(fit.block.random) + clock)
     covariance = onto @ fit.fitted.covariance[np.ix_(places, places)] @ onto.T
+    change = onto @ coefficients
     seen = np.diag(covariance) <= _SEEN**2 * prior
     if seen.sum() < 2 or values.x is None:
         seen[:] = True
-    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit,
-                     (onto @ coefficients)[seen], values.unit, values.relative, covariance[np.ix_(seen, seen)],
-                     values.up_to, isinstance(fit, CurvedFit))
+    covariance = covariance[np.ix_(seen, seen)]
+    if values.x is not None and not values.at_levels:
+        covariance = covariance + np.diag(bend_errors(values.x[seen], change[seen]) ** 2)
+    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change[seen], values.unit,
+                     values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
+
+
+def bend_errors(x: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Errors (m,) of a law that is linear between its points, where the true one bends: by second differences."""
+    if len(x) < 3:
+        return np.zeros(len(x))
+    width, slope = np.diff(x), np.diff(change) / np.diff(x)
+    second = 2 * np.diff(slope) / (width[:-1] + width[1:])
+    inner = _BEND * np.abs(second) * np.maximum(width[:-1], width[1:]) ** 2
+    return np.pad(inner, 1, mode="edge")
 
 
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
