@@ -110,14 +110,13 @@ def _is_plausible(case: Case) -> bool:
     return len(run.conditions) >= LOCKED * 27
 
 
-def main(name: str, folder: Path = Path(__file__).parent / "data") -> None:
-    """Draw the list `name` and write it to a folder."""
-    random = np.random.default_rng([20, len(name)])
-    drawn = list({"development": development, "final": final}[name](random))
-    rows = []
-    for i, place in enumerate(random.permutation(len(drawn)), start=1):
-        bench, world, count, strengths = drawn[place]
-        seed = 1000 * len(name) + i
+def write(name: str, drawn: Iterator[Row], random: np.random.Generator, first_seed: int,
+          folder: Path = Path(__file__).parent / "data") -> None:
+    """Write the list `name` to a folder, in random order, with seeds from `first_seed` + 1 on."""
+    rows, drawn_rows = [], list(drawn)
+    for i, place in enumerate(random.permutation(len(drawn_rows)), start=1):
+        bench, world, count, strengths = drawn_rows[place]
+        seed = first_seed + i
         strengths = plausible(bench, seed, strengths)
         effects = "+".join(f"{effect}:{strength:.3g}" for effect, strength in strengths.items())
         rows.append((f"{name[0]}{i:03}", bench, world, count, seed, effects))
@@ -125,6 +124,12 @@ def main(name: str, folder: Path = Path(__file__).parent / "data") -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("id", "bench", "world", "count", "seed", "effects"))
         writer.writerows(rows)
+
+
+def main(name: str) -> None:
+    """Draw the list `name` and write it."""
+    random = np.random.default_rng([20, len(name)])
+    write(name, {"development": development, "final": final}[name](random), random, 1000 * len(name))
 
 
 if __name__ == "__main__":

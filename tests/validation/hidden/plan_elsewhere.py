@@ -6,9 +6,7 @@ All cases are on the bench `brisk`. Strengths of single effects are evenly space
 the limits of limits.py: 0.5 to 30 for listed pairs, 1.5 to 30 for others, 5 to 30 over a further channel.
 """
 
-import csv
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +15,7 @@ from .fourth import FOURTH
 from .limits import read as read_limits
 from .nominal import BRISK
 from .pairs import pair
-from .plan import Row, capped, plausible, two
+from .plan import Row, capped, two, write
 
 BENCH = BRISK.name
 ALL = len(BRISK.profile)
@@ -65,19 +63,10 @@ def elsewhere(random: np.random.Generator) -> Iterator[Row]:
                                                for effect, multiple in zip((first, second), multiples, strict=True)}
 
 
-def main(path: Path = Path(__file__).parent / "data" / "elsewhere.csv") -> None:
+def main() -> None:
     """Draw the list and write it."""
     random = np.random.default_rng([22, 9])
-    drawn = list(elsewhere(random))
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("id", "bench", "world", "count", "seed", "effects"))
-        for i, place in enumerate(random.permutation(len(drawn)), start=1):
-            bench, world, count, strengths = drawn[place]
-            seed = 7000 + i
-            effects = "+".join(f"{name}:{strength:.3g}"
-                               for name, strength in plausible(bench, seed, strengths).items())
-            writer.writerow((f"e{i:03}", bench, world, count, seed, effects))
+    write("elsewhere", elsewhere(random), random, 7000)
 
 
 if __name__ == "__main__":

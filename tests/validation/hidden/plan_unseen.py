@@ -5,16 +5,14 @@
 Strengths of single effects are 0.5 to 30 times the limits of limits.py, evenly in the logarithm.
 """
 
-import csv
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from .case import LAWS
 from .limits import read as read_limits
 from .pairs import pair
-from .plan import BENCHES, MANY, Row, capped, plausible, two
+from .plan import BENCHES, MANY, Row, capped, two, write
 from .third import THIRD
 
 NULLS = (
@@ -67,19 +65,10 @@ def unseen(random: np.random.Generator) -> Iterator[Row]:
                                               for effect, multiple in zip((first, second), multiples, strict=True)}
 
 
-def main(path: Path = Path(__file__).parent / "data" / "unseen.csv") -> None:
+def main() -> None:
     """Draw the list and write it."""
     random = np.random.default_rng([21, 6])
-    drawn = list(unseen(random))
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("id", "bench", "world", "count", "seed", "effects"))
-        for i, place in enumerate(random.permutation(len(drawn)), start=1):
-            bench, world, count, strengths = drawn[place]
-            seed = 6000 + i
-            effects = "+".join(f"{name}:{strength:.3g}"
-                               for name, strength in plausible(bench, seed, strengths).items())
-            writer.writerow((f"u{i:03}", bench, world, count, seed, effects))
+    write("unseen", unseen(random), random, 6000)
 
 
 if __name__ == "__main__":
