@@ -3,6 +3,7 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 from slipstick.errors import InvalidValue
@@ -50,5 +51,17 @@ class NamingSettings:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all settings."""
-        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+        """SHA-256 of all settings and of the method."""
+        return digest_of(self, "blocks", "naming")
+
+
+def digest_of(settings: Any, *packages: str) -> str:
+    """SHA-256 of the fields of `settings`, and of the source of these packages of slipstick.
+
+    Constants in the source decide as well: equal digests stand for the same method with the same settings.
+    """
+    hashed = hashlib.sha256(json.dumps(asdict(settings), sort_keys=True).encode())
+    for package in packages:
+        for path in sorted((Path(__file__).parents[1] / package).glob("*.py")):
+            hashed.update(path.read_bytes())
+    return hashed.hexdigest()

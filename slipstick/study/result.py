@@ -263,7 +263,7 @@ class StudyResult:
     recordings_digest: str
     """SHA-256 of the recordings."""
     settings_digest: str
-    """SHA-256 of the settings."""
+    """SHA-256 of the settings and of the source of the method."""
     closed: list[ClosedBlock] = field(default_factory=list)
     """Blocks that were not tested: what is missing there is not found."""
     unused_channels: list[str] = field(default_factory=list)

@@ -1,14 +1,13 @@
 """The settings of a study, as JSON. One default for all recordings."""
 
-import hashlib
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 from slipstick.clutch import effects
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.naming import NamingSettings
+from slipstick.naming.settings import digest_of
 
 LARGEST_SEED = 2**53
 """Larger whole numbers are not exact in JSON."""
@@ -42,8 +41,8 @@ class StudySettings:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all settings."""
-        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+        """SHA-256 of all settings and of the method."""
+        return digest_of(self, "blocks", "naming", "confirmation", "study")
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "StudySettings":

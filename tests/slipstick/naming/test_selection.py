@@ -10,7 +10,7 @@ from slipstick.errors import InvalidValue
 from slipstick.naming.answer import answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, priced, rivals
-from slipstick.naming.settings import NamingSettings
+from slipstick.naming.settings import NamingSettings, digest_of
 from slipstick.naming.study import outlying
 
 SETTINGS = NamingSettings()
@@ -121,5 +121,6 @@ def test_settings_that_cannot_decide_are_refused(wrong: dict[str, float]) -> Non
         NamingSettings(**wrong)  # type: ignore[arg-type]
 
 
-def test_every_setting_is_in_the_digest() -> None:
+def test_every_setting_and_the_method_are_in_the_digest() -> None:
     assert NamingSettings(apart=3.0).digest != SETTINGS.digest
+    assert len({digest_of(SETTINGS), digest_of(SETTINGS, "blocks"), digest_of(SETTINGS, "blocks", "naming")}) == 3
