@@ -19,7 +19,7 @@ from slipstick.naming.answer import answer
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
-from slipstick.study.confidence import confidence, kind_of
+from slipstick.study.confidence import confidence
 
 TABLE = Path(__file__).with_name("blind_answers.csv")
 HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence",
@@ -52,7 +52,7 @@ def main(files: list[Path]) -> None:
         seconds = round(found.seconds, 1)
         for finding in found.findings:
             its = answer(finding, found.measured.get(finding.pair))
-            sure = round(confidence(kind_of(bool(finding.rivals), found.is_single))[0], 2) if its.effect else ""
+            sure = round(confidence(finding, found.is_single)[0], 2) if its.effect else ""
             rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, sure, "+".join(its.others),
                          seconds])
         rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]

@@ -6,7 +6,7 @@ Two processes, or the workers of a Dask scheduler, each in a copy of this reposi
 var/naming-LIST.jsonl, so that a killed run goes on where it was. naming_LIST_cases.csv has the cases, naming_LIST.csv
 the rates with 95 % bounds, over strengths in units of the naming limits of naming_limits.py, and docs/naming_LIST.svg
 draws those of single effects. With EVERY, only every so many-th case of the list is answered, from the case FIRST on,
-counted from 0. The final list also gives slipstick/study/confidence.json.
+counted from 0. The lists `COUNTED` also give slipstick/study/confidence.json, and `elsewhere` tests it.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numba import set_num_threads
@@ -32,8 +32,8 @@ from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
 from slipstick.naming.study import name
 from slipstick.recordings import Recordings
-from slipstick.study.confidence import COUNTS, kind_of
 from slipstick.study.confidence import FILE as CONFIDENCE
+from slipstick.study.confidence import Kind, kind_of
 from tests.validation.hidden import cases, files
 from tests.validation.hidden.truths import truth
 from worker.cluster import Cluster
@@ -41,6 +41,7 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
+COUNTED = ("final", "unseen")
 SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
         ("friction coefficient", "lag"): ("contact pressure", "lag")}
 """Pairs that are the same effect of the catalogue: air in the oil, and the lag of friction behind the pressure."""
@@ -153,16 +154,16 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     return rows
 
 
-def by_evidence(entries: list[dict[str, Any]]) -> dict[str, list[bool]]:
+def by_evidence(entries: list[dict[str, Any]]) -> dict[Kind, list[bool]]:
     """Kind of evidence -> whether each effect that a finding of this kind was called was right."""
-    found: dict[str, list[bool]] = {kind: [] for kind in COUNTS}
+    found: dict[Kind, list[bool]] = {kind: [] for kind in get_args(Kind)}
     for entry in entries:
         hidden = {same(its["pair"]) for its in entry["hidden"]}
         is_single = len(entry["findings"]) == 1 and not entry["unexplained"]
         for its in entry["findings"]:
             if its["effect"]:
                 group = {same(its["pair"]), *(same(pair) for pair in its["rivals"])}
-                found[kind_of(bool(its["rivals"]), is_single)].append(bool(group & hidden))
+                found[kind_of(its["pair"][0], bool(its["rivals"]), is_single)].append(bool(group & hidden))
     return found
 
 
@@ -191,9 +192,10 @@ def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) ->
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
              "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), len(e["aside"]),
              e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
-    if which == "final":
-        counted = {kind: [sum(its), len(its)] for kind, its in by_evidence(entries).items()}
-        CONFIDENCE.write_text(json.dumps(counted, ensure_ascii=False) + "\n")
+    if which in COUNTED and every == 1:
+        counted = json.loads(CONFIDENCE.read_text())
+        counted[which] = {kind: [sum(its), len(its)] for kind, its in by_evidence(entries).items()}
+        CONFIDENCE.write_text(json.dumps(counted) + "\n")
     single = [entry for entry in entries if len(entry["hidden"]) == 1 and entry["hidden"][0]["listed"]]
     title = f"Names of a single listed effect, over its strength ({len(single)} cases, {which})"
     PICTURES.joinpath(f"naming_{which}.svg").write_bytes(

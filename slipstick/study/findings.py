@@ -10,7 +10,7 @@ from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
-from slipstick.study.confidence import confidence, kind_of
+from slipstick.study.confidence import confidence
 from slipstick.study.formula import formula
 from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law
 from slipstick.study.settings import StudySettings
@@ -29,7 +29,7 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    share, kind = confidence(kind_of(bool(finding.rivals), is_single)) if said.effect else (None, None)
+    share, kind = confidence(finding, is_single) if said.effect else (None, None)
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.
