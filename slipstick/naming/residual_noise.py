@@ -21,11 +21,13 @@ def bounded(noise: Noise, left: np.ndarray, counted: np.ndarray) -> Noise:
     pairs = counted[:, 1:] & counted[:, :-1]
     before, after = left[:, :-1][pairs], left[:, 1:][pairs]
     variance = float((left[counted] ** 2).mean())
-    its = float(np.sqrt(variance)), float((before * after).sum() / max((before**2).sum(), 1e-300))
+    # Not over the squares of one side alone: residuals that grow would have a correlation above 1.
+    rho = (before * after).sum() / max(np.sqrt((before**2).sum() * (after**2).sum()), 1e-300)
+    its = float(np.sqrt(variance)), float(rho)
     return its if _TOO_MUCH * power(its) < power(noise) else noise
 
 
 def power(noise: Noise) -> float:
     """Power at low frequencies, in the square of the unit: the sum of all autocovariances."""
     std, rho = noise
-    return std**2 * (1 + rho) / (1 - rho)
+    return std**2 * (1 + rho) / (1 - rho) if rho < 1 else np.inf

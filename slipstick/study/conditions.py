@@ -10,14 +10,27 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
-from slipstick.confirmation.simulated import CONDITIONS
+from slipstick.confirmation.simulated import CONDITIONS, RANDOM
 from slipstick.naming.mechanics import has_levels
 from slipstick.study.result import MeasuredCondition
 
 
+_BELIEVED = 3.0
+"""Standard deviations of levels and scatter beyond which a block has not measured a condition: a sensor that froze is
+explained by four times the inertia."""
+
+
 def with_measured(stated: Conditions, found: Mapping[str, np.ndarray]) -> Conditions:
-    """The `stated` conditions of n engagements, changed by what was `found` (n,), relative to each of them."""
-    return replace(stated, **{name: getattr(stated, name) * (1 + found[name]) for name in CONDITIONS if name in found})
+    """The `stated` conditions of n engagements, changed by what was `found` (n,), relative to each of them.
+
+    Those of an engagement that no bench could have are as stated.
+    """
+    def believed(name: str) -> np.ndarray:
+        own, widest = RANDOM[name]
+        return np.where(np.abs(found[name]) <= _BELIEVED * np.hypot(own, widest), found[name], 0.0)
+
+    return replace(stated, **{name: getattr(stated, name) * (1 + believed(name))
+                              for name in CONDITIONS if name in found})
 
 
 def by_level(stated: Conditions, measured: Conditions) -> Iterator[MeasuredCondition]:

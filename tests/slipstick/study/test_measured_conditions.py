@@ -18,6 +18,13 @@ def test_what_was_found_changes_the_stated_values_and_nothing_else() -> None:
     assert replace(measured, motor_speed=STATED.motor_speed).digest == STATED.digest
 
 
+def test_what_no_bench_could_have_is_not_a_measured_condition() -> None:
+    off = np.zeros(len(STATED))
+    off[:4] = -1.2, 2.9, np.nan, 0.1
+    measured = with_measured(STATED, {"load_inertia": off})
+    np.testing.assert_allclose(measured.load_inertia / STATED.load_inertia - 1, [0, 0, 0, 0.1, *off[4:]], atol=1e-12)
+
+
 def test_each_level_has_its_deviation_and_its_scatter() -> None:
     levels = np.unique(STATED.motor_speed)
     off = np.where(STATED.motor_speed == levels[0], 0.03, -0.01)
