@@ -14,7 +14,6 @@ from slipstick.confirmation.simulated import CONDITIONS, RANDOM
 from slipstick.naming.mechanics import has_levels
 from slipstick.study.result import MeasuredCondition
 
-
 _BELIEVED = 3.0
 """Standard deviations of levels and scatter beyond which a block has not measured a condition: a sensor that froze is
 explained by four times the inertia."""
