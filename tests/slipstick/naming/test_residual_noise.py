@@ -58,5 +58,5 @@ def test_the_blocks_of_an_engagement_start_with_the_bounded_noise() -> None:
 def test_residuals_that_grow_have_no_correlation_above_one() -> None:
     drift = np.cumsum(np.ones(SHAPE), axis=1) ** 3
     assert bounded((1.0, 0.5), drift, EVERY) == (1.0, 0.5)
-    std, rho = bounded((1e12, 0.999), drift + np.linspace(-1, 1, SHAPE[0])[:, None], EVERY)
+    _, rho = bounded((1e12, 0.999), drift + np.linspace(-1, 1, SHAPE[0])[:, None], EVERY)
     assert 0 < rho < 1
