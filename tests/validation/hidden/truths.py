@@ -16,7 +16,8 @@ from .run import Run
 
 _PARAMETERS = {"friction_coefficient": "alpha", "pressure_gain": "k", "film_coefficient": "gamma",
                "clearance": "z_contact", "oil_temperature_gain": "kT", "spring_rate": "d2", "piston_feed": "a2"}
-_OF_PISTON = ("oil_temperature_gain", "clearance", "spring_rate", "piston_feed", "net_pressure", "piston_rate")
+_OF_PISTON = ("oil_temperature_gain", "clearance", "spring_rate", "piston_feed", "net_pressure", "piston_rate",
+              "film_coefficient")
 """Quantities that change nothing once the plates are pressed together."""
 
 
