@@ -101,11 +101,20 @@ def marginalise(gram: Gram, variance: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
     `variance` is (q,). The last are the covariances of the b_i given the data and the coefficients.
     """
-    q, root = gram.random, np.sqrt(variance)
-    inner = np.eye(q) + root[:, None] * gram.products[:, :q, :q] * root
-    spread = root[:, None] * np.linalg.inv(inner) * root
+    q = gram.random
+    spread, logdet = _integrated(gram.products[:, :q, :q], variance)
     through = gram.products[:, :, :q] @ spread
-    return gram.products - through @ gram.products[:, :q], np.linalg.slogdet(inner)[1], spread
+    return gram.products - through @ gram.products[:, :q], logdet, spread
+
+
+def _integrated(square: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Covariances (n, q, q) of the b_i given the data, and log-determinants (n,) of the W_i, by the Woodbury identity.
+
+    `square` (n, q, q) are the products of the random columns with each other.
+    """
+    root = np.sqrt(variance)
+    inner = np.eye(len(root)) + root[:, None] * square * root
+    return root[:, None] * np.linalg.inv(inner) * root, np.linalg.slogdet(inner)[1]
 
 
 class Solved(NamedTuple):
@@ -196,14 +205,14 @@ def _most_likely(gram: Gram, variance: np.ndarray) -> np.ndarray:
 def _restricted(gram: Gram, random: np.ndarray, total: np.ndarray, variance: np.ndarray) -> _Restricted:
     """At `variance` (q,), with the rows `random` (n, q, c) of the products, and the sum `total` (c, c) of all."""
     n, q, c = random.shape
-    root, square = np.sqrt(variance), random[:, :, :q]
-    inner = np.eye(q) + root[:, None] * square * root
-    through = root[:, None] * np.linalg.inv(inner) * root @ random
+    square = random[:, :, :q]
+    spread, logdet = _integrated(square, variance)
+    through = spread @ random
     own = random - square @ through  # the random rows of the products under the inverse of W_i
     marginal = total - random.reshape(n * q, c).T @ through.reshape(n * q, c)
     coefficients, covariance, precision, target = solve(gram, marginal)
     left = np.append(-coefficients, 1.0)
-    likelihood = -0.5 * (np.linalg.slogdet(inner)[1].sum() - np.linalg.slogdet(covariance)[1]
+    likelihood = -0.5 * (logdet.sum() - np.linalg.slogdet(covariance)[1]
                          + left @ marginal @ left + precision @ (coefficients - target) ** 2)
     rows = own.reshape(n * q, c)
     squares = ((rows @ left) ** 2).reshape(n, q).sum(axis=0)
