@@ -3,8 +3,9 @@
 An oracle answers that knows which effect is hidden, and everything about it but its size. It sees the effect alone, in
 signals without noise, and compares what the right law and the best other law of the same blocks would gain in signals
 with the noise of the case, with all parameters free in every engagement. The expected gain of a log-likelihood is its
-gain without noise. It grows with the square of the strength, and 12.5 nats are five standard errors: the naming limit.
-Detection, against no law at all, is not discrimination, and has a smaller limit.
+gain without noise, if residuals are weighted by the noise of the recordings. It grows with the square of the strength,
+and 12.5 nats are five standard errors: the naming limit. Detection, against no law at all, is not discrimination, and
+has a smaller limit.
 """
 
 from collections.abc import Collection
@@ -29,6 +30,14 @@ from tests.validation.hidden.case import Case, bad_runs_of, simulate
 
 FIVE_ERRORS = 12.5
 """Nats of a difference of five standard errors."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Noiseless(Scene):
+    """Signals without noise that are weighted as if they had it: their residuals do not bound it."""
+
+    def with_noise(self, name: str, left: np.ndarray, counted: np.ndarray) -> Scene:
+        return self
 
 
 @dataclass(frozen=True)
@@ -63,17 +72,18 @@ def told(case: Case, name: str, same: Collection[Pair]) -> Told:
 
 
 def without_noise(case: Case) -> Scene:
-    """The good engagements of a case without noise, with what their recordings say of the noise."""
+    """The good engagements of a case without noise, with what the blocks of its recordings say of the noise."""
     bench = BENCHES[case.bench]
     with TemporaryDirectory() as folder:
         files.write(Path(folder) / "case.h5", case, relative=1e-6)
         recordings = Recordings.open(Path(folder) / "case.h5")
     run, signals = simulate(case, relative=1e-6), recordings.signals
     assert signals is not None
+    good = np.setdiff1d(np.arange(len(recordings)), [bad.run for bad in bad_runs_of(case, run.conditions)])
+    noise = begin(Scene.of(bench, recordings).take(good), NamingSettings(), lambda *_: None).noise
     exact = Recordings(recordings.conditions, run.lock_time, Signals(signals.time, **run.readings),
                        further=recordings.further)
-    scene = replace(Scene.of(bench, exact), noise=Scene.of(bench, recordings).noise)
-    return scene.take(np.setdiff1d(np.arange(len(scene)), [bad.run for bad in bad_runs_of(case, run.conditions)]))
+    return replace(_Noiseless.of(bench, exact), noise=noise).take(good)
 
 
 def in_limits(nats: float) -> float:
