@@ -89,7 +89,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
 def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
            pairs: Sequence[Pair] | None = None) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
     """Gain, pair and fit of those of the `pairs` that promise most, the largest gain first."""
-    tried = [(priced(one.evidence - now.evidence, block.size(pair)), pair, one)
+    tried = [(priced(one.evidence - now.evidence, one.leverage(pair)), pair, one)
              for pair, one in fits_with_pairs(block, now, settings, pairs, ask).items()]
     return sorted(tried, key=lambda one: -float(one[0].sum()))
 

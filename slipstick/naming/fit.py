@@ -54,6 +54,22 @@ class BlockFit:
         """The laws with their coefficients."""
         return [(law, self.coefficients[law]) for law in self.laws]
 
+    def places(self, pair: Pair) -> np.ndarray:
+        """Places of the coefficients of one of the laws among those of the linear mixed model."""
+        first = len(self.block.random) + len(self.block.fixed)
+        first += sum(len(self.coefficients[law]) for law in self.laws[:self.laws.index(pair)])
+        return np.arange(first, first + len(self.coefficients[pair]))
+
+    def leverage(self, pair: Pair) -> np.ndarray:
+        """Share (n,) of each engagement in what is known of a law beside all other parameters.
+
+        It adds up to the number of coefficients, less what the prior tells.
+        """
+        places, covariance = self.places(pair), self.fitted.covariance
+        along = covariance[:, places] @ np.linalg.inv(covariance[np.ix_(places, places)])
+        return np.asarray(np.einsum("pk,npq,ql,lk->n", along, self.fitted.marginal[:, :-1, :-1], along,
+                                    covariance[np.ix_(places, places)], optimize=True))
+
     @property
     def chi2(self) -> np.ndarray:
         """Reduced chi-square (n,) of the engagements."""

@@ -101,10 +101,7 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
     The lag of the sensor that a block predicts is the delay of its reading, with that of its clock: mixtures of few
     lags leave a part of other lags to the clock.
     """
-    first = len(fit.block.random) + len(fit.block.fixed)
-    sizes = [len(fit.coefficients[law]) for law in fit.laws]
-    first += sum(sizes[:fit.laws.index(pair)])
-    places = np.arange(first, first + len(fit.coefficients[pair]))
+    places = fit.places(pair)
     values = fit.block.law(pair)
     onto, coefficients = values.onto, fit.coefficients[pair]
     prior = (onto**2).sum(axis=1) / LAW_PRECISION

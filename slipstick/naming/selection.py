@@ -83,9 +83,13 @@ def is_unexplained(chi_square: np.ndarray, before: np.ndarray, settings: NamingS
     return bool(left and logs.mean() > settings.errors * error)
 
 
-def priced(gain: np.ndarray, size: int) -> np.ndarray:
-    """A gain (n,) in maximised log-likelihood less the price of `size` coefficients, as BIC has it."""
-    return np.asarray(gain - 0.5 * size * np.log(len(gain)) / len(gain))
+def priced(gain: np.ndarray, leverage: np.ndarray) -> np.ndarray:
+    """A gain (n,) in maximised log-likelihood less the price of the coefficients, as BIC has it.
+
+    Each engagement pays for its `leverage` (n,): one that says nothing about a law gains and pays nothing, and does not
+    speak against it.
+    """
+    return np.asarray(gain - 0.5 * np.log(len(gain)) * leverage)
 
 
 def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None,
@@ -157,7 +161,8 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
             ask(one)
             its = _fitted(fits, one)
             rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
-            known[one.pair] = _Tried(one, priced(np.asarray(rise), len(one.places)), its)
+            price = sum(its[name].leverage(one.pair) for name in one.blocks)
+            known[one.pair] = _Tried(one, priced(np.asarray(rise), np.asarray(price)), its)
         return known[one.pair]
 
     those = sorted((tried(one) for one in (best, *near)), key=lambda one: -float(one.rise.sum()))
