@@ -51,8 +51,7 @@ class Told:
 def told(case: Case, name: str, same: Collection[Pair]) -> Told:
     """The limits of the hidden effect `name` of a `case`, which a law of any of the pairs `same` describes."""
     scene = without_noise(replace(case, effects={name: case.effects[name]}))
-    settings = NamingSettings()
-    start = begin(scene, settings, lambda *_: None)
+    start = begin(scene, lambda *_: None)
     found = []
     for fits in ([fit(ValveBlock(scene))], list(start.fits.values())):
         tables = [table(one) for one in fits]
@@ -63,7 +62,7 @@ def told(case: Case, name: str, same: Collection[Pair]) -> Told:
         block, onset = start.closing.block, start.closing.onset
         plain = settled(block, onset.points, onset.shared)
         found += [(pair, ("clutch",), evidence_of(one) - evidence_of(plain))
-                  for pair, one in fits_with_pairs(block, plain, settings).items()]
+                  for pair, one in fits_with_pairs(block, plain, scene.settings).items()]
     right = max((one for one in found if one[0] in same), key=lambda one: one[2], default=None)
     if right is None:
         return Told(in_limits(max(nats for _, _, nats in found)), 0.0)
@@ -80,10 +79,10 @@ def without_noise(case: Case) -> Scene:
     run, signals = simulate(case, relative=1e-6), recordings.signals
     assert signals is not None
     good = np.setdiff1d(np.arange(len(recordings)), [bad.run for bad in bad_runs_of(case, run.conditions)])
-    noise = begin(Scene.of(bench, recordings).take(good), NamingSettings(), lambda *_: None).noise
+    noise = begin(Scene.of(bench, recordings, NamingSettings()).take(good), lambda *_: None).noise
     exact = Recordings(recordings.conditions, run.lock_time, Signals(signals.time, **run.readings),
                        further=recordings.further)
-    return replace(_Noiseless.of(bench, exact), noise=noise).take(good)
+    return replace(_Noiseless.of(bench, exact, NamingSettings()), noise=noise).take(good)
 
 
 def in_limits(nats: float) -> float:

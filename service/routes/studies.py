@@ -136,7 +136,7 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
     recordings = library.recording(body.recordings)
     bench = body.bench or library.bench_of_recordings(recordings)
-    scene_of(library.bench(bench), recordings)
+    scene_of(library.bench(bench), recordings, body.settings.naming)
     job_input: JobInput = orjson.loads(orjson.dumps({
         "recordings": body.recordings, "recordings_digest": recordings.digest, "settings": asdict(body.settings),
         **bench_input(library, bench)}))

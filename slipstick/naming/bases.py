@@ -5,12 +5,6 @@ from numba import njit
 
 from slipstick.clutch.lag import lagged_signal
 
-KNOTS = 5
-"""Knots of a law over what is constant in a run, or of which an engagement shows little: more would fit the scatter."""
-
-FINE = 9
-"""Knots of a law over what runs through its range in each engagement, so that many samples determine each of them."""
-
 _OUTERMOST = 0.001
 """Share of the values beyond the outermost knots, so that a few odd samples do not place them."""
 
@@ -36,13 +30,13 @@ def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
     return out
 
 
-def from_zero(x: np.ndarray, seen: np.ndarray, count: int = FINE) -> np.ndarray:
+def from_zero(x: np.ndarray, seen: np.ndarray, count: int) -> np.ndarray:
     """Knots (count,) for a quantity with a natural zero, closer near it, over values x where `seen`, both (n, k)."""
     top = float(np.quantile(x[seen], 1 - _OUTERMOST)) if seen.any() else 1.0
     return np.asarray(max(top, _NARROWEST) * np.linspace(0, 1, count) ** 2)
 
 
-def evenly(x: np.ndarray, seen: np.ndarray, count: int = FINE) -> np.ndarray:
+def evenly(x: np.ndarray, seen: np.ndarray, count: int) -> np.ndarray:
     """Knots (count,) at equal distances over the values x where `seen`, both (n, k)."""
     low, high = np.quantile(x[seen], [_OUTERMOST, 1 - _OUTERMOST]) if seen.any() else (0.0, 1.0)
     return np.linspace(low, max(high, low + _NARROWEST), count)
@@ -57,20 +51,20 @@ def supported(knots: np.ndarray, x: np.ndarray, seen: np.ndarray) -> np.ndarray:
     return np.concatenate([[max(low, knots[0])], knots[knots > max(low, knots[0])]])
 
 
-def between(values: np.ndarray) -> np.ndarray:
-    """Basis (n, m) over a quantity that is constant in a run, (n,): levels where there are few, hats otherwise.
+def between(values: np.ndarray, count: int) -> np.ndarray:
+    """Basis (n, m) over a quantity that is constant in a run, (n,): at most `count` levels, or hats where it has more.
 
     Each column has mean 0 over the runs, and the first level has none: what all runs have in common belongs to the
     parameters of the block. Where all runs have the same value there is no column.
     """
-    basis = hats(values, between_knots(values))[:, 1:]
+    basis = hats(values, between_knots(values, count))[:, 1:]
     return np.asarray(basis - basis.mean(axis=0))
 
 
-def between_knots(values: np.ndarray) -> np.ndarray:
-    """Knots (m + 1,) of `between`, in the unit of the values."""
+def between_knots(values: np.ndarray, count: int) -> np.ndarray:
+    """Knots (m + 1,) of `between`, in the unit of the values: one fewer than `count` of hats, but at least two."""
     levels = np.unique(values)
-    return levels if len(levels) <= KNOTS else np.unique(np.quantile(values, np.linspace(0, 1, KNOTS - 1)))
+    return levels if len(levels) <= count else np.unique(np.quantile(values, np.linspace(0, 1, max(2, count - 1))))
 
 
 def lags(scale: float) -> np.ndarray:

@@ -26,8 +26,8 @@ _STEPS = 12
 """Most steps; nearly all fits settle before."""
 _SETTLED, _SETTLED_NATS = 1e-5, 0.05
 """Changes of relative parameters, or of the likelihood, at which a fit ends: no decision depends on them."""
-_RISE = 1.03
-"""Factor by which the sum of squares may rise in a step: random effects give up squares for likelihood."""
+_RISE = 0.03
+"""Share by which the sum of squares may rise in a step: random effects give up squares for likelihood."""
 _AT_ONCE = 8
 """Engagements whose columns are whitened at a time, so that they stay in the cache."""
 _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gains and times keep their sign
@@ -233,7 +233,7 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     least, likely, allowed = np.inf, -np.inf, 2 * sum(len(block.measured) for block in blocks)
     for _ in range(iterations):
         places, cost = predicted()
-        if best is not None and not cost < _RISE * least + allowed:
+        if best is not None and not cost < (1 + _RISE) * least + allowed:
             points = [0.5 * (own + one.points) for own, one in zip(points, best, strict=True)]
             shared = [0.5 * (common + one.shared) for common, one in zip(shared, best, strict=True)]
             before = {law: c for one in best for law, c in one.coefficients.items()}
@@ -260,7 +260,7 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
             break
     assert best is not None
     places, cost = predicted()
-    if cost < _RISE * least + allowed:
+    if cost < (1 + _RISE) * least + allowed:
         return _fits(blocks, laws, places, values, [one.fitted for one in best])
     for its in best:
         predict(its.block, its.points, its.shared, its.held)  # the block holds what was predicted last

@@ -49,7 +49,7 @@ def over(pair: Pair, x: np.ndarray, onto: np.ndarray, relative: bool = False, up
 def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = False) -> LawMap:
     """A law over one of `scene.of_runs`, of mean 0 over the runs; coefficients are in units of `size`."""
     values = scene.constant_in_run(pair[1])
-    knots = bases.between_knots(values)
+    knots = bases.between_knots(values, scene.settings.knots)
     centre = bases.hats(values, knots)[:, 1:].mean(axis=0)
     law = over(pair, knots, size * (np.eye(len(knots))[:, 1:] - centre), relative, "constant", unit_of(pair[1], scene))
     return replace(law, at_levels=bool(np.isin(values, knots).all()))

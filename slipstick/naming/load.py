@@ -33,7 +33,7 @@ class LoadBlock:
 
     def __init__(self, scene: Scene) -> None:
         conditions = scene.recordings.conditions
-        self.scene, self.fine = scene, bases.FINE
+        self.scene, self.fine = scene, scene.settings.fine_knots
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
@@ -144,7 +144,7 @@ class LoadBlock:
             return -scene.reading(*pair, scene.smooth["output_torque"])
         speed = scene.smooth["output_speed"]
         if on in scene.of_runs:
-            between = bases.between(scene.constant_in_run(on))
+            between = scene.between(on)
             return np.asarray(-np.ones_like(speed)[:, None] * between[:, :, None] * scene.typical_torque)
         return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * scene.typical_torque)
 

@@ -30,7 +30,7 @@ class LockBlock:
 
     def __init__(self, scene: Scene, speed: np.ndarray) -> None:
         """`speed` (n, k) in rad/s is that of the load block: a measured one would share its noise with the residual."""
-        self.scene, self.fine = scene, bases.FINE
+        self.scene, self.fine = scene, scene.settings.fine_knots
         self.output = speed
         self.measured = scene.measured("input_speed") - scene.gear * scene.measured("output_speed")
         self.counted = scene.locked

@@ -26,8 +26,6 @@ _STEP, _LAW_STEP = 1e-4, 1e-3
 """Steps of the finite differences with respect to parameters and to coefficients of laws."""
 _CLOCK_STEP = 1e-5
 """Step in s of the finite difference with respect to the clock."""
-_FULL = 1 - 1e-9
-"""Share of the contact position from which on the plates are in full contact."""
 _FACTORS = ("friction", "film")
 """Kinds of laws that change factors of the torque."""
 _EMPTY = np.zeros(0)
@@ -45,7 +43,7 @@ class ClutchBlock:
 
     def __init__(self, scene: Scene, pressure: np.ndarray) -> None:
         """`pressure` (n, k) in bar is that of the valve block."""
-        self.scene, self.fine = scene, bases.FINE
+        self.scene, self.fine = scene, scene.settings.fine_knots
         self.measured = scene.measured(self.signal)
         self.pressure = pressure
         self.change = np.gradient(pressure, scene.time, axis=1)
@@ -92,7 +90,7 @@ class ClutchBlock:
         share = np.clip(1 - (stroke - position) / width, 0.0, 1.0)
         friction = share**2 * (3 - 2 * share)
         time = scipy.integrate.cumulative_trapezoid(friction, dx=step, axis=1, initial=0)
-        return Contact(np.cumsum(position >= stroke * _FULL, axis=1) * step, time)
+        return Contact(np.cumsum(position >= stroke, axis=1) * step, time)  # in full contact it is the stroke exactly
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor: pressure and speeds are those that other blocks explain."""

@@ -98,13 +98,14 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return _between(pair, given)
     if quantity == "friction coefficient":
         return _friction(pair, given)
+    count = scene.settings.knots
+    values = np.eye(count)
     if quantity == "film torque":
-        knots = bases.evenly(scene.slip, given.counted & (given.in_contact.full == 0), bases.KNOTS)
+        knots = bases.evenly(scene.slip, given.counted & (given.in_contact.full == 0), count)
         # Without the first hat, which the film coefficient replaces.
         return PistonLaw.signal("film", bases.hats(scene.slip, knots)[:, 1:],
-                                over(pair, knots, np.eye(bases.KNOTS)[:, 1:], relative=True, up_to="constant"))
+                                over(pair, knots, values[:, 1:], relative=True, up_to="constant"))
     stroke, rate = scene.value("contact_position"), scene.bench.scales.piston_rate
-    values = np.eye(bases.KNOTS)
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
         knots = bases.evenly(x, given.counted, given.fine)
@@ -112,21 +113,21 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(given.fine)))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
-        knots = bases.from_zero(x, given.counted, bases.KNOTS)
+        knots = bases.from_zero(x, given.counted, count)
         hats = bases.hats(x, knots)
         if quantity == "clearance":
             # Without the first hat: a clearance at no pressure is an initial position.
             return PistonLaw.signal("clearance", hats[:, 1:] * stroke,
                                     over(pair, knots, stroke * values[:, 1:], up_to="constant"))
         return PistonLaw.signal("rate_extra", hats * rate * _RATE, over(pair, knots, _RATE * rate * values))
-    knots = np.linspace(0, 1, bases.KNOTS)
+    knots = np.linspace(0, 1, count)
     if pair == ("piston rate", "piston rate"):
         law = over(pair, knots * rate, values[:, 1:], relative=True, up_to="constant")
-        return PistonLaw("rate", bases.KNOTS - 1, knots * rate, law)
+        return PistonLaw("rate", count - 1, knots * rate, law)
     if pair == ("piston rate", "piston position"):
         # The kernel's table is over the state of the piston, which the gain turns into its position.
         law = over(pair, knots * stroke * scene.value("temperature_gain"), rate * values[:, 1:], up_to="constant")
-        return PistonLaw("place", bases.KNOTS - 1, knots * stroke, law)
+        return PistonLaw("place", count - 1, knots * stroke, law)
     if pair == ("piston rate", "direction"):
         return PistonLaw("drag", 1, np.array([_DRAG * rate]), single(_DRAG * rate, "m/s"))
     raise KeyError(pair)
@@ -144,11 +145,11 @@ def _between(pair: Pair, given: Loading) -> PistonLaw:
     if quantity == "film torque":
         # A data sheet knows the film coefficient, and no more than the first runs can have it while the oil warms up.
         runs = scene.constant_in_run(on)
-        knots = bases.between_knots(runs)
+        knots = bases.between_knots(runs, scene.settings.knots)
         between, values = bases.hats(runs, knots)[:, 1:], over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant",
                                                                     unit_of(on, scene))
     else:
-        between = bases.between(scene.constant_in_run(on))
+        between = scene.between(on)
         values = over_runs(pair, scene, size, relative=not absolute)
     basis = between[:, :, None] * np.full(given.pressure.shape, size)[:, None]
     return PistonLaw.signal(_KINDS[quantity], basis, values)

@@ -13,16 +13,15 @@ from slipstick.bench import Bench, parameters
 from slipstick.blocks.input import curves_of
 from slipstick.calibration.noise import sensor_noise
 from slipstick.clutch.effects.effect import DEPENDENCES
-from slipstick.naming.bases import KNOTS, between_knots, from_zero, hats, sensor_basis
+from slipstick.naming.bases import between, between_knots, from_zero, hats, sensor_basis
 from slipstick.naming.residual_noise import Noise, bounded
 from slipstick.naming.rigid import couple
+from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings, Signals
 
 Pair = tuple[str, str]
 """The quantity that a law changes, and what it depends on."""
 
-_SMOOTHING = 3
-"""Standard deviation in samples of the kernel of the first smooth signals; what the blocks explain replaces them."""
 _TIMER_NOISE = 0.003
 """Noise in s of the measured shifting time where the bench states none: one sample of a usual recording."""
 _ERRORS, _SAMPLES = 4, 2
@@ -47,27 +46,28 @@ class Scene:
     """`recordings` of n engagements on a `bench`, and what is known about their signals so far.
 
     `smooth` maps each measured signal to (n, k) without noise, `noise` to the standard deviation and autocorrelation of
-    its sensor. `base` (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some
-    of them are set aside.
+    its sensor. Laws have the knots of the `settings`. `base` (20,) are the nominal parameters. `order` (n,) is the run
+    order among all recordings, where some of them are set aside.
     """
 
     bench: Bench
     recordings: Recordings
+    settings: NamingSettings
     smooth: dict[str, np.ndarray]
     noise: dict[str, Noise]
     base: np.ndarray
     order: np.ndarray | None = None
 
     @classmethod
-    def of(cls, bench: Bench, recordings: Recordings, base: np.ndarray | None = None) -> "Scene":
-        """The scene of recordings with signals, about `base` (20,) or the nominal parameters of the bench."""
+    def of(cls, bench: Bench, recordings: Recordings, settings: NamingSettings) -> "Scene":
+        """The scene of recordings with signals, about the nominal parameters of the bench."""
         signals = recordings.signals
         assert signals is not None
         measured = {name: signals[name].astype(float) for name in signals.names}
         noise = {name: sensor_noise(name, values) for name, values in measured.items()}
-        smooth = {name: scipy.ndimage.gaussian_filter1d(values, _SMOOTHING, axis=1)
+        smooth = {name: scipy.ndimage.gaussian_filter1d(values, settings.smoothing, axis=1)
                   for name, values in measured.items()}
-        return cls(bench, recordings, smooth, noise, np.array(bench.physics.nominal) if base is None else base)
+        return cls(bench, recordings, settings, smooth, noise, np.array(bench.physics.nominal))
 
     def __len__(self) -> int:
         return len(self.recordings)
@@ -150,11 +150,11 @@ class Scene:
     def error_knots(self, on: str) -> np.ndarray:
         """Knots (m,) of errors of sensors over another signal, from 0 on, in its unit."""
         x = self.abscissa(on)
-        return from_zero(x, np.ones(x.shape, bool), KNOTS)
+        return from_zero(x, np.ones(x.shape, bool), self.settings.knots)
 
     def drift_knots(self) -> np.ndarray:
         """Knots (m,) of drifts over the run order; none where that is not known."""
-        return between_knots(self.run) if np.ptp(self.run) > 0 else np.zeros(0)
+        return between_knots(self.run, self.settings.knots) if np.ptp(self.run) > 0 else np.zeros(0)
 
     def drift(self, sensor: str) -> float:
         """The unit of errors of a `sensor` that depend on run order or signals, so that coefficients are about 1."""
@@ -200,6 +200,10 @@ class Scene:
         if on in self.channels:
             return self.channels[on][0]
         return self.run if on == "run order" else self.recordings.conditions.motor_speed
+
+    def between(self, on: str) -> np.ndarray:
+        """Basis (n, m) of a law over one of `of_runs`."""
+        return between(self.constant_in_run(on), self.settings.knots)
 
     @property
     def signals(self) -> Signals:

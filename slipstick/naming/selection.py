@@ -13,8 +13,6 @@ from slipstick.naming.settings import NamingSettings
 
 CERTAIN = 3.0
 """Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
-FINER = 17
-"""Knots of a law in a block that is far off: what few knots leave of a strong law would look like another one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +96,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     fits, findings, closed = dict(fits), list[Finding](), set[str]()
     for one in fits.values():
         if one.chi2.mean() > settings.strong:
-            one.block.fine = FINER
+            one.block.fine = settings.finer_knots
     tables: dict[str, Table] = {}
     while len(closed) < len(fits):
         ask(Asked(step, tuple(name for name in fits if name not in closed), compares=True))

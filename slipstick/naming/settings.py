@@ -2,16 +2,22 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+import math
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
 from slipstick.errors import InvalidValue
 
+_WITHIN: dict[str, tuple[float, float]] = {
+    **dict.fromkeys(("knots", "fine_knots", "finer_knots"), (2, 100)), "smoothing": (0.1, 30), "fewest": (12, math.inf)}
+"""Least and largest values, where not 0 and infinity. A line has two knots, a kernel of 0.1 samples smooths nothing,
+and each of six folds needs two engagements; the largest values bound time and memory."""
+
 
 @dataclass(frozen=True)
 class NamingSettings:
-    """What a pair of quantity and dependence must show to be named; raises `InvalidValue`."""
+    """What laws look like, and what a pair of quantity and dependence must show to be named; raises `InvalidValue`."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"use_attribute_docstrings": True, "extra": "forbid"}
 
@@ -29,8 +35,22 @@ class NamingSettings:
     """Pairs named in a block at most."""
     rivals: int = 3
     """Pairs fitted in full beside the best one."""
+    knots: int = 5
+    """Knots of a law over what is constant in an engagement, or of which an engagement shows little: more would fit the
+    scatter. Over a constant with more values than knots there is one fewer, but at least two, at quantiles."""
+    fine_knots: int = 9
+    """Knots of a law over what runs through its range in each engagement, so that many samples determine each."""
     strong: float = 2.0
-    """Reduced chi-square of a block without laws from which its laws have 17 knots instead of 9."""
+    """Reduced chi-square of a block without laws from which its laws have `finer_knots` instead of `fine_knots`."""
+    finer_knots: int = 17
+    """Knots of a law in a block that is far off, at half the distance of 9: what few knots leave of a strong law would
+    look like another one."""
+    smoothing: float = 3.0
+    """Standard deviation in samples of the Gaussian kernel that smooths signals until a block explains them. Columns of
+    laws are computed from smooth signals, because those of noisy ones are biased; a wider kernel rounds off corners."""
+    fewest: int = 24
+    """Engagements that are needed at least. Gains are held out in six folds, and fewer engagements in each are too few
+    for a standard error."""
     outlying: float = 6.0
     """Robust standard deviations of the logarithm of chi-square beyond which an engagement is set aside."""
     most_outlying: float = 0.1
@@ -43,9 +63,13 @@ class NamingSettings:
 
     def __post_init__(self) -> None:
         """Refuse what cannot decide anything."""
-        for name, value in asdict(self).items():
-            if not value >= 0:
-                raise InvalidValue(f"{name} is {value}", "Give a number that is not negative")
+        for one in fields(self):
+            value, is_whole = getattr(self, one.name), isinstance(one.default, int)
+            least, largest = _WITHIN.get(one.name, (0, math.inf))
+            is_number = isinstance(value, int if is_whole else int | float) and not isinstance(value, bool)
+            if not (is_number and least <= value <= largest):
+                within = f"from {least} to {largest}" if largest < math.inf else f"of {least} or more"
+                raise InvalidValue(f"{one.name} is {value!r}", f"Give a {'whole ' * is_whole}number {within}")
         if self.most_outlying >= 0.5:
             raise InvalidValue(f"most_outlying is {self.most_outlying}", "Give less than half of the engagements")
 

@@ -74,7 +74,7 @@ class InputBlock:
 
     def __init__(self, scene: Scene) -> None:
         conditions, physics = scene.recordings.conditions, scene.bench.physics
-        self.scene, self.fine = scene, bases.FINE
+        self.scene, self.fine = scene, scene.settings.fine_knots
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.coulomb, self.viscous = (scene.value(name) for name in self.random[:3])
@@ -240,7 +240,7 @@ class InputBlock:
         if on in scene.of_runs:
             size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"
                     else np.full(measured.shape, unit))
-            return np.asarray(size[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])
+            return np.asarray(size[:, None] * scene.between(on)[:, :, None])
         return np.asarray(-bases.hats(self._abscissa(on), self._knots_of(on)) * unit)
 
     def _knots_of(self, on: str) -> np.ndarray:

@@ -22,7 +22,6 @@ from slipstick.naming.residual_noise import Noise
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, forward
-from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
@@ -62,13 +61,13 @@ class Start:
         return [one.chi2 for one in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
 
 
-def begin(scene: Scene, settings: NamingSettings, ask: Ask) -> Start:
+def begin(scene: Scene, ask: Ask) -> Start:
     """Fit the blocks one after the other, each with what the ones before explain of its inputs."""
     can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
     if "valve" in can:
         ask(Asked("valve", ("valve",)))
         scene, valve_block, bare = _fitted(ValveBlock, scene)
-        fits, findings = forward({"valve": bare}, settings, ask, "valve")
+        fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
         pressure = valve_block.pressure(valve[1].points, valve[1].held)
         scene = scene.explained("pressure", pressure)
@@ -98,7 +97,7 @@ def begin(scene: Scene, settings: NamingSettings, ask: Ask) -> Start:
     if closing_piston is not None:
         ask(Asked("contact", ("contact",)))
         onset = closing_piston.onset
-        wait = LONG_WAIT if onset.chi2.mean() > settings.strong else WAIT
+        wait = LONG_WAIT if onset.chi2.mean() > scene.settings.strong else WAIT
         fits["contact"] = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
     return Start(valve, findings, closing_piston, fits, scene.noise)
 

@@ -32,8 +32,6 @@ from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
 
-FEWEST = 24
-"""Engagements without which six folds hold too few for a standard error over engagements."""
 _LEAST_SPREAD = 0.15
 """Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""
 _BELIEVED = 3.0
@@ -73,16 +71,16 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     """Find what `recordings` of a `bench` ask for; raises `InvalidValue` as `scene_of` does."""
     began, settings = time.perf_counter(), settings or NamingSettings()
     ask(Asked("engagements"))
-    whole = scene_of(bench, recordings)
+    whole = scene_of(bench, recordings, settings)
     kept = np.arange(len(whole))
-    bad = implausible(whole, settings)
+    bad = implausible(whole)
     if bad.mean() <= settings.most_outlying:
         kept = kept[~bad]
-    start = begin(whole.take(kept), settings, ask)
+    start = begin(whole.take(kept), ask)
     bad = np.any([outlying(one, settings) for one in start.chi_squares or [np.zeros(len(kept))]], axis=0)
     if bad.any() and len(kept) - bad.sum() >= (1 - settings.most_outlying) * len(whole):
         kept = kept[~bad]
-        start = begin(whole.take(kept), settings, ask)
+        start = begin(whole.take(kept), ask)
     fits, findings = forward(start.fits, settings, ask)
     before = {key: one.chi2 for key, one in start.fits.items()}
     everything, more = dict(fits), list[Finding]()
@@ -99,7 +97,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                   converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
 
 
-def scene_of(bench: Bench, recordings: Recordings) -> Scene:
+def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> Scene:
     """The scene of recordings that can be studied.
 
     Raises `InvalidValue` without the signals of any block, with too few engagements, and for a signal without noise.
@@ -111,10 +109,10 @@ def scene_of(bench: Bench, recordings: Recordings) -> Scene:
     if not open_blocks(recordings.signals.names):
         raise InvalidValue(f"These recordings have no signal but the {recordings.signals.names[0].replace('_', ' ')}, "
                            "which is not both ends of a block", "Record the pressure, or the torque and a speed")
-    if len(recordings) < FEWEST:
+    if len(recordings) < settings.fewest:
         raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
-                           f"Record at least {FEWEST} engagements under different conditions")
-    return Scene.of(bench, recordings)
+                           f"Record at least {settings.fewest} engagements under different conditions")
+    return Scene.of(bench, recordings, settings)
 
 
 def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
@@ -129,12 +127,12 @@ def _from_median(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return off, 1.4826 * np.median(np.abs(off), axis=0)
 
 
-def implausible(scene: Scene, settings: NamingSettings) -> np.ndarray:
+def implausible(scene: Scene) -> np.ndarray:
     """Engagements (n,) that are outlying in a block without laws, or have parameters that are.
 
     The worst are left out before the others are judged, because they distort what all engagements share.
     """
-    bad = np.zeros(len(scene), bool)
+    bad, settings = np.zeros(len(scene), bool), scene.settings
     while bad.mean() <= settings.most_outlying:
         kept = np.flatnonzero(~bad)
         fits = [fit(block, iterations=2) for block in _without_laws(scene.take(kept))]

@@ -39,7 +39,7 @@ class ValveBlock:
 
     def __init__(self, scene: Scene) -> None:
         conditions, time = scene.recordings.conditions, scene.time
-        self.scene, self.fine = scene, bases.FINE
+        self.scene, self.fine = scene, scene.settings.fine_knots
         self.measured = scene.measured(self.signal)
         self.counted = np.ones(self.measured.shape, bool)
         self.fixed_std = np.array([scene.step])
@@ -108,7 +108,7 @@ class ValveBlock:
             # A line pressure times the prediction: the gain's own column leaves out the other laws.
             column = (predicted if quantity == "line pressure"
                       else self.columns(points, laws, predicted)[0][:, _BETWEEN[quantity]])
-            return np.asarray(column[:, None] * bases.between(scene.constant_in_run(on))[:, :, None])
+            return np.asarray(column[:, None] * scene.between(on)[:, :, None])
         gain = self._vectors(points)[:, self._places[2], None, None]
         if on == "current":
             hats = bases.hats(self.current, self._currents())

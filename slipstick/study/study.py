@@ -58,7 +58,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     found = from_json(named)
     found = replace(found, findings=tuple(_distinct(settings, found)))
     answers = [answer(one, found.measured.get(one.pair), settings.catalogue) for one in found.findings]
-    traces, points = _traces(bench, recordings, found)
+    traces, points = _traces(settings, bench, recordings, found)
     doing = _steps(recordings, log).confirming
     terms = _terms(bench, found, answers)
     doing("fit", "Fitting the simulation of the whole bench" + (" without and with the findings" if answers else ""))
@@ -114,9 +114,10 @@ def _distinct(settings: StudySettings, found: Naming) -> Iterator[Finding]:
         seen.add(effect)
 
 
-def _traces(bench: Bench, recordings: Recordings, found: Naming) -> tuple[Traces, np.ndarray]:
+def _traces(settings: StudySettings, bench: Bench, recordings: Recordings,
+            found: Naming) -> tuple[Traces, np.ndarray]:
     """The recordings that were not set aside, and the parameters (n, q) at which their simulations start."""
-    whole = Scene.of(bench, recordings)
+    whole = Scene.of(bench, recordings, settings.naming)
     scene = replace(whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside)), noise=found.noise)
     nominal = np.zeros(len(scene))
     starts = [nominal if name in (*_NOMINAL_LOSSES, *CONDITIONS) else found.parameters.get(name, nominal)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipstick.naming import answer, name
+from slipstick.naming import NamingSettings, answer, name
 from slipstick.naming.scene import Scene
 from slipstick.naming.study import Naming
 from slipstick.recordings import FurtherChannel, Recordings
@@ -61,9 +61,9 @@ def test_gaps_do_not_count_and_a_channel_without_values_is_not_used(tmp_path: Pa
     channel = recordings.further["oil_temperature"]
     gap, lost = channel.values.copy(), channel.values.copy()
     gap[3, 7:20], lost[3] = np.nan, np.nan
-    whole = Scene.of(HEAVY, recordings)
+    whole = Scene.of(HEAVY, recordings, NamingSettings())
     assert whole.unused == []
-    with_gap, without = (Scene.of(HEAVY, replace(recordings, further={"oil_temperature": replace(channel, values=one)}))
-                         for one in (gap, lost))
+    changed = ({"oil_temperature": replace(channel, values=one)} for one in (gap, lost))
+    with_gap, without = (replace(whole, recordings=replace(recordings, further=its)) for its in changed)
     np.testing.assert_allclose(with_gap.channels["oil temperature"][0], whole.channels["oil temperature"][0], atol=0.2)
     assert (without.channels, without.unused) == ({}, ["oil_temperature"])

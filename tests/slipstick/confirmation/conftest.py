@@ -12,6 +12,7 @@ from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.confirmation import Traces
 from slipstick.confirmation.simulated import RANDOM
+from slipstick.naming import NamingSettings
 from slipstick.naming.scene import Scene
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
@@ -52,7 +53,8 @@ def traced() -> Callable[[Model], tuple[Traces, np.ndarray]]:
         if model.digest not in found:
             recordings, drawn = recorded(model)
             points = np.stack([drawn.get(name, np.zeros(len(recordings))) for name in RANDOM], axis=1)
-            found[model.digest] = Traces.of(Scene.of(HEAVY, recordings), {}, HEAVY.physics.curves), points
+            scene = Scene.of(HEAVY, recordings, NamingSettings())
+            found[model.digest] = Traces.of(scene, {}, HEAVY.physics.curves), points
         return found[model.digest]
 
     return of

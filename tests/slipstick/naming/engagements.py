@@ -14,6 +14,7 @@ from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
+from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings, Signals
@@ -48,7 +49,7 @@ def scene_of(bench: Bench, model: Model, count: int, seed: int | None = None) ->
         measured = [values + noise[name] * random.standard_normal(values.shape)
                     for name, values in zip(SIGNAL_UNITS, measured, strict=True)]
         lock = lock + TIMER * random.standard_normal(count)
-    return Scene(bench, Recordings(conditions, lock, Signals(time, *measured)),
+    return Scene(bench, Recordings(conditions, lock, Signals(time, *measured)), NamingSettings(),
                  {name: getattr(true, name) for name in SIGNAL_UNITS},
                  {name: (std, 0.0) for name, std in noise.items()}, np.array(bench.physics.nominal))
 

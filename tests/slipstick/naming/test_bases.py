@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.lag import lagged_signal
-from slipstick.naming.bases import FINE, KNOTS, between, evenly, from_zero, hats, sensor_basis, supported
+from slipstick.naming.bases import between, between_knots, evenly, from_zero, hats, sensor_basis, supported
 
 
 def test_hats_add_up_to_one_and_interpolate() -> None:
@@ -25,11 +25,11 @@ def test_knots_lie_over_what_is_seen_and_a_few_odd_samples_do_not_move_them() ->
     seen = np.ones(x.shape, bool)
     seen[5] = False
     x[5] = -50
-    for knots, first in ((from_zero(x, seen), 0.0), (evenly(x, seen), 2.0)):
-        assert len(knots) == FINE
+    for knots, first in ((from_zero(x, seen, 9), 0.0), (evenly(x, seen, 9), 2.0)):
+        assert len(knots) == 9
         assert knots[0] == pytest.approx(first, abs=0.05)
         assert knots[-1] == pytest.approx(10, abs=0.05)
-    np.testing.assert_allclose(np.diff(np.sqrt(from_zero(x, seen, 6))), np.sqrt(from_zero(x, seen)[-1]) / 5)
+    np.testing.assert_allclose(np.diff(np.sqrt(from_zero(x, seen, 6))), np.sqrt(from_zero(x, seen, 9)[-1]) / 5)
     np.testing.assert_allclose(np.diff(evenly(x, seen, 4), 2), 0, atol=1e-12)
 
 
@@ -37,7 +37,7 @@ def test_knots_lie_over_what_is_seen_and_a_few_odd_samples_do_not_move_them() ->
 def test_knots_are_distinct_where_nothing_is_seen_or_changes(place) -> None:  # type: ignore[no-untyped-def]
     x = np.zeros((2, 5))
     for seen in (np.zeros(x.shape, bool), np.ones(x.shape, bool)):
-        assert np.all(np.diff(place(x, seen)) > 0)
+        assert np.all(np.diff(place(x, seen, 9)) > 0)
 
 
 def test_a_law_has_no_point_below_all_values() -> None:
@@ -50,7 +50,7 @@ def test_a_law_has_no_point_below_all_values() -> None:
 
 def test_between_has_a_mean_of_zero_and_any_levels() -> None:
     values = np.array([3.0, 1.0, 1.0, 7.0, 3.0, 1.0])
-    basis = between(values)
+    basis = between(values, 5)
     np.testing.assert_allclose(basis.mean(axis=0), 0, atol=1e-15)
     wanted = np.array([0.3, -0.1, -0.1, 2.0, 0.3, -0.1])
     wanted = wanted - wanted.mean()
@@ -59,15 +59,20 @@ def test_between_has_a_mean_of_zero_and_any_levels() -> None:
     np.testing.assert_allclose(basis @ found, wanted, atol=1e-12)
 
 
+@pytest.mark.parametrize(("count", "knots"), [(2, 2), (3, 2), (4, 3), (9, 8), (60, 60)])
+def test_between_has_knots_of_any_number(count: int, knots: int) -> None:
+    assert len(between_knots(np.arange(60.0), count)) == knots
+
+
 def test_between_is_linear_over_many_values_and_empty_over_one() -> None:
     order = np.random.default_rng(3).permutation(60).astype(float)
-    basis = between(order)
-    assert basis.shape == (60, KNOTS - 2)
+    basis = between(order, 5)
+    assert basis.shape == (60, 3)
     np.testing.assert_allclose(basis.mean(axis=0), 0, atol=1e-15)
     found = np.linalg.lstsq(basis, order - order.mean())[0]
     np.testing.assert_allclose(basis @ found, order - order.mean(), atol=1e-9)
-    assert between(np.full(9, 2.5)).shape == (9, 0)
-    assert np.all(np.isfinite(between(np.array([0.0] * 50 + [1, 2, 3, 4, 5, 6, 7]))))
+    assert between(np.full(9, 2.5), 5).shape == (9, 0)
+    assert np.all(np.isfinite(between(np.array([0.0] * 50 + [1, 2, 3, 4, 5, 6, 7]), 5)))
 
 
 def test_a_sensor_has_an_offset_a_gain_and_a_lag() -> None:

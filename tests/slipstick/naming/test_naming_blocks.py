@@ -17,6 +17,7 @@ from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
+from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings, Signals
@@ -41,7 +42,7 @@ def scene_of(bench: Bench, effects: Mapping[str, Mapping[str, float]] | None = N
     values = {name: getattr(true, name)[0] for name in SIGNAL_UNITS}
     recordings = Recordings(conditions, true.shifting_time[0], Signals(time, *values.values()))
     noise = {name: (bench.sensors[name].noise or 0.0, 0.0) for name in SIGNAL_UNITS}
-    return Scene(bench, recordings, values, noise, np.array(bench.physics.nominal))
+    return Scene(bench, recordings, NamingSettings(), values, noise, np.array(bench.physics.nominal))
 
 
 @cache

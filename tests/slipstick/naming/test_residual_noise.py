@@ -8,7 +8,6 @@ from scipy.signal import lfilter
 
 from slipstick.clutch.model import Model
 from slipstick.naming.residual_noise import bounded
-from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import begin
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
@@ -48,7 +47,7 @@ def test_the_blocks_of_an_engagement_start_with_the_bounded_noise() -> None:
     scene = scene_of(HEAVY, Model(HEAVY.physics), 30, seed=1)
     std = scene.noise["output_speed"][0]
     scene = replace(scene, noise={**scene.noise, "output_speed": (12 * std, 0.999)})
-    found = begin(scene, NamingSettings(), lambda _: None)
+    found = begin(scene, lambda _: None)
     assert found.noise["output_speed"][0] == pytest.approx(std, rel=0.1)
     assert abs(found.noise["output_speed"][1]) < 0.3
     assert found.noise["pressure"] == scene.noise["pressure"]

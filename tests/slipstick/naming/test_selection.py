@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.effects import CATALOGUE
-from slipstick.errors import InvalidValue
 from slipstick.naming.answer import answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, priced, rivals
-from slipstick.naming.settings import NamingSettings, digest_of
+from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import outlying
 
 SETTINGS = NamingSettings()
@@ -113,14 +112,3 @@ def test_a_block_is_unexplained_if_its_chi_square_is_beyond_spread_and_noise() -
     single = spread.copy()
     single[0] = 100.0
     assert not is_unexplained(single, single, SETTINGS)
-
-
-@pytest.mark.parametrize("wrong", [{"nats": -1.0}, {"most_outlying": 0.5}, {"errors": float("nan")}])
-def test_settings_that_cannot_decide_are_refused(wrong: dict[str, float]) -> None:
-    with pytest.raises(InvalidValue):
-        NamingSettings(**wrong)  # type: ignore[arg-type]
-
-
-def test_every_setting_and_the_method_are_in_the_digest() -> None:
-    assert NamingSettings(apart=3.0).digest != SETTINGS.digest
-    assert len({digest_of(SETTINGS), digest_of(SETTINGS, "blocks"), digest_of(SETTINGS, "blocks", "naming")}) == 3

@@ -1,0 +1,84 @@
+"""The settings of naming: what is refused, and that each constant acts where it is used."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
+from slipstick.naming.fit import fit
+from slipstick.naming.scene import Scene
+from slipstick.naming.selection import forward
+from slipstick.naming.settings import NamingSettings, digest_of
+from slipstick.naming.study import scene_of
+from tests.benches import HEAVY
+from tests.slipstick.naming import engagements
+from tests.slipstick.naming.engagements import block_of
+
+SETTINGS = NamingSettings()
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Twelve engagements of the heavy bench, with noise."""
+    return engagements.scene_of(HEAVY, Model(HEAVY.physics), 12, seed=1)
+
+
+@pytest.mark.parametrize(("wrong", "remedy"), [
+    ({"nats": -1.0}, "Give a number of 0 or more"),
+    ({"errors": float("nan")}, "Give a number of 0 or more"),
+    ({"apart": "2.5"}, "Give a number of 0 or more"),
+    ({"most_outlying": 0.5}, "Give less than half of the engagements"),
+    ({"further": True}, "Give a number of 0 or more"),
+    ({"most": 2.5}, "Give a whole number of 0 or more"),
+    ({"knots": 1}, "Give a whole number from 2 to 100"),
+    ({"fine_knots": 101}, "Give a whole number from 2 to 100"),
+    ({"finer_knots": 16.5}, "Give a whole number from 2 to 100"),
+    ({"smoothing": 0.0}, "Give a number from 0.1 to 30"),
+    ({"smoothing": -3.0}, "Give a number from 0.1 to 30"),
+    ({"fewest": 11}, "Give a whole number of 12 or more")])
+def test_settings_that_cannot_decide_are_refused(wrong: dict[str, Any], remedy: str) -> None:
+    with pytest.raises(InvalidValue) as refused:
+        NamingSettings(**wrong)
+    name, value = next(iter(wrong.items()))
+    assert (refused.value.cause, refused.value.remedy) == (f"{name} is {value!r}", remedy)
+
+
+def test_every_setting_and_the_method_are_in_the_digest() -> None:
+    assert NamingSettings(apart=3.0).digest != SETTINGS.digest
+    assert len({digest_of(SETTINGS), digest_of(SETTINGS, "blocks"), digest_of(SETTINGS, "blocks", "naming")}) == 3
+
+
+def test_the_numbers_of_knots_are_those_of_the_laws(scene: Scene) -> None:
+    scene = replace(scene, settings=NamingSettings(knots=3, fine_knots=4))
+    load, clutch = block_of("load", scene), block_of("clutch", scene)
+    wanted = {("load torque", "time"): (load, 4), ("load torque", "run order"): (load, 2),
+              ("friction coefficient", "heat"): (clutch, 4), ("piston rate", "pressure"): (clutch, 3),
+              ("output torque sensor", "pressure"): (clutch, 3), ("clearance", "run order"): (clutch, 2)}
+    found = {pair: block.law(pair).x for pair, (block, _) in wanted.items()}
+    assert {pair: x is not None and len(x) for pair, x in found.items()} == {
+        pair: count for pair, (_, count) in wanted.items()}
+
+
+def test_a_block_that_is_far_off_has_the_finer_knots(scene: Scene) -> None:
+    block = block_of("load", scene)
+    forward({"load": fit(block, iterations=1)}, NamingSettings(strong=0.0, finer_knots=6, nats=1e9))
+    assert block.fine == 6
+
+
+def test_smoothing_is_in_samples(scene: Scene) -> None:
+    settings, recordings, k = NamingSettings(smoothing=5.0), scene.recordings, len(scene.time)
+    impulse = scene.measured("pressure") + (np.arange(k) == 200)
+    changed = replace(recordings, signals=replace(scene.signals, pressure=impulse))
+    both = [Scene.of(HEAVY, one, settings).smooth["pressure"] for one in (changed, recordings)]
+    kernel = both[0] - both[1]
+    np.testing.assert_allclose(kernel.sum(axis=1), 1)
+    np.testing.assert_allclose(np.sqrt(kernel @ (np.arange(k) - 200.0) ** 2), 5, rtol=0.01)
+
+
+def test_fewer_engagements_than_the_fewest_are_refused(scene: Scene) -> None:
+    with pytest.raises(InvalidValue, match=r"12 engagements are too few to tell laws apart\. Record at least 24"):
+        scene_of(HEAVY, scene.recordings, SETTINGS)
+    assert len(scene_of(HEAVY, scene.recordings, NamingSettings(fewest=12))) == 12
