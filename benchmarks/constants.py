@@ -1,17 +1,20 @@
 """Which constants of the naming decide answers: each is halved and doubled, and fixed cases are answered anew.
 
-    python -m benchmarks.constants [CASES [PROCESSES [ENGAGEMENTS]]]
+    python -m benchmarks.constants [CASES [PROCESSES [ENGAGEMENTS [MODULE.NAME ...]]]]
 
 Constants are the numbers, and tuples of numbers, that the modules of slipstick/naming assign to names in capitals, and
 the fields of `NamingSettings`. A module with another value is compiled from its changed source, so that defaults of
 functions change as well. Every finished sweep is a line of var/constants.jsonl; constants.csv counts changed answers:
 other findings, or other blocks unexplained. The cases are at equal distances in the development list of those with at
-most 54 engagements and one hidden effect at most; of each, ENGAGEMENTS at equal distances are used.
+most 54 engagements and one hidden effect at most; of each, ENGAGEMENTS at equal distances are used. With names, such as
+settings.knots, only these constants are swept, and the table keeps its rows of the others.
 """
 
 import ast
+import csv
 import json
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from importlib.machinery import SourceFileLoader
@@ -19,6 +22,7 @@ from importlib.util import spec_from_file_location
 from multiprocessing import get_context
 from pathlib import Path
 from types import CodeType, ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +31,7 @@ from slipstick.naming.settings import NamingSettings
 from tests.validation.hidden import cases
 
 FOLDER = Path(__file__).parents[1] / "slipstick" / "naming"
-LINES = Path("var/constants.jsonl")
+LINES, TABLE = Path("var/constants.jsonl"), Path(__file__).with_suffix(".csv")
 FACTORS = (1.0, 0.5, 2.0)
 Constant = tuple[str, str]
 """A module of slipstick.naming, or "settings", and a name in it."""
@@ -132,8 +136,17 @@ def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
     return {"constant": list(constant), "factor": factor, "answers": answers}
 
 
-def main(count: int = 30, processes: int = 2, engagements: int = 54) -> None:
-    """Sweep what has no line yet, and write the table."""
+def others(some: list[Constant]) -> tuple[list[list[Any]], str]:
+    """The rows of the table for all constants but `some`, and the command that made them."""
+    kept = [one for one in constants() if one not in some]
+    *rows, last = csv.reader(TABLE.read_text().splitlines()[1:])
+    return ([[*row[:2], *map(int, row[2:])] for row in rows if tuple(row[:2]) in kept],
+            last[0].removeprefix("made by `").rpartition("`: ")[0])
+
+
+def main(count: int = 30, processes: int = 2, engagements: int = 54, names: Sequence[str] = ()) -> None:
+    """Sweep what has no line yet of the constants with these `names`, by default of all, and write the table."""
+    some = [one for one in constants() if not names or ".".join(one) in names]
     eligible = [name for name, case in cases.DEVELOPMENT.items() if case.count <= 54 and len(case.effects) <= 1]
     chosen = [eligible[place] for place in np.linspace(0, len(eligible) - 1, count).astype(int)]
     LINES.parent.mkdir(exist_ok=True)
@@ -141,7 +154,7 @@ def main(count: int = 30, processes: int = 2, engagements: int = 54) -> None:
             for one in map(json.loads, LINES.read_text().splitlines())} if LINES.exists() else {}
     nothing = "settings", "nats"
     jobs = [(nothing, 1.0, chosen, engagements),
-            *((one, factor, chosen, engagements) for one in constants() for factor in FACTORS[1:])]
+            *((one, factor, chosen, engagements) for one in some for factor in FACTORS[1:])]
     with ProcessPoolExecutor(processes, get_context("spawn"), max_tasks_per_child=1) as pool, LINES.open("a") as file:
         futures = [pool.submit(swept, job) for job in jobs
                    if set(chosen) - set(done.get((job[0], job[1]), ()))]
@@ -153,11 +166,15 @@ def main(count: int = 30, processes: int = 2, engagements: int = 54) -> None:
             print(*entry["constant"], entry["factor"], flush=True)
     given = done[nothing, 1.0]
     rows = [[*one, *(sum(done[one, factor][case] != given[case] for case in chosen) for factor in FACTORS[1:]),
-             len(chosen)] for one in constants()]
+             len(chosen)] for one in some]
+    made_by = " ".join([f"python -m benchmarks.constants {count} {processes} {engagements}", *names])
+    if names:
+        kept, before = others(some)
+        rows, made_by = rows + kept, f"{made_by}` and, other rows, `{before}"
     write("constants", ("module", "constant", "answers changed by half", "by double", "of"),
           sorted(rows, key=lambda row: -max(row[2], row[3])),
-          f"python -m benchmarks.constants {count} {processes} {engagements}")
+          made_by)
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(*map(int, sys.argv[1:4]), names=sys.argv[4:])
