@@ -13,6 +13,7 @@ from hidden.__main__ import main
 from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
+from hidden.fifth import BENCHES, FIFTH
 from hidden.fourth import FOURTH
 from hidden.limits import compute, used
 from hidden.limits import read as read_limits
@@ -67,11 +68,12 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 OF_EACH_QUANTITY = {effect.quantity: effect for effect in UNSEEN}
 OF_EACH_QUANTITY |= {effect.quantity: effect for effect in THIRD if effect.quantity not in OF_EACH_QUANTITY}
 OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FOURTH if effect.quantity not in OF_EACH_QUANTITY}
+OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FIFTH if effect.quantity not in OF_EACH_QUANTITY}
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
 def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
-    bench = "brisk" if effect in FOURTH else ("heavy", "compact")[place % 2]
+    bench = "brisk" if effect in FOURTH else BENCHES.get(effect.name, ("heavy", "compact"))[place % 2]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
            for name, signal in alone[bench].items()}
@@ -86,7 +88,8 @@ def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
     late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
     lag = (ramp - late)[0, 500] / 30
     expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
-                "fall": 0, "rise": 0.01, "average": 0.01}
+                "fall": 0, "rise": 0.01, "average": 0.01, "carry": 0.01, "window": 0.01, "creep": 0.01,
+                "strain": 0.01 * 50 / 55}
     assert lag == pytest.approx(expected[kind], abs=0.0011)
     assert late[0, -1] == pytest.approx(65)
 
