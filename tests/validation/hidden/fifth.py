@@ -1,7 +1,7 @@
 """Effects that no other list has: `FIFTH`, for the list `FRESH` of cases.py.
 
 Units and scales are those of catalogue.py. The forms are passages through a resonance, polynomials with turning points,
-log-periodic and damped waves, activation laws, sawtooths, and smooth bends between two straight lines.
+log-periodic and damped waves, sawtooths, and smooth bends between two straight lines.
 """
 
 import numpy as np
@@ -25,15 +25,15 @@ FIFTH_PHYSICAL = (
     # Line pressure and valve
     Effect("pump_passes_a_resonance", "pressure", "pressure_gain", "motor_speed", "ratio", "1", 0.06,
            lambda s, w: 1 + s * passage(w, 152, 17)),
-    Effect("plays_lie_on_a_circle", "pressure", "valve_plays", "fraction", "difference", "A", 0.025,
-           lambda s, x: s * 1.6 * np.sqrt(np.maximum(1 - x * x, 0.01))),
+    Effect("plays_leave_a_free_path", "pressure", "valve_plays", "fraction", "difference", "A", 0.05,
+           lambda s, x: s * 5 * np.maximum(x - 0.4, 0)),
     Effect("magnet_lags_while_it_opens", "pressure", "valve_current", "current_excess", "difference", "A", 0.02,
            lambda s, i: -s * np.logaddexp(0, (i - 0.04) / 0.02) * 0.05),
     Effect("spool_forces_turn_over", "pressure", "valve_current", "current", "difference", "A", 0.02,
            lambda s, u: s * np.polyval([4, 0, -3, 0], np.clip((u - 0.46) / 0.32, -1.1, 1.1))),
     # Piston
     Effect("oil_ring_balances_at_a_speed", "torque", "chamber_pressure", "input_speed", "difference", "bar", 0.5,
-           lambda s, w: s * (w - 105) * np.abs(w - 105) / 60**2),
+           lambda s, w: s * passage(w, 110, 30)),
     Effect("oil_warms_and_is_cooled", "torque", "oil_temperature_gain", "sequence", "ratio", "1", 0.12,
            lambda s, r: 1 + s * 6.75 * r**2 * np.maximum(1 - r, 0)),
     Effect("slack_is_taken_up_by_a_ratchet", "torque", "clearance", "sequence", "ratio", "1", 0.1,
@@ -48,17 +48,17 @@ FIFTH_PHYSICAL = (
            lambda s, v: 1 - s / (1 + (v / 0.006) ** 2)),
     Effect("piston_snaps_over_a_detent", "torque", "net_pressure", "piston", "difference", "bar", 0.9,
            lambda s, x: -s * passage(x, 0.0014, 0.0003)),
-    Effect("seal_rubs_logarithmically", "torque", "net_pressure", "driving_pressure", "difference", "bar", 0.8,
-           lambda s, p: -s * np.sign(p) * np.log1p(np.abs(p) / 0.6) / 2),
+    Effect("seal_rubs_near_balance", "torque", "net_pressure", "driving_pressure", "difference", "bar", 0.8,
+           lambda s, p: -s * passage(p, 0, 1.2)),
     # Plates
     Effect("friction_turns_with_the_logarithm_of_slip", "torque", "friction_coefficient", "slip", "ratio", "1", 0.15,
            lambda s, v: 1 + s * np.cos(2.2 * np.log((v + 1) / 4))),
     Effect("grooves_pass_each_other", "torque", "friction_coefficient", "slip", "ratio", "1", 0.2,
            lambda s, v: 1 + s * np.sinc(v / 17)),
     Effect("lining_is_weakest_at_a_pressure", "torque", "friction_coefficient", "contact_pressure", "ratio", "1", 0.15,
-           lambda s, p: 1 + s * (bend(p, 6, 3, 0.3) - 0.9)),
-    Effect("fade_is_activated", "torque", "friction_coefficient", "heat", "ratio", "1", 0.2,
-           lambda s, h: 1 - s * 1.8 * np.exp(-2.4e3 / np.maximum(h, 20))),
+           lambda s, p: 1 + s * (bend(p, 8, 3, 0.3) - 0.9)),
+    Effect("resin_passes_a_transition", "torque", "friction_coefficient", "heat", "ratio", "1", 0.2,
+           lambda s, h: 1 - s * passage(h, 2.2e3, 700)),
     Effect("third_body_comes_and_goes", "torque", "friction_coefficient", "energy", "ratio", "1", 0.15,
            lambda s, e: 1 + s * np.cos(2 * np.pi * e / 8e3) * np.exp(-np.maximum(e, 0) / 2e4)),
     Effect("friction_lags_until_the_plates_are_wiped", "torque", "friction_lag", "contact_time", "difference", "s",

@@ -96,14 +96,14 @@ def window(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.n
 
 
 def creep(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
-    """Follow with 70 % of a change at once, and with the rest slowly, so that the mean delay is `strength`."""
+    """Follow with 85 % of a change at once, and with the rest slowly, so that the mean delay is `strength`."""
     change = signal - signal[:, :1]
-    return signal[:, :1] + 0.7 * change + 0.3 * _pole(change, strength / 0.3 * _slowness(setup), setup)
+    return signal[:, :1] + 0.85 * change + 0.15 * _pole(change, strength / 0.15 * _slowness(setup), setup)
 
 
 def strain(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
-    """Lag by more at high values, in proportion to them; by `strength` at a third of the range."""
-    lag = strength * _slowness(setup) * np.maximum(np.abs(signal) / (size(name, setup) / 3), 0.02)
+    """Lag in proportion to the square of the value; by `strength` at a third of the range."""
+    lag = strength * _slowness(setup) * np.maximum(np.abs(signal) / (size(name, setup) / 3), 0.1) ** 2
     decay = np.exp(-setup.period / lag)
     filtered = signal.copy()
     for k in range(1, signal.shape[1]):
