@@ -39,8 +39,7 @@ def share(kind: Kind) -> float:
 
 def counts(kind: Kind) -> tuple[int, int]:
     """How many names with this kind of evidence were right, and of how many."""
-    right, of = (sum(by_kind[kind][place] for by_kind in BY_LIST.values()) for place in (0, 1))
-    return right, of
+    return sum(one[kind][0] for one in BY_LIST.values()), sum(one[kind][1] for one in BY_LIST.values())
 
 
 def confidence(finding: Finding, is_single: bool) -> tuple[float, str]:
