@@ -7,5 +7,6 @@ from slipstick.bench import Bench
 ROOT = Path(__file__).parents[1]
 HEAVY = Bench.open(ROOT / "tables" / "heavy.toml")
 SHIPPED = {bench.name: bench for bench in (HEAVY, Bench.open(ROOT / "tables" / "compact.toml"))}
-BRISK = Bench.open(ROOT / "tests" / "validation" / "hidden" / "data" / "brisk.toml")
-BENCHES = {**SHIPPED, BRISK.name: BRISK}
+HIDDEN = ROOT / "tests" / "validation" / "hidden" / "data"
+BRISK, GIANT = (Bench.open(HIDDEN / f"{name}.toml") for name in ("brisk", "giant"))
+BENCHES = {**SHIPPED, BRISK.name: BRISK, GIANT.name: GIANT}

@@ -12,19 +12,17 @@ counted from 0. The lists `COUNTED` also give slipstick/study/confidence.json, a
 import argparse
 import importlib
 import json
-from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
-import numpy as np
 from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
 from benchmarks.naming_curves import drawn
 from benchmarks.naming_limits import told
-from benchmarks.rates import bounds
+from benchmarks.naming_rates import alike, by_evidence, judged, summary
 from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer
@@ -33,7 +31,6 @@ from slipstick.naming.selection import Finding
 from slipstick.naming.study import name
 from slipstick.recordings import Recordings
 from slipstick.study.confidence import FILE as CONFIDENCE
-from slipstick.study.confidence import Kind, kind_of
 from tests.validation.hidden import cases, files
 from tests.validation.hidden.truths import truth
 from worker.cluster import Cluster
@@ -42,13 +39,6 @@ from worker.executors import add_dask_argument, explained
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
 COUNTED = ("final", "unseen")
-SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
-        ("friction coefficient", "lag"): ("contact pressure", "lag")}
-"""Pairs that are the same effect of the catalogue: air in the oil, and the lag of friction behind the pressure."""
-BLOCK = {"line pressure": "valve", "valve current": "valve", "valve delay": "valve", "pressure sensor": "valve",
-         "load torque": "load", "output speed sensor": "load", "input torque": "input", "converter torque": "input",
-         "input speed sensor": "input", "stick torque": "lock"}
-"""Block of a quantity; all others act in the clutch."""
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
@@ -59,7 +49,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     known = truth(case, relative=1e-6)
     entry = {"case": identity, "bench": known["bench"], "bad": len(known["bad_runs"]),
              "hidden": [{key: its[key] for key in ("name", "pair", "listed", "strength")}
-                        | asdict(told(case, its["name"], alike(its["pair"]))) for its in known["hidden"]]}
+                        | asdict(told(case, its["name"], alike(its))) for its in known["hidden"]]}
     try:
         found = name(BENCHES[known["bench"]], Recordings.open(recorded(which, identity)))
     except Exception as error:  # a case that raises is a result: a wrong one
@@ -86,85 +76,6 @@ def recorded(which: str, identity: str) -> Path:
         files.write(file.with_suffix(".part"), cases.LISTS[which][identity])
         file.with_suffix(".part").rename(file)
     return file
-
-
-def same(pair: Iterable[str]) -> tuple[str, ...]:
-    """The pair under which it is compared."""
-    its = tuple(pair)
-    return SAME.get(its, its)  # type: ignore[call-overload, no-any-return]
-
-
-def alike(pair: Iterable[str]) -> set[tuple[str, ...]]:
-    """All pairs that are compared as this one."""
-    return {same(pair), *(other for other in SAME if SAME[other] == same(pair))}
-
-
-def judged(entry: dict[str, Any]) -> dict[str, Any]:
-    """Whether an answer is right: `found` of the hidden pairs, named `alone`, wrong names, and wrong names alone."""
-    hidden = {same(its["pair"]) for its in entry["hidden"]}
-    named = [(same(its["pair"]), {same(pair) for pair in its["rivals"]}) for its in entry["findings"]]
-    found = {pair for pair in hidden if any(pair == first or pair in tied for first, tied in named)}
-    return {"found": len(found),
-            "alone": sum(any(pair == first and not tied for first, tied in named) for pair in hidden),
-            "wrong": sum(not ({first} | tied) & hidden for first, tied in named),
-            "wrong_alone": sum(not tied and first not in hidden for first, tied in named),
-            "block": bool({block(pair) for pair in hidden}
-                          & ({block(first) for first, _ in named} | set(entry["unexplained"])))}
-
-
-def block(pair: tuple[str, ...]) -> str:
-    """The block in which the quantity of a pair acts."""
-    return BLOCK.get(pair[0], "clutch")
-
-
-def rate(label: str, values: list[bool]) -> list[object]:
-    """A row: how many of how many, the rate, and its 95 % bounds (Clopper and Pearson)."""
-    hits, n = sum(values), len(values)
-    low, high = bounds(hits, n)
-    return [label, hits, n, round(hits / n, 3) if n else "", round(low, 3), round(high, 3)]
-
-
-def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
-    """The rates of STUDY's table, as far as naming goes."""
-    verdicts = [(entry, judged(entry)) for entry in entries]
-    nulls = [(e, v) for e, v in verdicts if not e["hidden"]]
-    single = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and e["hidden"][0]["listed"]]
-    outside = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and not e["hidden"][0]["listed"]]
-    both = [(e, v) for e, v in verdicts if len(e["hidden"]) == 2]
-    rows = [rate("nulls called anything", [bool(e["findings"] or e["unexplained"]) for e, _ in nulls])]
-    for low, high in ((0, 1), (1, 2), (2, 5), (5, np.inf)):
-        some = [(e, v) for e, v in single if low <= e["hidden"][0]["named"] < high]
-        label = f"listed, {low} to {high} naming limits" if high < np.inf else f"listed, from {low} naming limits"
-        rows += [rate(f"{label}: found, alone or in a tie", [v["found"] == 1 for _, v in some]),
-                 rate(f"{label}: named alone", [v["alone"] == 1 for _, v in some]),
-                 rate(f"{label}: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]),
-                 rate(f"{label}: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some])]
-    seen = [(e, v) for e, v in outside if e["hidden"][0]["seen"] >= 1]
-    rows += [rate("unlisted, visible: right block", [v["block"] for _, v in seen]),
-             rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
-             rate("unlisted, from 1 naming limit: right pair",
-                  [v["found"] == 1 for e, v in seen if e["hidden"][0]["named"] >= 1])]
-    right = [its for e, _ in single for its in e["findings"] if its["effect"] and same(its["pair"]) in
-             {same(one["pair"]) for one in e["hidden"]}]
-    rows.append(rate("right names, left out of the catalogue: unlisted", [not its["left_out"] for its in right]))
-    strong = [(e, v) for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]
-    rows.append(rate("two effects, both from 1 naming limit: both found", [v["found"] == 2 for _, v in strong]))
-    rows += [rate(f"names with the evidence “{kind}”: right", its) for kind, its in by_evidence(entries).items()]
-    rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
-    return rows
-
-
-def by_evidence(entries: list[dict[str, Any]]) -> dict[Kind, list[bool]]:
-    """Kind of evidence -> whether each effect that a finding of this kind was called was right."""
-    found: dict[Kind, list[bool]] = {kind: [] for kind in get_args(Kind)}
-    for entry in entries:
-        hidden = {same(its["pair"]) for its in entry["hidden"]}
-        is_single = len(entry["findings"]) == 1 and not entry["unexplained"]
-        for its in entry["findings"]:
-            if its["effect"]:
-                group = {same(its["pair"]), *(same(pair) for pair in its["rivals"])}
-                found[kind_of(its["pair"][0], bool(its["rivals"]), is_single)].append(bool(group & hidden))
-    return found
 
 
 def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) -> None:

@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.benches import BENCHES
+from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.block import Pair
 from slipstick.naming.closing import evidence_of, fits_with_pairs, settled, shows_closing
 from slipstick.naming.evidence import gains, table
@@ -34,9 +35,9 @@ FIVE_ERRORS = 12.5
 
 @dataclass(frozen=True, eq=False)
 class _Noiseless(Scene):
-    """Signals without noise that are weighted as if they had it: their residuals do not bound it."""
+    """Signals without noise that are weighted as if they had it: their residuals do not show it."""
 
-    def with_noise(self, name: str, left: np.ndarray, counted: np.ndarray) -> Scene:
+    def with_noise(self, name: str, left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Scene:
         return self
 
 

@@ -19,7 +19,8 @@ from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
 from benchmarks.hidden_laws import Difference, compared, is_over_a_number
-from benchmarks.naming import FOLDER, joined, rate, recorded, same
+from benchmarks.naming import FOLDER, joined, recorded
+from benchmarks.naming_rates import rate, same
 from benchmarks.results import write
 from slipstick.naming.record import from_json
 from slipstick.recordings import Recordings

@@ -64,22 +64,22 @@ def sensor_noise(name: str, values: np.ndarray) -> tuple[float, float]:
     rare. `name` is that of the signal in the error message: raises `InvalidValue` if there
     is no noise.
     """
-    third, lagged = (_robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
+    third, lagged = (robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
                      for taps in (_THIRD, _LAGGED))
     if not third > 0:
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
 
     def excess(rho: float) -> float:
-        return _filtered(_LAGGED, rho) * third**2 - _filtered(_THIRD, rho) * lagged**2
+        return filtered(_LAGGED, rho) * third**2 - filtered(_THIRD, rho) * lagged**2
 
     low, high = excess(-_HIGHEST), excess(_HIGHEST)
     rho = scipy.optimize.brentq(excess, -_HIGHEST, _HIGHEST) if low < 0 < high else (
         _HIGHEST if high <= 0 else -_HIGHEST)
-    return third / np.sqrt(_filtered(_THIRD, rho)), float(rho)
+    return third / np.sqrt(filtered(_THIRD, rho)), float(rho)
 
 
-def _robust_std(values: np.ndarray) -> float:
+def robust_std(values: np.ndarray) -> float:
     """Standard deviation of normal values from the smallest ones."""
     squares = values.ravel() ** 2
     kept = int(_KEPT * len(squares))
@@ -89,7 +89,7 @@ def _robust_std(values: np.ndarray) -> float:
     return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / share))
 
 
-def _filtered(taps: np.ndarray, rho: float) -> float:
+def filtered(taps: np.ndarray, rho: float) -> float:
     """Variance of an autoregressive process of variance 1 after a filter."""
     lags = np.abs(np.subtract.outer(np.arange(len(taps)), np.arange(len(taps))))
     return float(taps @ np.power(rho, lags) @ taps)

@@ -15,8 +15,9 @@ def with_measured_laws(formulas: SimulationFit, laws: Mapping[str, MeasuredLaw],
     """The fit `formulas`, with the measured law of each effect whose formula describes the recordings worse.
 
     `laws` are those of named effects; the formula of an effect that is not in the fit was no improvement. A law has
-    more values than a formula has coefficients: the gain (n,) in nats must be enough beyond their price. Fits begin at
-    the `points` (n, q) that were estimated beside the laws.
+    more values than a formula has coefficients: the gain (n,) in nats must be enough beyond their price, of which each
+    engagement pays the same, since the values are not fitted here. Fits begin at the `points` (n, q) that were
+    estimated beside the laws.
     """
     now = formulas
     for effect, law in laws.items():
@@ -30,6 +31,6 @@ def with_measured_laws(formulas: SimulationFit, laws: Mapping[str, MeasuredLaw],
         shared[-1] = (factor.typical - factor.neutral) / factor.span
         found = fit_simulation(now.block.traces, swapped, points, shared)
         price = len(law.change) - (len(terms.unknowns) - len(swapped.unknowns) + 1)
-        if is_enough(priced(found.evidence - now.evidence, price)):
+        if is_enough(priced(found.evidence - now.evidence, np.full(len(points), price / len(points)))):
             now = found
     return now

@@ -11,10 +11,11 @@ import scipy
 
 from slipstick.bench import Bench, parameters
 from slipstick.blocks.input import curves_of
+from slipstick.blocks.whitening import BlockNoise
 from slipstick.calibration.noise import sensor_noise
 from slipstick.clutch.effects.effect import DEPENDENCES
 from slipstick.naming.bases import between, between_knots, from_zero, hats, sensor_basis
-from slipstick.naming.residual_noise import Noise, bounded
+from slipstick.naming.residual_noise import Noise, noise_of
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings, Signals
@@ -96,13 +97,12 @@ class Scene:
         """With the signal `name` as a block explains it, (n, k)."""
         return replace(self, smooth={**self.smooth, name: values})
 
-    def with_noise(self, name: str, left: np.ndarray, counted: np.ndarray) -> "Scene":
-        """With the noise of the signal `name` bounded by what is `left` (n, k) of it, or this scene if it is.
+    def with_noise(self, name: str, left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> "Scene":
+        """With the noise of the signal `name` that is `left` (n, k) by a block that assumes `noise`.
 
         Samples count where `counted` (n, k).
         """
-        noise = bounded(self.noise[name], left, counted)
-        return self if noise == self.noise[name] else replace(self, noise={**self.noise, name: noise})
+        return replace(self, noise={**self.noise, name: noise_of(left, counted, noise)})
 
     def measured(self, name: str) -> np.ndarray:
         """The signal `name` (n, k) as it was measured."""

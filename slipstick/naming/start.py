@@ -74,10 +74,9 @@ def begin(scene: Scene, ask: Ask) -> Start:
     if "clutch" in can:
         ask(Asked("onset", ("clutch",)))
         closing_piston = _onset(scene, pressure)
-        left = closing_piston.onset.block.measured - closing_piston.onset.predicted
-        known = scene.with_noise("output_torque", left, closing_piston.counted)
-        if known is not scene:
-            scene, closing_piston = known, _onset(known, pressure)
+        contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points))
+        scene = _with_noise(scene, closing_piston.onset, contact)
+        closing_piston = _onset(scene, pressure, closing_piston.onset)
     fits = {}
     if "load" in can or "input" in can:
         scene = scene.explained("output_torque", scene.model_torque(_torque(scene, closing_piston)))
@@ -103,25 +102,31 @@ def begin(scene: Scene, ask: Ask) -> Start:
 
 
 def _fitted(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
-    """A block and its fit without laws, and the scene with the noise of its signal bounded by what the fit leaves."""
-    block = kind(scene)
-    found = fit(block)
-    clean = found.predicted if isinstance(block, ValveBlock) else block.true_speed(found.predicted)
-    known = scene.with_noise(block.signal, block.measured - clean, block.counted)
-    if known is not scene:
-        block = kind(known)
-        found = fit(block)
-    return known, block, found
+    """A block and its fit without laws, and the scene with the noise of its signal that the fit leaves."""
+    known = _with_noise(scene, fit(kind(scene)))
+    block = kind(known)
+    return known, block, fit(block)
 
 
-def _onset(scene: Scene, pressure: np.ndarray) -> Closing:
-    """The piston up to full contact, and the clutch with its time in contact."""
-    block = OnsetBlock(scene, pressure)
-    clock = np.zeros(len(block.fixed))
-    rough = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
+def _with_noise(scene: Scene, *found: BlockFit) -> Scene:
+    """The scene with the noise of a signal that blocks leave, each where it counts."""
+    block = found[0].block
+    left, counted = np.zeros_like(block.measured), np.zeros_like(block.counted)
+    for one in found:
+        left = np.where(one.block.counted, one.block.measured - one.predicted, left)
+        counted = counted | one.block.counted
+    return scene.with_noise(block.signal, left, counted, found[0].noise)
+
+
+def _onset(scene: Scene, pressure: np.ndarray, start: CurvedFit | None = None) -> Closing:
+    """The piston up to full contact, from an earlier fit or from a search, and the clutch with its time in contact."""
     clutch = ClutchBlock(scene, pressure)
-    block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()).full)
-    onset = settled(block, rough.points, rough.shared)
+    if start is None:
+        block = OnsetBlock(scene, pressure)
+        clock = np.zeros(len(block.fixed))
+        start = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
+    block = OnsetBlock(scene, pressure, contact=clutch.contact(start.points, ()).full)
+    onset = settled(block, start.points, start.shared)
     clutch.in_contact = clutch.contact(onset.points, ())
     return Closing(clutch, onset, block.counted)
 

@@ -31,8 +31,18 @@ def kind_of(quantity: str, has_rivals: bool, is_single: bool) -> Kind:
     return "the only finding, in the closing piston" if quantity in _CLOSING else "the only finding"
 
 
+def share(kind: Kind) -> float:
+    """The share of right names with this kind of evidence, by Laplace's rule of succession."""
+    right, of = counts(kind)
+    return (right + 1) / (of + 2)
+
+
+def counts(kind: Kind) -> tuple[int, int]:
+    """How many names with this kind of evidence were right, and of how many."""
+    return sum(one[kind][0] for one in BY_LIST.values()), sum(one[kind][1] for one in BY_LIST.values())
+
+
 def confidence(finding: Finding, is_single: bool) -> tuple[float, str]:
-    """The share of right names with this kind of evidence, by Laplace's rule of succession, and the kind in words."""
+    """The share of right names with the kind of evidence of a finding, and the kind in words."""
     kind = kind_of(finding.pair[0], bool(finding.rivals), is_single)
-    right, of = (sum(counts[kind][place] for counts in BY_LIST.values()) for place in (0, 1))
-    return (right + 1) / (of + 2), f"{kind}: {right} of {of}"
+    return share(kind), "{}: {} of {}".format(kind, *counts(kind))

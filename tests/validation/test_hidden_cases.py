@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL
+from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL, FRESH
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
+from hidden.fifth import BENCHES, FIFTH
 from hidden.fourth import FOURTH
 from hidden.limits import compute, used
 from hidden.limits import read as read_limits
@@ -67,11 +68,12 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 OF_EACH_QUANTITY = {effect.quantity: effect for effect in UNSEEN}
 OF_EACH_QUANTITY |= {effect.quantity: effect for effect in THIRD if effect.quantity not in OF_EACH_QUANTITY}
 OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FOURTH if effect.quantity not in OF_EACH_QUANTITY}
+OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FIFTH if effect.quantity not in OF_EACH_QUANTITY}
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
 def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
-    bench = "brisk" if effect in FOURTH else ("heavy", "compact")[place % 2]
+    bench = "brisk" if effect in FOURTH else BENCHES.get(effect.name, ("heavy", "compact"))[place % 2]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
            for name, signal in alone[bench].items()}
@@ -86,9 +88,10 @@ def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
     late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
     lag = (ramp - late)[0, 500] / 30
     expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
-                "fall": 0, "rise": 0.01, "average": 0.01}
+                "fall": 0, "rise": 0.01, "average": 0.01, "carry": 0.01, "window": 0.01, "creep": 0.01,
+                "strain": 0.01 * (50 / 55) ** 2}
     assert lag == pytest.approx(expected[kind], abs=0.0011)
-    assert late[0, -1] == pytest.approx(65)
+    assert late[0, -1] == pytest.approx(65, abs=1e-3)
 
 
 def test_a_slew_limit_holds_the_rate() -> None:
@@ -131,7 +134,7 @@ def test_plays_in_parallel_are_averaged() -> None:
 def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
-    assert all(1.2 < LAWS[name].typical / limit < 50 for (name, _), limit in limits.items())
+    assert all(1 < LAWS[name].typical / limit < 100 for (name, _), limit in limits.items())
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
 
@@ -181,11 +184,12 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
     assert all(54 <= case.count <= 108 for case in cases if case.count != 27)
 
 
-@pytest.mark.parametrize("which", ["unseen", "elsewhere"])
-def test_five_nulls_of_a_list_tempt(which: str) -> None:
+@pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2)])
+def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
-    assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(TEMPTATIONS)
+    assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(
+        [*TEMPTATIONS] * times)
 
 
 def test_strengths_of_the_unseen_list_span_the_stated_range() -> None:
@@ -258,9 +262,9 @@ def ingredients(world: World) -> list[str]:
 
 def test_seeds_and_files_of_the_lists_differ() -> None:
     seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
-                                       *ELSEWHERE.values())]
+                                       *ELSEWHERE.values(), *FRESH.values())]
     assert len(set(seeds)) == len(seeds)
-    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE}) == len(seeds)
+    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Worlds, bad runs and the other two simulated test benches do what they state (tests/validation/hidden)."""
+"""Worlds, bad runs and the other three simulated test benches do what they state (tests/validation/hidden)."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -11,7 +11,7 @@ from hidden import INGREDIENTS, Case, World, draw, generate, simulate, truth, wr
 from hidden.bad_runs import KINDS, BadRun, corrupt, stick
 from hidden.bad_runs import draw as draw_bad_runs
 from hidden.equations import _converter_torque
-from hidden.nominal import BRISK, COMPACT, HEAVY, SETUPS
+from hidden.nominal import BRISK, COMPACT, GIANT, HEAVY, SETUPS, Setup
 from hidden.run import SIGNALS, observe
 from hidden.world import with_errors, with_other_curves
 
@@ -37,31 +37,35 @@ def test_shifting_times_of_the_compact_bench_agree_with_the_reference() -> None:
         assert np.max(np.abs(corner.lock_time - times[subset])) < 1e-4
 
 
-def test_shifting_times_of_the_brisk_bench_agree_with_those_of_its_bench_file() -> None:
-    bench = Bench.open(HERE / "hidden" / "data" / "brisk.toml")
-    assert bench.sample_time == BRISK.period
+@pytest.mark.parametrize(("setup", "earliest", "latest"), [(BRISK, 0.25, 1.4), (GIANT, 0.4, 2.8)],
+                         ids=lambda value: getattr(value, "name", ""))
+def test_shifting_times_agree_with_those_of_the_bench_file(setup: Setup, earliest: float, latest: float) -> None:
+    bench = Bench.open(HERE / "hidden" / "data" / f"{setup.name}.toml")
+    assert bench.sample_time == setup.period
     points = np.array([[1.0, 1.0], [0.8, 1.2], [1.2, 0.8]])
     expected, status = ensemble.shifting_times(Model(bench.physics), bench.conditions,
                                                ("pressure_bias", "initial_position"), points, ensemble.TIGHT)
     assert np.all(status == ensemble.LOCKED)
-    run = simulate(replace(NOMINAL, bench="brisk", count=80), relative=1e-6)
-    every = np.arange(80)
+    every = np.arange(len(setup.profile))
+    run = simulate(Case(shift="none", scatter=0, bench=setup.name, count=len(every)), relative=1e-6)
     for (bias, position), times in zip(points, expected, strict=True):
-        values = {**run.bench.values, "aa": 0.85 * bias + 0 * times, "x30": 4.5e-4 * position + 0 * times}
+        values = {**run.bench.values, "aa": setup.parameters["aa"] * bias + 0 * times,
+                  "x30": setup.parameters["x30"] * position + 0 * times}
         there = observe(replace(run.bench, values=values), every, every, relative=1e-6)
         assert np.max(np.abs(there.lock_time - times)) < 1e-4
-    assert 0.25 < expected.min() < expected.max() < 1.4
+    assert earliest < expected.min() < expected.max() < latest
 
 
-def test_the_brisk_bench_file_has_the_conditions_and_the_sensors_of_the_bench() -> None:
-    bench = Bench.open(HERE / "hidden" / "data" / "brisk.toml")
+@pytest.mark.parametrize("setup", [BRISK, GIANT], ids=lambda setup: setup.name)
+def test_a_bench_file_has_the_conditions_and_the_sensors_of_the_bench(setup: Setup) -> None:
+    bench = Bench.open(HERE / "hidden" / "data" / f"{setup.name}.toml")
     given = bench.conditions
-    np.testing.assert_array_equal(given.current_profile, BRISK.profile)
+    np.testing.assert_array_equal(given.current_profile, setup.profile)
     for name in ("motor_speed", "load_inertia", "brake_torque"):
-        np.testing.assert_allclose(getattr(given, name), getattr(BRISK, name), rtol=1e-9)
-    np.testing.assert_allclose(given.profile_time, BRISK.profile_time)
-    np.testing.assert_allclose(given.profile_current, BRISK.profile_current)
-    assert {name: bench.sensors[name].noise for name in SIGNALS} == BRISK.noise
+        np.testing.assert_allclose(getattr(given, name), getattr(setup, name), rtol=1e-9)
+    np.testing.assert_allclose(given.profile_time, setup.profile_time)
+    np.testing.assert_allclose(given.profile_current, setup.profile_current)
+    assert {name: bench.sensors[name].noise for name in SIGNALS} == setup.noise
 
 
 @pytest.mark.parametrize("bench", SETUPS)

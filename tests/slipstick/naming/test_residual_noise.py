@@ -1,4 +1,4 @@
-"""The noise of a sensor is bounded by what a block leaves of its signal, and is not raised by what the block lacks."""
+"""The noise of a sensor from what a block leaves of its signal, whatever else the block leaves."""
 
 from dataclasses import replace
 
@@ -6,56 +6,60 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.model import Model
-from slipstick.naming.residual_noise import bounded
+from slipstick.naming.residual_noise import noise_of
 from slipstick.naming.start import begin
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
 
-STD, RHO, SHAPE = 0.3, 0.85, (40, 800)
+STD, SHAPE = 0.3, (40, 800)
 EVERY = np.ones(SHAPE, bool)
+ASSUMED = BlockNoise(10 * STD, 0.999)
 
 
-@pytest.fixture(scope="module")
-def left() -> np.ndarray:
-    white = np.random.default_rng(2).standard_normal((SHAPE[0], SHAPE[1] + 100)) * STD * np.sqrt(1 - RHO**2)
-    return np.asarray(lfilter([1], [1, -RHO], white)[:, 100:])
+def noise(rho: float, seed: int = 2) -> np.ndarray:
+    white = np.random.default_rng(seed).standard_normal((SHAPE[0], SHAPE[1] + 100)) * STD * np.sqrt(1 - rho**2)
+    return np.asarray(lfilter([1], [1, -rho], white)[:, 100:])
 
 
-def test_noise_with_too_much_power_becomes_that_of_the_residuals(left: np.ndarray) -> None:
-    std, rho = bounded((10 * STD, 0.999), left, EVERY)
-    assert std == pytest.approx(STD, rel=0.05)
-    assert rho == pytest.approx(RHO, abs=0.02)
+@pytest.mark.parametrize("rho", [-0.3, 0.0, 0.5, 0.85, 0.95])
+def test_the_noise_of_white_and_of_correlated_sensors_is_found(rho: float) -> None:
+    std, found = noise_of(noise(rho), EVERY, ASSUMED)
+    assert std == pytest.approx(STD, rel=0.1)
+    assert found == pytest.approx(rho, abs=0.02)
 
 
-def test_samples_that_do_not_count_say_nothing(left: np.ndarray) -> None:
+def test_samples_that_do_not_count_say_nothing() -> None:
     counted = EVERY.copy()
     counted[:, 300:500] = False
-    assert bounded((10 * STD, 0.999), np.where(counted, left, 1e6), counted) == pytest.approx((STD, RHO), rel=0.05)
+    assert noise_of(np.where(counted, noise(0.85), 1e6), counted, ASSUMED) == pytest.approx((STD, 0.85), rel=0.1)
+    assert noise_of(noise(0.85), np.zeros(SHAPE, bool), ASSUMED) == (ASSUMED.std, ASSUMED.correlation)
 
 
-def test_noise_that_is_about_right_stays(left: np.ndarray) -> None:
-    assert bounded((1.1 * STD, 0.87), left, EVERY) == (1.1 * STD, 0.87)
+def test_what_a_block_lacks_hardly_changes_the_noise() -> None:
+    slow = 10 * STD * np.sin(np.linspace(0, 6, SHAPE[1]))
+    jump = np.where(np.arange(SHAPE[1]) < 400, 0.0, 30 * STD)
+    assert noise_of(noise(0.7) + slow + jump, EVERY, ASSUMED) == pytest.approx((STD, 0.7), rel=0.08)
 
 
-def test_what_a_block_lacks_does_not_raise_the_noise(left: np.ndarray) -> None:
-    slow = 20 * STD * np.sin(np.linspace(0, 6, SHAPE[1]))
-    assert bounded((STD, RHO), left + slow, EVERY) == (STD, RHO)
+def test_the_integrated_noise_of_the_input_is_not_that_of_the_output() -> None:
+    steps = 0.5 * noise(0.6, seed=3)
+    walk = np.concatenate([np.zeros((SHAPE[0], 1)), np.cumsum(steps, axis=1)[:, :-1]], axis=1)
+    shape = SHAPE[0], SHAPE[1] - 1
+    assumed = BlockNoise(10 * STD, 0.0, STD, 0.6, np.ones(shape), np.full(shape, 0.5))
+    assert noise_of(noise(0.5) + walk, EVERY, assumed) == pytest.approx((STD, 0.5), rel=0.1)
+    alone = noise_of(noise(0.5) + walk, EVERY, replace(assumed, onto=None, decay=None))
+    assert alone[1] > 0.7  # the walk would be taken for a correlation
 
 
-def test_the_blocks_of_an_engagement_start_with_the_bounded_noise() -> None:
+def test_the_blocks_of_an_engagement_start_with_the_noise_that_they_leave() -> None:
     scene = scene_of(HEAVY, Model(HEAVY.physics), 30, seed=1)
-    std = scene.noise["output_speed"][0]
-    scene = replace(scene, noise={**scene.noise, "output_speed": (12 * std, 0.999)})
+    true = {name: HEAVY.sensors[name].noise for name in scene.noise}
+    scene = replace(scene, noise={name: (2 * std, 0.9) for name, (std, _) in scene.noise.items()})
     found = begin(scene, lambda _: None)
-    assert found.noise["output_speed"][0] == pytest.approx(std, rel=0.1)
-    assert abs(found.noise["output_speed"][1]) < 0.3
-    assert found.noise["pressure"] == scene.noise["pressure"]
-    assert 0.85 < found.fits["load"].chi2.mean() < 1.05  # the residuals have integrated torque noise
-
-
-def test_residuals_that_grow_have_no_correlation_above_one() -> None:
-    drift = np.cumsum(np.ones(SHAPE), axis=1) ** 3
-    assert bounded((1.0, 0.5), drift, EVERY) == (1.0, 0.5)
-    _, rho = bounded((1e12, 0.999), drift + np.linspace(-1, 1, SHAPE[0])[:, None], EVERY)
-    assert 0 < rho < 1
+    for name, (std, rho) in found.noise.items():
+        assert std == pytest.approx(true[name], rel=0.1)
+        assert abs(rho) < 0.1
+    for name in ("load", "input", "lock", "contact"):
+        assert found.fits[name].chi2.mean() == pytest.approx(1, abs=0.07)

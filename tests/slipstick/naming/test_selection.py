@@ -56,8 +56,11 @@ def test_a_tie_is_what_would_do_and_trails_by_little_in_nats_or_in_errors() -> N
     assert not rivals(steady, [(steady - 1.0, ("a", "x"))], SETTINGS)
 
 
-def test_the_price_is_that_of_bic() -> None:
-    assert priced(gain(1.0), 4).sum() == pytest.approx(54 - 2 * np.log(54))
+def test_the_price_is_that_of_bic_and_paid_by_those_that_determine_the_law() -> None:
+    leverage = np.where(np.arange(54) < 8, 0.5, 0.0)
+    paid = gain(1.0) - priced(gain(1.0), leverage)
+    assert paid.sum() == pytest.approx(2 * np.log(54))
+    assert not paid[8:].any()
 
 
 @pytest.mark.parametrize(("pair", "kind", "effect"), [

@@ -27,6 +27,7 @@ class Line:
     name: str
     measured: np.ndarray
     offered: tuple[Pair, ...]
+    shown: np.ndarray = field(default_factory=lambda: np.ones(1))
     signal: str = "any"
     scene: Any = None
     fine: int = 9
@@ -53,7 +54,7 @@ class Line:
         return list(self.offered)
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        return np.tile(np.sin(WAVES[pair] * TIME), (len(points), 1, 1))
+        return np.tile(np.sin(WAVES[pair] * TIME), (len(points), 1, 1)) * self.shown[:, None, None]
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         return BlockNoise(STD, 0.0)
@@ -100,3 +101,17 @@ def test_blocks_ask_for_what_acts_on_them(first: dict[Pair, float], second: dict
     assert sorted((one.pair, one.blocks) for one in found) == sorted(expected)
     assert not any(one.rivals for one in found)
     assert all(after[name].chi2.mean() == pytest.approx(1, abs=0.1) for name in after)
+
+
+def test_the_leverage_on_a_law_is_the_share_of_each_engagement_in_what_is_known_of_it() -> None:
+    block = two({}, {})["a"]
+    block.shown = np.repeat([0.0, 1.0, 2.0], 12)
+    found = fit(block, (FIRST,))
+    leverage = found.leverage(FIRST)
+    np.testing.assert_allclose(leverage[:12], 0, atol=1e-3)  # these say nothing but what the mean slope is
+    np.testing.assert_allclose(leverage[24:], 4 * leverage[12], rtol=0.05)
+    assert leverage.sum() == pytest.approx(1, abs=1e-3)
+    both = fit(block, (FIRST, SENSOR))
+    assert both.leverage(FIRST).sum() == pytest.approx(1, abs=0.1)  # the prior tells the rest
+    together = fit_together(list(two({SENSOR: 0.1}, {SENSOR: 0.1}).values()), [(SENSOR,)] * 2, [None] * 2)
+    assert sum(one.leverage(SENSOR).sum() for one in together) == pytest.approx(1, abs=1e-3)

@@ -10,6 +10,7 @@ import numpy as np
 from . import bad_runs, sensors
 from .bench import Bench
 from .catalogue import PHYSICAL, UNLISTED
+from .fifth import FIFTH
 from .fourth import FOURTH
 from .nominal import SETUPS, Setup
 from .run import Run, observe
@@ -20,7 +21,7 @@ from .valve import play, plays
 from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
-LAWS = {**EFFECTS, **{effect.name: effect for effect in (*UNSEEN, *THIRD, *FOURTH)}}
+LAWS = {**EFFECTS, **{effect.name: effect for effect in (*UNSEEN, *THIRD, *FOURTH, *FIFTH)}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")
@@ -49,7 +50,7 @@ class Case:
     shift: Literal["few percent", "ten percent", "none"] = "few percent"
     scatter: float = 1.0
     drifting: bool = False
-    bench: Literal["heavy", "compact", "brisk"] = "heavy"
+    bench: Literal["heavy", "compact", "brisk", "giant"] = "heavy"
     world: World | Literal["any"] | None = None
 
     @property

@@ -1,4 +1,5 @@
-"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN` and `ELSEWHERE` for judging it.
+"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE` and `FRESH` for
+judging it.
 """
 
 import csv
@@ -39,4 +40,5 @@ DEVELOPMENT = read(_DATA / "development.csv")
 FINAL = read(_DATA / "final.csv")
 UNSEEN = read(_DATA / "unseen.csv")
 ELSEWHERE = read(_DATA / "elsewhere.csv")
-LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE}
+FRESH = read(_DATA / "fresh.csv")
+LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH}

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
+from .fifth import BENCHES
 from .fourth import FOURTH
-from .nominal import BRISK, SETUPS
+from .nominal import BRISK
 from .run import SIGNALS
 from .signature import remaining
 
@@ -28,12 +29,11 @@ def read() -> dict[tuple[str, str], float]:
 
 
 def used() -> Iterator[tuple[str, str]]:
-    """Yield each effect with each bench on which a list may have it: those of `FOURTH` on the third only."""
-    fourth = {effect.name for effect in FOURTH}
+    """Yield each effect with each bench on which a list may have it."""
+    fourth = {effect.name: (BRISK.name,) for effect in FOURTH}
     for name in LAWS:
-        for bench in SETUPS:
-            if (name in fourth) == (bench == BRISK.name):
-                yield name, bench
+        for bench in {**fourth, **BENCHES}.get(name, ("heavy", "compact")):
+            yield name, bench
 
 
 def compute(name: str, bench: str) -> float:

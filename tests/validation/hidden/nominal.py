@@ -1,4 +1,4 @@
-"""The nominal benches, `HEAVY`, `COMPACT` and `BRISK`, read from data files."""
+"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK` and `GIANT`, read from data files."""
 
 import csv
 import json
@@ -91,7 +91,21 @@ _BRISK_SCALE = {
     "energy": 1.4, "load_point": 1.1, "shaft_compliance": 8.0,
     "heat": 1.5, "twist": 2.8, "output_position": 4.4, "current_excess": 2.0,
 }
+_GIANT_SCALE = {
+    "current": 0.26, "valve_current": 0.26,
+    **dict.fromkeys(("pressure", "pressure_demand", "chamber_pressure", "contact_pressure", "pressure_sensor"), 1.15),
+    **dict.fromkeys(("driving_pressure", "net_pressure"), 1.05),
+    **dict.fromkeys(("piston", "piston_position", "clearance"), 2.3), "piston_feed": 2.2,
+    **dict.fromkeys(("piston_rate", "free_piston_rate"), 0.8),
+    **dict.fromkeys(("motor_speed", "input_speed", "input_speed_sensor"), 0.63),
+    **dict.fromkeys(("slip", "output_speed", "output_speed_sensor"), 0.42),
+    **dict.fromkeys(("output_torque", "output_torque_sensor"), 7.8), "load_torque": 15.0, "input_drag": 5.0,
+    **dict.fromkeys(("time", "contact_time", "friction_lag", "converter_lag"), 1.8),
+    "energy": 6.0, "load_point": 0.8, "shaft_compliance": 0.12,
+    "heat": 4.0, "twist": 1.15, "output_position": 0.72, "current_excess": 0.2,
+}
 HEAVY = _setup("heavy", "", _DATA.parents[1] / "data" / "conditions.csv", 0.002, 2.0, {})
 COMPACT = _setup("compact", "compact_", _DATA / "compact_conditions.csv", 0.001, 1.8, _COMPACT_SCALE)
 BRISK = _setup("brisk", "brisk_", _DATA / "brisk_conditions.csv", 0.004, 2.4, _BRISK_SCALE)
-SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK)}
+GIANT = _setup("giant", "giant_", _DATA / "giant_conditions.csv", 0.008, 5.0, _GIANT_SCALE)
+SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK, GIANT)}

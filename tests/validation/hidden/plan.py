@@ -1,4 +1,4 @@
-"""Draws two of the lists of cases.py (the others: plan_unseen.py, plan_elsewhere.py).
+"""Draws two of the lists of cases.py (the others: plan_unseen.py, plan_elsewhere.py, plan_fresh.py).
 
 Run once for each list, because a list is fixed before anything is run on it.
 
@@ -111,15 +111,18 @@ def _is_plausible(case: Case) -> bool:
 
 
 def write(name: str, drawn: Iterator[Row], random: np.random.Generator, first_seed: int,
-          folder: Path = Path(__file__).parent / "data") -> None:
-    """Write the list `name` to a folder, in random order, with seeds from `first_seed` + 1 on."""
+          letter: str = "", folder: Path = Path(__file__).parent / "data") -> None:
+    """Write the list `name` to a folder, in random order, with seeds from `first_seed` + 1 on.
+
+    The ids begin with `letter`, by default the first of the name.
+    """
     rows, drawn_rows = [], list(drawn)
     for i, place in enumerate(random.permutation(len(drawn_rows)), start=1):
         bench, world, count, strengths = drawn_rows[place]
         seed = first_seed + i
         strengths = plausible(bench, seed, strengths)
         effects = "+".join(f"{effect}:{strength:.3g}" for effect, strength in strengths.items())
-        rows.append((f"{name[0]}{i:03}", bench, world, count, seed, effects))
+        rows.append((f"{letter or name[0]}{i:03}", bench, world, count, seed, effects))
     with (folder / f"{name}.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("id", "bench", "world", "count", "seed", "effects"))

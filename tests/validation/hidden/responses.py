@@ -81,6 +81,43 @@ def average(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.
     return (integral - earlier - np.minimum(start, 0) * signal[:, :1]) / width
 
 
+def carry(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Delay by 0.6 times `strength` and lag by the rest, as a long line with a filter behind it."""
+    late = delay(signal, 0.6 * strength, name, setup)
+    return late[:, :1] + _pole(late - late[:, :1], 0.4 * strength * _slowness(setup), setup)
+
+
+def window(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Weigh the last 2 times `strength` with a squared sine, most in the middle, as a digital filter does."""
+    ages = (np.arange(16) + 0.5) / 16
+    weights = np.sin(np.pi * ages) ** 2
+    return sum(weight * delay(signal, 2 * strength * age, name, setup)
+               for age, weight in zip(ages, weights / weights.sum(), strict=True))
+
+
+def creep(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow with 85 % of a change at once, and with the rest slowly, so that the mean delay is `strength`."""
+    change = signal - signal[:, :1]
+    return signal[:, :1] + 0.85 * change + 0.15 * _pole(change, strength / 0.15 * _slowness(setup), setup)
+
+
+def strain(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag in proportion to the square of the value; by `strength` at a third of the range."""
+    lag = strength * _slowness(setup) * np.maximum(np.abs(signal) / (size(name, setup) / 3), 0.1) ** 2
+    decay = np.exp(-setup.period / lag)
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        filtered[:, k] = signal[:, k] + decay[:, k] * (filtered[:, k - 1] - signal[:, k])
+    return filtered
+
+
+def _pole(change: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
+    """Filter (n, k), zero at first, by a first-order lag, exact for signals that are linear between samples."""
+    decay = np.exp(-setup.period / lag)
+    weight = 1 - (1 - decay) * lag / setup.period
+    return lfilter([weight, 1 - decay - weight], [1, -decay], change)
+
+
 def size(name: str, setup: Setup) -> float:
     """Return the range of a signal on a bench."""
     return RANGE[name] * setup.scale.get(name, 1.0)
@@ -91,4 +128,4 @@ def _slowness(setup: Setup) -> float:
 
 
 RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold": hold, "fall": fall,
-             "rise": rise, "average": average}
+             "rise": rise, "average": average, "carry": carry, "window": window, "creep": creep, "strain": strain}

@@ -1,0 +1,127 @@
+"""Whether the names of hidden effects are right, and how often."""
+
+from collections.abc import Iterable
+from typing import Any, get_args
+
+import numpy as np
+
+from benchmarks.rates import bounds
+from slipstick.study.confidence import Kind, kind_of, share
+from tests.validation.hidden.case import LAWS
+
+CLEAR = 0.9
+"""Confidence from which on a name is called clear."""
+LIMITS = ((0, 1), (1, 2), (2, 5), (5, np.inf), (1, np.inf))
+"""Ranges of strengths in naming limits."""
+SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
+        ("friction coefficient", "lag"): ("contact pressure", "lag")}
+"""Pairs that are the same effect of the catalogue: air in the oil, and the lag of friction behind the pressure."""
+BLOCK = {"line pressure": "valve", "valve current": "valve", "valve delay": "valve", "pressure sensor": "valve",
+         "load torque": "load", "output speed sensor": "load", "input torque": "input", "converter torque": "input",
+         "input speed sensor": "input", "stick torque": "lock"}
+"""Block of a quantity; all others act in the clutch."""
+
+
+def same(pair: Iterable[str]) -> tuple[str, ...]:
+    """The pair under which it is compared."""
+    its = tuple(pair)
+    return SAME.get(its, its)  # type: ignore[call-overload, no-any-return]
+
+
+def right(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
+    """The pairs that name a hidden effect, as they are compared.
+
+    The offset of a sensor that drifts over the test sequence is both an offset and an error over the run order.
+    """
+    quantity, on = hidden["pair"]
+    drifts = on == "offset" and LAWS[hidden["name"]].abscissa == "sequence"
+    return {same((quantity, on)), *([(quantity, "run order")] if drifts else [])}
+
+
+def alike(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
+    """All pairs that name a hidden effect."""
+    return right(hidden) | {other for other in SAME if SAME[other] in right(hidden)}
+
+
+def judged(entry: dict[str, Any]) -> dict[str, Any]:
+    """Whether an answer is right: `found` of the hidden effects, named `alone`, wrong names, and wrong names alone."""
+    hidden = [right(its) for its in entry["hidden"]]
+    every = set[tuple[str, ...]]().union(*hidden)
+    named = [(same(its["pair"]), {same(pair) for pair in its["rivals"]}) for its in entry["findings"]]
+    return {"found": sum(any(({first} | tied) & pairs for first, tied in named) for pairs in hidden),
+            "alone": sum(any(first in pairs and tied <= pairs for first, tied in named) for pairs in hidden),
+            "wrong": sum(not ({first} | tied) & every for first, tied in named),
+            "wrong_alone": sum(not tied and first not in every for first, tied in named),
+            "block": bool({block(pair) for pair in every}
+                          & ({block(first) for first, _ in named} | set(entry["unexplained"])))}
+
+
+def block(pair: tuple[str, ...]) -> str:
+    """The block in which the quantity of a pair acts."""
+    return BLOCK.get(pair[0], "clutch")
+
+
+def rate(label: str, values: list[bool]) -> list[object]:
+    """A row: how many of how many, the rate, and its 95 % bounds (Clopper and Pearson)."""
+    hits, n = sum(values), len(values)
+    low, high = bounds(hits, n)
+    return [label, hits, n, round(hits / n, 3) if n else "", round(low, 3), round(high, 3)]
+
+
+def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
+    """The rates of a list of answers, over ranges of strengths in naming limits."""
+    verdicts = [(entry, judged(entry)) for entry in entries]
+    nulls = [(e, v) for e, v in verdicts if not e["hidden"]]
+    single = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and e["hidden"][0]["listed"]]
+    outside = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and not e["hidden"][0]["listed"]]
+    both = [(e, v) for e, v in verdicts if len(e["hidden"]) == 2]
+    rows = [rate("nulls called anything", [bool(e["findings"] or e["unexplained"]) for e, _ in nulls])]
+    for low, high in LIMITS:
+        some = [(e, v) for e, v in single if low <= e["hidden"][0]["named"] < high]
+        label = f"listed, {low} to {high} naming limits" if high < np.inf else f"listed, from {low} naming limits"
+        rows += [rate(f"{label}: found, alone or in a tie", [v["found"] == 1 for _, v in some]),
+                 rate(f"{label}: named alone", [v["alone"] == 1 for _, v in some]),
+                 rate(f"{label}: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]),
+                 rate(f"{label}: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some])]
+    strong = [(e, v) for e, v in single if e["hidden"][0]["named"] >= 1]
+    rows += [rate("listed, from 1 naming limits: a wrong name called clear",
+                  [any(clear and not is_right for clear, is_right in called(e)) for e, _ in strong]),
+             rate("listed, from 1 naming limits: right names that are clear",
+                  [clear for e, _ in strong for clear, is_right in called(e) if is_right])]
+    seen = [(e, v) for e, v in outside if e["hidden"][0]["seen"] >= 1]
+    rows += [rate("unlisted, visible: right block", [v["block"] for _, v in seen]),
+             rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
+             rate("unlisted, visible: a name of the catalogue", [bool(called(e)) for e, _ in seen]),
+             rate("unlisted, from 1 naming limit: right pair",
+                  [v["found"] == 1 for e, v in seen if e["hidden"][0]["named"] >= 1])]
+    named = [its for e, _ in single for its in e["findings"] if its["effect"] and same(its["pair"]) in
+             right(e["hidden"][0])]
+    rows.append(rate("right names, left out of the catalogue: unlisted", [not its["left_out"] for its in named]))
+    strong = [(e, v) for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]
+    rows.append(rate("two effects, both from 1 naming limit: both found", [v["found"] == 2 for _, v in strong]))
+    rows += [rate(f"names with the evidence “{kind}”: right", its) for kind, its in by_evidence(entries).items()]
+    rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
+    return rows
+
+
+def by_evidence(entries: list[dict[str, Any]]) -> dict[Kind, list[bool]]:
+    """Kind of evidence -> whether each effect that a finding of this kind was called was right."""
+    found: dict[Kind, list[bool]] = {kind: [] for kind in get_args(Kind)}
+    for entry in entries:
+        for kind, is_right in names(entry):
+            found[kind].append(is_right)
+    return found
+
+
+def names(entry: dict[str, Any]) -> list[tuple[Kind, bool]]:
+    """The kind of evidence for each effect that a finding is called, and whether it or a rival is right."""
+    every = set[tuple[str, ...]]().union(*(right(its) for its in entry["hidden"]))
+    is_single = len(entry["findings"]) == 1 and not entry["unexplained"]
+    return [(kind_of(its["pair"][0], bool(its["rivals"]), is_single),
+             bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
+            for its in entry["findings"] if its["effect"]]
+
+
+def called(entry: dict[str, Any]) -> list[tuple[bool, bool]]:
+    """Whether each name is clear, and whether it is right."""
+    return [(share(kind) >= CLEAR, is_right) for kind, is_right in names(entry)]
