@@ -14,7 +14,7 @@ from numba import set_num_threads
 from benchmarks.benches import BENCHES
 from benchmarks.naming import recorded
 from benchmarks.results import write
-from slipstick.naming.residual_noise import Noise, power
+from slipstick.blocks.sensor_noise import Noise, power
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import begin

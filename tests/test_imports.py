@@ -46,7 +46,7 @@ MAY_IMPORT = {
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
     "slipstick.physical_values": "slipstick.table",
-    "slipstick.blocks": "numpy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
+    "slipstick.blocks": "numpy scipy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
                              "slipstick.recordings",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
@@ -67,7 +67,7 @@ MAY_IMPORT = {
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings "
                              "slipstick.table slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
-                        "slipstick.calibration.noise slipstick.clutch slipstick.recordings",
+                        "slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks.whitening "
                               "slipstick.clutch slipstick.naming slipstick.recordings",
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.confirmation "

@@ -3,8 +3,10 @@
 import numpy as np
 
 from slipstick.bench import Bench, parameters
+from slipstick.blocks.sensor_noise import noise_of, sensor_noise
+from slipstick.blocks.whitening import BlockNoise
 from slipstick.calibration.mixed import MixedFit, Report, fit
-from slipstick.calibration.noise import Noise, sensor_noise
+from slipstick.calibration.noise import Noise
 from slipstick.calibration.observations import Observations
 from slipstick.calibration.result import Calibration
 from slipstick.calibration.start import start as start_values
@@ -95,7 +97,8 @@ def _remaining(observations: Observations, found: MixedFit, lock_up_noise: float
     response = observations.simulate(points[None], places)
     signals, times = observations.residuals(response, places)
     counted = observations.counted(observations.lock_up(response, places), places, lock_up_noise)
-    shown = [sensor_noise(name, signals[channel, 0]) for channel, name in enumerate(observations.signals.names)]
+    shown = [noise_of(one[0], its, BlockNoise(*sensor_noise(name, one[0])))
+             for one, its, name in zip(signals, counted, observations.signals.names, strict=True)]
     noise = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
     squares = [float(np.mean(signals[channel, 0][counted[channel]] ** 2)) for channel in range(len(signals))]
     # What the parameters of the engagements have taken from the residuals, by the trace of the posterior.

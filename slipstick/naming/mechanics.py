@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from slipstick.blocks.sensor_noise import power
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.filters import smoothed_walk
-from slipstick.naming.residual_noise import power
 from slipstick.naming.scene import Scene
 
 KNOWN = 0.03

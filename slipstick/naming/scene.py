@@ -11,11 +11,10 @@ import scipy
 
 from slipstick.bench import Bench, parameters
 from slipstick.blocks.input import curves_of
+from slipstick.blocks.sensor_noise import Noise, noise_of, sensor_noise
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.calibration.noise import sensor_noise
 from slipstick.clutch.effects.effect import DEPENDENCES
 from slipstick.naming.bases import between, between_knots, from_zero, hats, sensor_basis
-from slipstick.naming.residual_noise import Noise, noise_of
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings, Signals

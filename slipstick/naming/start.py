@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 import scipy
 
+from slipstick.blocks.sensor_noise import Noise
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.closing import settled
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
@@ -18,7 +19,6 @@ from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
-from slipstick.naming.residual_noise import Noise
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, forward

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipstick.bench import Bench
 from slipstick.bench.converter import Converter
+from slipstick.blocks.sensor_noise import Noise
 from slipstick.errors import InvalidValue
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Block, Pair
@@ -21,7 +22,6 @@ from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
-from slipstick.naming.residual_noise import Noise
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, forward, is_unexplained

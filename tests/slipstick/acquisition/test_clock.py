@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from slipstick.acquisition.clock import resampled
-from slipstick.calibration.noise import sensor_noise
+from slipstick.blocks.sensor_noise import sensor_noise
 
 STEP = 0.01
 WANTED = np.arange(20, 480) * STEP

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, toeplitz
 
+from slipstick.blocks.sensor_noise import sensor_noise
 from slipstick.calibration import noise, random_effects
 from slipstick.calibration.identification import undetermined
 from slipstick.calibration.linearised import neighbouring
@@ -79,7 +80,7 @@ def test_noise_and_its_correlation_are_estimated_also_through_a_coarse_resolutio
     assert fitted.std[0] == pytest.approx(1, rel=0.02)
     assert fitted.correlation[0] == pytest.approx(rho, abs=0.02)
     smooth = 50 * np.sin(np.arange(1000) / 100)
-    std, correlation = noise.sensor_noise("pressure", np.round((series + smooth) / 0.2) * 0.2)
+    std, correlation = sensor_noise("pressure", np.round((series + smooth) / 0.2) * 0.2)
     assert std == pytest.approx(1, rel=0.06)
     assert correlation == pytest.approx(rho, abs=0.06)
 

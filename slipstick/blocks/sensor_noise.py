@@ -1,4 +1,4 @@
-"""The noise of a sensor, from what a block leaves of its signal.
+"""The noise of a sensor, from its signal, and from what a block leaves of it.
 
 A signal shows its noise only in differences of neighbouring samples. Where the noise is strongly correlated these say
 little about its power at low frequencies: correlations of 0.85 and 0.999 hardly differ in them, but by a factor of
@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.calibration.noise import filtered, robust_std
+from slipstick.errors import InvalidValue
 
 Noise = tuple[float, float]
 """Standard deviation in the unit of the signal, and autocorrelation from sample to sample."""
@@ -20,7 +20,32 @@ LAGS = (1, 2, 4, 8)
 """Samples between those of a second difference. Correlations from 0.5 to 0.95 show in these; over more samples a
 torque that is built up is no longer slow."""
 _HIGHEST = 0.999
-"""Largest magnitude of a correlation: a random walk has 1, and no variance."""
+"""Largest magnitude of an autocorrelation: a random walk has 1, whose variance is infinite."""
+_KEPT = 0.8
+"""Share of the smallest values in a standard deviation that jumps do not reach. The median absolute value would be a
+multiple of the resolution of the sensor."""
+_THIRD, _LAGGED = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 0.0, 2.0, -1.0])
+
+
+def sensor_noise(name: str, values: np.ndarray) -> Noise:
+    """Standard deviation and autocorrelation of the noise in rows (n, k) of a signal.
+
+    From the third differences and the sums of two successive ones: a smooth signal does not reach either, and jumps are
+    rare. `name` is that of the signal in the error message: raises `InvalidValue` if there is no noise.
+    """
+    third, lagged = (_robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
+                     for taps in (_THIRD, _LAGGED))
+    if not third > 0:
+        raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
+                           "Record it with a finer resolution, or add the noise of its sensor")
+
+    def excess(rho: float) -> float:
+        return _filtered(_LAGGED, rho) * third**2 - _filtered(_THIRD, rho) * lagged**2
+
+    low, high = excess(-_HIGHEST), excess(_HIGHEST)
+    rho = scipy.optimize.brentq(excess, -_HIGHEST, _HIGHEST) if low < 0 < high else (
+        _HIGHEST if high <= 0 else -_HIGHEST)
+    return third / np.sqrt(_filtered(_THIRD, rho)), float(rho)
 
 
 def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
@@ -35,7 +60,7 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
     walk = np.array([_walk(noise, counted, lag) for lag in LAGS])
 
     def off(values: np.ndarray) -> np.ndarray:
-        own = np.exp(2 * values[0]) * np.array([filtered(_taps(lag), float(np.tanh(values[1]))) for lag in LAGS])
+        own = np.exp(2 * values[0]) * np.array([_filtered(_taps(lag), float(np.tanh(values[1]))) for lag in LAGS])
         return np.asarray(np.log((own + walk) / observed))
 
     most = float(np.arctanh(_HIGHEST))
@@ -56,7 +81,7 @@ def _variance(left: np.ndarray, counted: np.ndarray, lag: int) -> float:
     every = counted[:, ends] & counted[:, middle] & counted[:, :-2 * lag]
     if not every.any():
         return 0.0
-    return robust_std((left[:, ends] - 2 * left[:, middle] + left[:, :-2 * lag])[every]) ** 2
+    return _robust_std((left[:, ends] - 2 * left[:, middle] + left[:, :-2 * lag])[every]) ** 2
 
 
 def _walk(noise: BlockNoise, counted: np.ndarray, lag: int) -> float:
@@ -65,10 +90,26 @@ def _walk(noise: BlockNoise, counted: np.ndarray, lag: int) -> float:
         return 0.0
     onto = float((noise.onto**2)[counted[:, 1:]].mean())
     sums = np.repeat([-1.0, 1.0], lag)
-    return onto * noise.input_std**2 * filtered(sums, noise.input_correlation)
+    return onto * noise.input_std**2 * _filtered(sums, noise.input_correlation)
 
 
 def _taps(lag: int) -> np.ndarray:
     taps = np.zeros(2 * lag + 1)
     taps[[0, lag, -1]] = 1.0, -2.0, 1.0
     return taps
+
+
+def _robust_std(values: np.ndarray) -> float:
+    """Standard deviation of normal values from the smallest ones."""
+    squares = values.ravel() ** 2
+    kept = int(_KEPT * len(squares))
+    edge = scipy.stats.norm.ppf(0.5 + 0.5 * _KEPT)
+    # The share of the variance that the smallest values of a normal variable have.
+    share = 1 - 2 * edge * scipy.stats.norm.pdf(edge) / _KEPT
+    return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / share))
+
+
+def _filtered(taps: np.ndarray, rho: float) -> float:
+    """Variance of an autoregressive process of variance 1 after a filter."""
+    lags = np.abs(np.subtract.outer(np.arange(len(taps)), np.arange(len(taps))))
+    return float(taps @ np.power(rho, lags) @ taps)

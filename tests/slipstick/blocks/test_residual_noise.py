@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from slipstick.blocks.sensor_noise import noise_of
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.model import Model
-from slipstick.naming.residual_noise import noise_of
 from slipstick.naming.start import begin
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
