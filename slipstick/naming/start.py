@@ -73,10 +73,11 @@ def begin(scene: Scene, ask: Ask) -> Start:
         scene = scene.explained("pressure", pressure)
     if "clutch" in can:
         ask(Asked("onset", ("clutch",)))
-        closing_piston = _onset(scene, pressure)
+        rough = _rough(scene, pressure)
+        closing_piston = _onset(scene, pressure, rough)
         contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points))
         scene = _with_noise(scene, closing_piston.onset, contact)
-        closing_piston = _onset(scene, pressure, closing_piston.onset)
+        closing_piston = _onset(scene, pressure, rough)
     fits = {}
     if "load" in can or "input" in can:
         scene = scene.explained("output_torque", scene.model_torque(_torque(scene, closing_piston)))
@@ -118,15 +119,18 @@ def _with_noise(scene: Scene, *found: BlockFit) -> Scene:
     return scene.with_noise(block.signal, left, counted, found[0].noise)
 
 
-def _onset(scene: Scene, pressure: np.ndarray, start: CurvedFit | None = None) -> Closing:
-    """The piston up to full contact, from an earlier fit or from a search, and the clutch with its time in contact."""
+def _rough(scene: Scene, pressure: np.ndarray) -> CurvedFit:
+    """The piston until shortly after the torque sets in, from a search."""
+    block = OnsetBlock(scene, pressure)
+    clock = np.zeros(len(block.fixed))
+    return fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
+
+
+def _onset(scene: Scene, pressure: np.ndarray, rough: CurvedFit) -> Closing:
+    """The piston up to full contact, where a `rough` fit has it, and the clutch with its time in contact."""
     clutch = ClutchBlock(scene, pressure)
-    if start is None:
-        block = OnsetBlock(scene, pressure)
-        clock = np.zeros(len(block.fixed))
-        start = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
-    block = OnsetBlock(scene, pressure, contact=clutch.contact(start.points, ()).full)
-    onset = settled(block, start.points, start.shared)
+    block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()).full)
+    onset = settled(block, rough.points, rough.shared)
     clutch.in_contact = clutch.contact(onset.points, ())
     return Closing(clutch, onset, block.counted)
 
