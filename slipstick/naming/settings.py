@@ -55,11 +55,11 @@ class NamingSettings:
     """Robust standard deviations of the logarithm of chi-square beyond which an engagement is set aside."""
     most_outlying: float = 0.1
     """Largest share of engagements that may be set aside. More is no accident, but something to name."""
-    noise: float = 0.01
-    """Standard error of the logarithm of a sensor's estimated noise variance, by which the chi-square of all
-    engagements may be off: the root mean square of the logarithm of chi-square is 0.009 over the blocks of the 15
-    development cases without an effect. A block whose chi-square exceeds 1 by more than `errors` standard errors, this
-    one included, is not explained."""
+    noise: float = 0.05
+    """Standard error of the logarithm of chi-square that all engagements of a block share. A block whose chi-square
+    exceeds 1 by more than `errors` standard errors, this one included, is not explained: by more than a fifth, as no
+    model leaves nothing. The estimated noise itself contributes 0.009, the root mean square of the logarithm of
+    chi-square over the blocks of the 15 development cases without an effect."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot decide anything."""
