@@ -13,29 +13,21 @@ from slipstick.bench.converter import Converter
 from slipstick.blocks.sensor_noise import Noise
 from slipstick.errors import InvalidValue
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import Block, Pair
+from slipstick.naming.block import Pair
 from slipstick.naming.closing import closing, evidence_of, settled
 from slipstick.naming.contact import OnsetBlock
 from slipstick.naming.curved import CurvedFit
-from slipstick.naming.fit import BlockFit, fit
-from slipstick.naming.load import LoadBlock
-from slipstick.naming.lock import LockBlock
+from slipstick.naming.fit import BlockFit
 from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, forward, is_unexplained
+from slipstick.naming.set_aside import implausible, outlying
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.shaft import InputBlock
 from slipstick.naming.start import Start, begin
-from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
-
-_LEAST_SPREAD = 0.15
-"""Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""
-_BELIEVED = 3.0
-"""Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,58 +105,6 @@ def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> 
         raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
                            f"Record at least {settings.fewest} engagements under different conditions")
     return Scene.of(bench, recordings, settings)
-
-
-def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
-    """Engagements (n,) far worse than the others: an effect depends on conditions, and acts on more than a few."""
-    off, spread = _from_median(np.log(np.maximum(chi_square, 1e-3)))
-    return np.asarray(off > settings.outlying * np.maximum(_LEAST_SPREAD, spread))
-
-
-def _from_median(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Deviations of `values` (n, ...) from their median, and their robust standard deviation (...)."""
-    off = values - np.median(values, axis=0)
-    return off, 1.4826 * np.median(np.abs(off), axis=0)
-
-
-def implausible(scene: Scene) -> np.ndarray:
-    """Engagements (n,) that are outlying in a block without laws, or have parameters that are.
-
-    The worst are left out before the others are judged, because they distort what all engagements share.
-    """
-    bad, settings = np.zeros(len(scene), bool), scene.settings
-    while bad.mean() <= settings.most_outlying:
-        kept = np.flatnonzero(~bad)
-        fits = [fit(block, iterations=2) for block in _without_laws(scene.take(kept))]
-        worst = np.any([_unbelievable(one, settings) for one in fits], axis=0)
-        bad[kept] = worst | np.any([outlying(one.chi2, settings) for one in fits], axis=0)
-        if not worst.any():
-            break
-    return bad
-
-
-def _without_laws(scene: Scene) -> list[Block]:
-    """The blocks that are linear in their parameters."""
-    can, blocks = open_blocks(tuple(scene.smooth)), list[Block]()
-    if "load" in can:
-        blocks.append(load := LoadBlock(scene))
-        if "lock" in can:
-            blocks.append(LockBlock(scene, load.clean(np.zeros((len(scene), len(load.random))))))
-    if "input" in can:
-        blocks.append(InputBlock(scene))
-    if "valve" in can:
-        blocks.append(ValveBlock(scene))
-    return blocks
-
-
-def _unbelievable(one: BlockFit, settings: NamingSettings) -> np.ndarray:
-    """Engagements (n,) with the parameters furthest beyond belief, if they are also far from those of all others.
-
-    By such parameters a valve explains a reversed sensor, and a load inertia a speed sensor that froze.
-    """
-    off, spread = _from_median(one.fitted.each)  # a single one may pull the mean of all
-    beyond = (np.abs(off) / np.maximum(_BELIEVED * one.block.widest, settings.outlying * spread)).max(axis=1)
-    return np.asarray(beyond > max(1.0, beyond.max() / 2))
 
 
 def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: NamingSettings,

@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.clutch.model import Model
 from slipstick.naming.scene import Scene
-from slipstick.naming.study import implausible
+from slipstick.naming.set_aside import implausible
 from slipstick.recordings import Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import HEAVY

@@ -9,8 +9,8 @@ from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, priced, rivals
+from slipstick.naming.set_aside import outlying
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.study import outlying
 
 SETTINGS = NamingSettings()
 

@@ -1,0 +1,75 @@
+"""Engagements with errors of the recording, which are set aside before anything is asked."""
+
+import numpy as np
+
+from slipstick.naming.block import Block
+from slipstick.naming.fit import BlockFit, fit
+from slipstick.naming.load import LoadBlock
+from slipstick.naming.lock import LockBlock
+from slipstick.naming.scene import Scene
+from slipstick.naming.settings import NamingSettings
+from slipstick.naming.shaft import InputBlock
+from slipstick.naming.valve import ValveBlock
+from slipstick.recordings.needed import open_blocks
+
+_LEAST_SPREAD = 0.15
+"""Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""
+_BELIEVED = 3.0
+"""Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
+
+
+def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
+    """Engagements (n,) far worse than the others: an effect depends on conditions, and acts on more than a few."""
+    return _misfit(chi_square, settings) > 1
+
+
+def implausible(scene: Scene) -> np.ndarray:
+    """Engagements (n,) that are outlying in a block without laws, or have parameters that are.
+
+    The worst are left out before the others are judged, because they distort what all engagements share.
+    """
+    bad, settings = np.zeros(len(scene), bool), scene.settings
+    while bad.mean() <= settings.most_outlying:
+        kept = np.flatnonzero(~bad)
+        fits = [fit(block, iterations=2) for block in _without_laws(scene.take(kept))]
+        doubt = np.max([np.maximum(_misfit(one.chi2, settings), _unbelievable(one, settings)) for one in fits], axis=0)
+        if not doubt.max() > 1:
+            break
+        bad[kept] = doubt > max(1.0, doubt.max() / 2)
+    return bad
+
+
+def _misfit(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
+    """How far chi-squares (n,) are above those of the others, 1 where an engagement is outlying."""
+    off, spread = _from_median(np.log(np.maximum(chi_square, 1e-3)))
+    return np.asarray(off / (settings.outlying * np.maximum(_LEAST_SPREAD, spread)))
+
+
+def _unbelievable(one: BlockFit, settings: NamingSettings) -> np.ndarray:
+    """How far the parameters of engagements (n,) are from those of the others, 1 where they are beyond belief.
+
+    By such parameters a valve explains a reversed sensor, and a load inertia a speed sensor that froze.
+    """
+    off, spread = _from_median(one.fitted.each)  # a single one may pull the mean of all
+    far = np.abs(off) / np.maximum(_BELIEVED * one.block.widest, settings.outlying * spread)
+    return np.asarray(far.max(axis=1))
+
+
+def _from_median(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Deviations of `values` (n, ...) from their median, and their robust standard deviation (...)."""
+    off = values - np.median(values, axis=0)
+    return off, 1.4826 * np.median(np.abs(off), axis=0)
+
+
+def _without_laws(scene: Scene) -> list[Block]:
+    """The blocks that are linear in their parameters."""
+    can, blocks = open_blocks(tuple(scene.smooth)), list[Block]()
+    if "load" in can:
+        blocks.append(load := LoadBlock(scene))
+        if "lock" in can:
+            blocks.append(LockBlock(scene, load.clean(np.zeros((len(scene), len(load.random))))))
+    if "input" in can:
+        blocks.append(InputBlock(scene))
+    if "valve" in can:
+        blocks.append(ValveBlock(scene))
+    return blocks
