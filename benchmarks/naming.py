@@ -6,7 +6,7 @@ Two processes, or the workers of a Dask scheduler, each in a copy of this reposi
 var/naming-LIST.jsonl, so that a killed run goes on where it was. naming_LIST_cases.csv has the cases, naming_LIST.csv
 the rates with 95 % bounds, over strengths in units of the naming limits of naming_limits.py, and docs/naming_LIST.svg
 draws those of single effects. With EVERY, only every so many-th case of the list is answered, from the case FIRST on,
-counted from 0. The lists `COUNTED` also give slipstick/study/confidence.json, and `fresh` tests it.
+counted from 0. The lists `COUNTED` also give slipstick/study/confidence.json.
 """
 
 import argparse
@@ -38,7 +38,7 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = ("final", "unseen", "elsewhere")
+COUNTED = ("final", "unseen", "elsewhere", "fresh")
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
