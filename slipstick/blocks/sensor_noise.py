@@ -21,6 +21,9 @@ LAGS = (1, 2, 4, 8)
 torque that is built up is no longer slow."""
 _HIGHEST = 0.999
 """Largest magnitude of an autocorrelation: a random walk has 1, whose variance is infinite."""
+_LEAST = 0.1
+"""Least standard deviation, over the least that could by itself give the second differences of neighbouring samples.
+Where the integrated noise of the input exceeds all that is left of a speed, its sensor would have no noise at all."""
 _KEPT = 0.8
 """Share of the smallest values in a standard deviation that jumps do not reach. The median absolute value would be a
 multiple of the resolution of the sensor."""
@@ -64,8 +67,10 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
         return np.asarray(np.log((own + walk) / observed))
 
     most = float(np.arctanh(_HIGHEST))
-    begun = np.clip([np.log(noise.std), np.arctanh(noise.correlation)], [-np.inf, -most], [np.inf, most])
-    found = scipy.optimize.least_squares(off, begun, bounds=([-np.inf, -most], [np.inf, most])).x
+    least = float(np.log(_LEAST * np.sqrt(observed[0] / _filtered(_taps(1), -1.0))))
+    bounds = (least, -most), (np.inf, most)
+    begun = np.clip([np.log(noise.std), np.arctanh(noise.correlation)], *bounds)
+    found = scipy.optimize.least_squares(off, begun, bounds=bounds).x
     return float(np.exp(found[0])), float(np.tanh(found[1]))
 
 

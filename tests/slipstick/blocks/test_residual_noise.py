@@ -53,6 +53,13 @@ def test_the_integrated_noise_of_the_input_is_not_that_of_the_output() -> None:
     assert alone[1] > 0.7  # the walk would be taken for a correlation
 
 
+def test_a_sensor_keeps_some_noise_where_that_of_the_input_could_explain_all() -> None:
+    shape = SHAPE[0], SHAPE[1] - 1
+    std, rho = noise_of(noise(0.5), EVERY, BlockNoise(STD, 0.5, 100.0, 0.9, np.ones(shape), np.ones(shape)))
+    assert 0.01 * STD < std < STD
+    assert abs(rho) < 1
+
+
 def test_the_blocks_of_an_engagement_start_with_the_noise_that_they_leave() -> None:
     scene = scene_of(HEAVY, Model(HEAVY.physics), 30, seed=1)
     true = {name: HEAVY.sensors[name].noise for name in scene.noise}
