@@ -91,7 +91,7 @@ def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
                 "fall": 0, "rise": 0.01, "average": 0.01, "carry": 0.01, "window": 0.01, "creep": 0.01,
                 "strain": 0.01 * (50 / 55) ** 2}
     assert lag == pytest.approx(expected[kind], abs=0.0011)
-    assert late[0, -1] == pytest.approx(65, abs=1e-3)
+    assert late[0, -1] == pytest.approx(65, abs=1e-3 if kind == "creep" else None)  # whose slow part takes long
 
 
 def test_a_slew_limit_holds_the_rate() -> None:
@@ -134,7 +134,9 @@ def test_plays_in_parallel_are_averaged() -> None:
 def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
-    assert all(1 < LAWS[name].typical / limit < 100 for (name, _), limit in limits.items())
+    for (name, _), limit in limits.items():
+        least, most = (1, 100) if name in BENCHES else (1.2, 50)
+        assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
 

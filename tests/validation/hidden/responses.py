@@ -41,11 +41,7 @@ def count(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     """Lag by more at low values, as a speed from the time between pulses; by `strength` at a third of the range."""
     third = size(name, setup) / 3
     lag = strength * _slowness(setup) * third / (np.abs(signal) + 0.15 * third)
-    decay = np.exp(-setup.period / lag)
-    filtered = signal.copy()
-    for k in range(1, signal.shape[1]):
-        filtered[:, k] = signal[:, k] + decay[:, k] * (filtered[:, k - 1] - signal[:, k])
-    return filtered
+    return _lagged_by(signal, lag, setup)
 
 
 def hold(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
@@ -84,7 +80,7 @@ def average(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.
 def carry(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
     """Delay by 0.6 times `strength` and lag by the rest, as a long line with a filter behind it."""
     late = delay(signal, 0.6 * strength, name, setup)
-    return late[:, :1] + _pole(late - late[:, :1], 0.4 * strength * _slowness(setup), setup)
+    return late[:, :1] + lagged(late - late[:, :1], 0.4 * strength * _slowness(setup), setup)
 
 
 def window(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
@@ -98,24 +94,30 @@ def window(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.n
 def creep(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
     """Follow with 85 % of a change at once, and with the rest slowly, so that the mean delay is `strength`."""
     change = signal - signal[:, :1]
-    return signal[:, :1] + 0.85 * change + 0.15 * _pole(change, strength / 0.15 * _slowness(setup), setup)
+    return signal[:, :1] + 0.85 * change + 0.15 * lagged(change, strength / 0.15 * _slowness(setup), setup)
 
 
 def strain(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
     """Lag in proportion to the square of the value; by `strength` at a third of the range."""
     lag = strength * _slowness(setup) * np.maximum(np.abs(signal) / (size(name, setup) / 3), 0.1) ** 2
+    return _lagged_by(signal, lag, setup)
+
+
+def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
+    """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
+    decay = np.exp(-setup.period / lag)
+    weight = 1 - (1 - decay) * lag / setup.period
+    initial = (1 - weight) * signal[:, :1]
+    return lfilter([weight, 1 - decay - weight], [1, -decay], signal, zi=initial)[0]
+
+
+def _lagged_by(signal: np.ndarray, lag: np.ndarray, setup: Setup) -> np.ndarray:
+    """Filter (n, k) by first-order lags (n, k) that change from sample to sample."""
     decay = np.exp(-setup.period / lag)
     filtered = signal.copy()
     for k in range(1, signal.shape[1]):
         filtered[:, k] = signal[:, k] + decay[:, k] * (filtered[:, k - 1] - signal[:, k])
     return filtered
-
-
-def _pole(change: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
-    """Filter (n, k), zero at first, by a first-order lag, exact for signals that are linear between samples."""
-    decay = np.exp(-setup.period / lag)
-    weight = 1 - (1 - decay) * lag / setup.period
-    return lfilter([weight, 1 - decay - weight], [1, -decay], change)
 
 
 def size(name: str, setup: Setup) -> float:

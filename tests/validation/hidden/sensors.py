@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 
 from .bench import Bench
 from .effect import Effect
-from .responses import RESPONSES
+from .responses import RESPONSES, lagged
 
 Signals = dict[str, np.ndarray]
 BITS = 12
@@ -45,21 +45,12 @@ def read(true: Signals, quantities: Signals, bench: Bench) -> Signals:
         for effect, strength in bench.effects:
             if effect.quantity == f"{name}_sensor_lag":  # two poles, whose delays add up to the lag
                 lag = strength * bench.setup.scale.get("time", 1.0)
-                reading = _lagged(_lagged(reading, 0.75 * lag, bench), 0.25 * lag, bench)
+                reading = lagged(lagged(reading, 0.75 * lag, bench.setup), 0.25 * lag, bench.setup)
             for kind, response in RESPONSES.items():
                 if effect.quantity == f"{name}_sensor_{kind}":
                     reading = response(reading, strength, name, bench.setup)
         readings[name] = reading
     return readings
-
-
-def _lagged(signal: np.ndarray, lag: float, bench: Bench) -> np.ndarray:
-    """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
-    period = bench.setup.period
-    decay = np.exp(-period / lag)
-    weight = 1 - (1 - decay) * lag / period
-    initial = (1 - weight) * signal[:, :1]
-    return lfilter([weight, 1 - decay - weight], [1, -decay], signal, zi=initial)[0]
 
 
 def measured(readings: Signals, std: Mapping[str, float], memory: Mapping[str, float],
