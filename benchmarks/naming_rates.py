@@ -38,6 +38,11 @@ def right(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
     return {same((quantity, on)), *([(quantity, "run order")] if drifts else [])}
 
 
+def right_of_any(entry: dict[str, Any]) -> set[tuple[str, ...]]:
+    """The pairs that name any of the hidden effects of a case, as they are compared."""
+    return set[tuple[str, ...]]().union(*(right(its) for its in entry["hidden"]))
+
+
 def alike(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
     """All pairs that name a hidden effect."""
     return right(hidden) | {other for other in SAME if SAME[other] in right(hidden)}
@@ -45,8 +50,7 @@ def alike(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
 
 def judged(entry: dict[str, Any]) -> dict[str, Any]:
     """Whether an answer is right: `found` of the hidden effects, named `alone`, wrong names, and wrong names alone."""
-    hidden = [right(its) for its in entry["hidden"]]
-    every = set[tuple[str, ...]]().union(*hidden)
+    hidden, every = [right(its) for its in entry["hidden"]], right_of_any(entry)
     named = [(same(its["pair"]), {same(pair) for pair in its["rivals"]}) for its in entry["findings"]]
     return {"found": sum(any(({first} | tied) & pairs for first, tied in named) for pairs in hidden),
             "alone": sum(any(first in pairs and tied <= pairs for first, tied in named) for pairs in hidden),
@@ -83,11 +87,11 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
                  rate(f"{label}: named alone", [v["alone"] == 1 for _, v in some]),
                  rate(f"{label}: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]),
                  rate(f"{label}: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some])]
-    strong = [(e, v) for e, v in single if e["hidden"][0]["named"] >= 1]
+    strong = [e for e, _ in single if e["hidden"][0]["named"] >= 1]
     rows += [rate("listed, from 1 naming limits: a wrong name called clear",
-                  [any(clear and not is_right for clear, is_right in called(e)) for e, _ in strong]),
+                  [any(clear and not is_right for clear, is_right in called(e)) for e in strong]),
              rate("listed, from 1 naming limits: right names that are clear",
-                  [clear for e, _ in strong for clear, is_right in called(e) if is_right])]
+                  [clear for e in strong for clear, is_right in called(e) if is_right])]
     seen = [(e, v) for e, v in outside if e["hidden"][0]["seen"] >= 1]
     rows += [rate("unlisted, visible: right block", [v["block"] for _, v in seen]),
              rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
@@ -97,8 +101,8 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     named = [its for e, _ in single for its in e["findings"] if its["effect"] and same(its["pair"]) in
              right(e["hidden"][0])]
     rows.append(rate("right names, left out of the catalogue: unlisted", [not its["left_out"] for its in named]))
-    strong = [(e, v) for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]
-    rows.append(rate("two effects, both from 1 naming limit: both found", [v["found"] == 2 for _, v in strong]))
+    rows.append(rate("two effects, both from 1 naming limit: both found",
+                     [v["found"] == 2 for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]))
     rows += [rate(f"names with the evidence “{kind}”: right", its) for kind, its in by_evidence(entries).items()]
     rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
     return rows
@@ -115,7 +119,7 @@ def by_evidence(entries: list[dict[str, Any]]) -> dict[Kind, list[bool]]:
 
 def names(entry: dict[str, Any]) -> list[tuple[Kind, bool]]:
     """The kind of evidence for each effect that a finding is called, and whether it or a rival is right."""
-    every = set[tuple[str, ...]]().union(*(right(its) for its in entry["hidden"]))
+    every = right_of_any(entry)
     is_single = len(entry["findings"]) == 1 and not entry["unexplained"]
     return [(kind_of(its["pair"][0], bool(its["rivals"]), is_single),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))

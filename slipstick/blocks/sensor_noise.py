@@ -16,10 +16,10 @@ from slipstick.errors import InvalidValue
 Noise = tuple[float, float]
 """Standard deviation in the unit of the signal, and autocorrelation from sample to sample."""
 
-LAGS = (1, 2, 4, 8)
+_LAGS = (1, 2, 4, 8)
 """Samples between those of a second difference. Correlations from 0.5 to 0.95 show in these; over more samples a
 torque that is built up is no longer slow."""
-_HIGHEST = 0.999
+HIGHEST = 0.999
 """Largest magnitude of an autocorrelation: a random walk has 1, whose variance is infinite."""
 _LEAST = 0.1
 """Least standard deviation, over the least that could by itself give the second differences of neighbouring samples.
@@ -45,9 +45,9 @@ def sensor_noise(name: str, values: np.ndarray) -> Noise:
     def excess(rho: float) -> float:
         return _filtered(_LAGGED, rho) * third**2 - _filtered(_THIRD, rho) * lagged**2
 
-    low, high = excess(-_HIGHEST), excess(_HIGHEST)
-    rho = scipy.optimize.brentq(excess, -_HIGHEST, _HIGHEST) if low < 0 < high else (
-        _HIGHEST if high <= 0 else -_HIGHEST)
+    low, high = excess(-HIGHEST), excess(HIGHEST)
+    rho = scipy.optimize.brentq(excess, -HIGHEST, HIGHEST) if low < 0 < high else (
+        HIGHEST if high <= 0 else -HIGHEST)
     return third / np.sqrt(_filtered(_THIRD, rho)), float(rho)
 
 
@@ -57,16 +57,16 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
     The variances of second differences are those of the sensor's autoregressive noise and of the integrated noise of
     the input, which is known from the assumed `noise`. Where too few samples count the output keeps the assumed noise.
     """
-    observed = np.array([_variance(left, counted, lag) for lag in LAGS])
+    observed = np.array([_variance(left, counted, lag) for lag in _LAGS])
     if not np.all(observed > 0):
         return noise.std, noise.correlation
-    walk = np.array([_walk(noise, counted, lag) for lag in LAGS])
+    walk = np.array([_walk(noise, counted, lag) for lag in _LAGS])
 
     def off(values: np.ndarray) -> np.ndarray:
-        own = np.exp(2 * values[0]) * np.array([_filtered(_taps(lag), float(np.tanh(values[1]))) for lag in LAGS])
+        own = np.exp(2 * values[0]) * np.array([_filtered(_taps(lag), float(np.tanh(values[1]))) for lag in _LAGS])
         return np.asarray(np.log((own + walk) / observed))
 
-    most = float(np.arctanh(_HIGHEST))
+    most = float(np.arctanh(HIGHEST))
     least = float(np.log(_LEAST * np.sqrt(observed[0] / _filtered(_taps(1), -1.0))))
     bounds = (least, -most), (np.inf, most)
     begun = np.clip([np.log(noise.std), np.arctanh(noise.correlation)], *bounds)

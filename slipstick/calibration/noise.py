@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-_HIGHEST = 0.999
-"""Largest magnitude of an autocorrelation: a random walk has 1, whose variance is infinite."""
+from slipstick.blocks.sensor_noise import HIGHEST
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,5 +46,5 @@ def _autoregressive(every: float, inner: float, across: float, samples: float, p
 
     if pairs == 0:
         return float(np.sqrt(variance(0.0))), 0.0
-    rho = float(scipy.optimize.minimize_scalar(height, bounds=(-_HIGHEST, _HIGHEST), method="bounded").x)
+    rho = float(scipy.optimize.minimize_scalar(height, bounds=(-HIGHEST, HIGHEST), method="bounded").x)
     return float(np.sqrt(variance(rho))), rho

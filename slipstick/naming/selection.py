@@ -84,8 +84,7 @@ def is_unexplained(chi_square: np.ndarray, before: np.ndarray, settings: NamingS
 def priced(gain: np.ndarray, leverage: np.ndarray) -> np.ndarray:
     """A gain (n,) in maximised log-likelihood less the price of the coefficients, as BIC has it.
 
-    Each engagement pays for its `leverage` (n,): one that says nothing about a law gains and pays nothing, and does not
-    speak against it.
+    Each engagement pays for its `leverage` (n,): one that does not determine the law neither gains nor pays.
     """
     return np.asarray(gain - 0.5 * np.log(len(gain)) * leverage)
 

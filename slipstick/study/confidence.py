@@ -45,4 +45,5 @@ def counts(kind: Kind) -> tuple[int, int]:
 def confidence(finding: Finding, is_single: bool) -> tuple[float, str]:
     """The share of right names with the kind of evidence of a finding, and the kind in words."""
     kind = kind_of(finding.pair[0], bool(finding.rivals), is_single)
-    return share(kind), "{}: {} of {}".format(kind, *counts(kind))
+    right, of = counts(kind)
+    return share(kind), f"{kind}: {right} of {of}"
