@@ -44,6 +44,7 @@ class SimulatedBench:
     """All signals and the shifting time of recordings, from their conditions alone, with `terms` in the model."""
 
     name, signal, fine = "simulation", "all signals", 0
+    finer: Mapping[Pair, int] = {}
     random: tuple[str, ...] = tuple(RANDOM)
 
     def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None) -> None:

@@ -51,14 +51,16 @@ def supported(knots: np.ndarray, x: np.ndarray, seen: np.ndarray) -> np.ndarray:
     return np.concatenate([[max(low, knots[0])], knots[knots > max(low, knots[0])]])
 
 
-def between(values: np.ndarray, count: int) -> np.ndarray:
+def between(values: np.ndarray, count: int, centred: bool = True) -> np.ndarray:
     """Basis (n, m) over a quantity that is constant in a run, (n,): at most `count` levels, or hats where it has more.
 
-    Each column has mean 0 over the runs, and the first level has none: what all runs have in common belongs to the
-    parameters of the block. Where all runs have the same value there is no column.
+    Where `centred`, each column has mean 0 over the runs, and the first level has none: what all runs have in common
+    belongs to the parameters of the block. Where all runs have the same value there is no column.
     """
-    basis = hats(values, between_knots(values, count))[:, 1:]
-    return np.asarray(basis - basis.mean(axis=0))
+    basis = hats(values, between_knots(values, count))
+    if not centred:
+        return basis if np.ptp(values) > 0 else basis[:, :0]
+    return np.asarray(basis[:, 1:] - basis[:, 1:].mean(axis=0))
 
 
 def between_knots(values: np.ndarray, count: int) -> np.ndarray:
@@ -73,21 +75,32 @@ def lags(scale: float) -> np.ndarray:
 
 
 def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
-                 largest: float | None = None) -> np.ndarray:
+                 largest: float | None = None, finer: int = 0) -> np.ndarray:
     """Errors (n, m, k) of a sensor of `signal` (n, k) at `time` (k,) in s: its "offset", "gain" or "lag".
 
     An offset is in the unit of the signal. A gain is a share of the signal, and one that grows with the signal up
     to its `largest` value, if none is given that of `signal`. Lags are those of first-order sensors, at multiples of
-    `scale` in s.
+    `scale` in s. Where `finer`, a gain is a share of the signal that is linear between `gain_points`, and a lag may
+    also be a mere delay by each of the times.
     """
     if on == "offset":
         return np.ones_like(signal)[:, None]
     if on == "gain":
         largest = float(np.abs(signal).max()) if largest is None else largest
+        if finer:
+            return np.asarray(hats(np.abs(signal), largest * gain_points(finer)) * signal[:, None])
         return np.stack([signal, signal * np.abs(signal) / largest], axis=1)
     if on == "lag":
-        return np.stack([lagged_signal(signal, time, np.array([lag])) - signal for lag in lags(scale)], axis=1)
+        read = [lagged_signal(signal, time, np.array([lag])) for lag in lags(scale)]
+        if finer:
+            read += [delayed(signal, lag / (time[1] - time[0])) for lag in lags(scale)]
+        return np.asarray(np.stack(read, axis=1) - signal[:, None])
     raise KeyError(on)
+
+
+def gain_points(finer: int) -> np.ndarray:
+    """Points of a `finer` gain of a sensor, over the largest signal."""
+    return np.linspace(0, 1, 2 ** (finer + 1) + 1)
 
 
 def delayed(signal: np.ndarray, late: float) -> np.ndarray:

@@ -7,7 +7,7 @@ About parameters b (n, q) of n engagements, shared values s (p,) and laws with c
 All parameters are relative changes, 0 at the nominal value: a parameter of the bench is base * (1 + b).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +19,7 @@ from slipstick.naming.scene import Pair, Scene
 Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
-__all__ = ["Block", "Laws", "Pair", "SearchedBlock"]
+__all__ = ["Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest"]
 
 
 class Block(Protocol):
@@ -32,6 +32,7 @@ class Block(Protocol):
       for parameters that the recordings must determine.
     - `widest` (q,): largest standard deviation of a parameter over engagements.
     - `fine`: number of knots of a law over a signal; a fit sets it.
+    - `finer`: how many times the resolution of a law was doubled since; 0 for those that it does not have.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Block(Protocol):
     fixed_std: np.ndarray
     widest: np.ndarray
     fine: int
+    finer: Mapping[Pair, int]
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The signal (n, k) at parameters `points` (n, q) under `laws`, without what is shared."""
@@ -66,6 +68,28 @@ class Block(Protocol):
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """The noise of the residual `measured` - prediction."""
+
+
+def fineness(block: Block, pair: Pair) -> int:
+    """Number of knots of the law of a pair over a signal."""
+    return ((block.fine - 1) << block.finer.get(pair, 0)) + 1
+
+
+_FINEST = 2
+"""How many times the resolution of a law is doubled at most: from 9 to 33 knots over a signal."""
+_NOT_OVER_SIGNALS = ("offset", "past current", "twist", "direction")
+"""Dependences of laws that are a few numbers, and that have no resolution."""
+
+
+def finest(block: Block, pair: Pair) -> int:
+    """How many times the resolution of a law can be doubled: of those over signals, and of gains and lags of sensors.
+    """
+    quantity, on = pair
+    if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair == ("converter torque", "lag"):
+        return 0
+    if on == "lag":
+        return 1
+    return _FINEST if on == "gain" or not quantity.endswith("sensor") else 0
 
 
 class SearchedBlock(Block, Protocol):

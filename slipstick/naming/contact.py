@@ -4,6 +4,8 @@ At the onset friction is nearly constant, whatever it depends on, and the torque
 piston. In full contact the piston rests, and torque over pressure is the friction coefficient.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 import scipy
 
@@ -31,12 +33,13 @@ class OnsetBlock(ClutchBlock):
     name = "onset"
 
     def __init__(self, scene: Scene, pressure: np.ndarray, after: float = _AFTER,
-                 contact: np.ndarray | None = None, laws: Laws = ()) -> None:
+                 contact: np.ndarray | None = None, laws: Laws = (), finer: Mapping[Pair, int] | None = None) -> None:
         """`contact` (n, k) in s is the time in contact, from an earlier fit: the window then ends after it begins.
 
-        `laws` are those that the block will have: an offset that is among them is not taken off as well.
+        `laws` are those that the block will have, `finer` as it says: an offset among them is not taken off as well.
         """
         super().__init__(scene, pressure)
+        self.finer = finer or {}
         self.measured = self.measured - self._zero([(pair, c) for pair, c in laws if pair[0] == "output torque sensor"])
         first = self._onset()
         if contact is not None:

@@ -209,6 +209,7 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     a fit and of those that go on from it can be compared.
     """
     everything = list(dict.fromkeys(law for its in laws for law in its))
+    laws = [tuple(law for law in everything if law in its) for its in laws]  # the order of coefficients in `joined`
     points = [np.zeros((len(block.measured), len(block.random))) if start is None else start.points
               for block, start in zip(blocks, starts, strict=True)]
     shared = [np.zeros(len(block.fixed)) if start is None else start.shared

@@ -46,12 +46,15 @@ def over(pair: Pair, x: np.ndarray, onto: np.ndarray, relative: bool = False, up
     return LawMap(onto, "1" if relative else UNITS[pair[0]], relative, x, x_unit or _X_UNITS[pair[1]], up_to)
 
 
-def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = False) -> LawMap:
-    """A law over one of `scene.of_runs`, of mean 0 over the runs; coefficients are in units of `size`."""
+def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = False, centred: bool = True) -> LawMap:
+    """A law over one of `scene.of_runs`, of mean 0 over the runs where `centred`; coefficients are in units of `size`.
+    """
     values = scene.constant_in_run(pair[1])
     knots = bases.between_knots(values, scene.settings.knots)
-    centre = bases.hats(values, knots)[:, 1:].mean(axis=0)
-    law = over(pair, knots, size * (np.eye(len(knots))[:, 1:] - centre), relative, "constant", unit_of(pair[1], scene))
+    onto = size * np.eye(len(knots))
+    if centred:
+        onto = onto[:, 1:] - size * bases.hats(values, knots)[:, 1:].mean(axis=0)
+    law = over(pair, knots, onto, relative, "constant" if centred else "nothing", unit_of(pair[1], scene))
     return replace(law, at_levels=bool(np.isin(values, knots).all()))
 
 
@@ -65,8 +68,8 @@ def single(row: np.ndarray | float, unit: str) -> LawMap:
     return LawMap(np.atleast_2d(row), unit)
 
 
-def of_sensor(pair: Pair, scene: Scene) -> LawMap:
-    """The error of a sensor.
+def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
+    """The error of a sensor, with the columns of `Scene.reading`.
 
     An offset is a number in the unit of the signal. A lag is a number in s: the mean of the impulse response, by which
     a slow ramp is read late. A gain is the relative error over the signal, constant for a sensor whose slope is wrong.
@@ -80,10 +83,10 @@ def of_sensor(pair: Pair, scene: Scene) -> LawMap:
     if on == "offset":
         return single(1.0, UNITS[sensor])
     if on == "lag":
-        return single(bases.lags(scene.lag), "s")
+        return single(np.tile(bases.lags(scene.lag), 2 if finer else 1), "s")
     if on == "gain":
-        share = np.linspace(0, 1, _GAIN_POINTS)
-        onto = np.stack([np.ones_like(share), share], axis=1)
+        share = bases.gain_points(finer) if finer else np.linspace(0, 1, _GAIN_POINTS)
+        onto = np.eye(len(share)) if finer else np.stack([np.ones_like(share), share], axis=1)
         x = scene.largest(sensor) * share
         if sensor in NOT_TOLD_FROM_GAIN:
             return LawMap(onto[:, 1:], "1", True, x, UNITS[sensor], "constant")

@@ -6,16 +6,18 @@ with J in kg m^2 and torques in N m. Its columns are responses to torques, compu
 measured one would share its integrated noise with the residual.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from slipstick.blocks.relaxation import relaxed
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
-from slipstick.naming.scene import Scene
+from slipstick.naming.scene import TORQUE_GAIN, Scene
 
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
 _FROM_ZERO = ("output speed", "pressure")
@@ -25,7 +27,8 @@ _FROM_ZERO = ("output speed", "pressure")
 class LoadBlock:
     """Output speed from the measured torque; parameters are losses, brake, inertia, and kicks at lock-up and breakaway.
 
-    `base` keeps where the load moves, and `columns`, `basis` and `noise` refer to its last call.
+    `base` keeps where the load moves and the torque without a gain error, and `columns`, `basis` and `noise` refer to
+    its last call.
     """
 
     name, signal = "load", "output_speed"
@@ -34,6 +37,7 @@ class LoadBlock:
     def __init__(self, scene: Scene) -> None:
         conditions = scene.recordings.conditions
         self.scene, self.fine = scene, scene.settings.fine_knots
+        self.finer: Mapping[Pair, int] = {}
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
@@ -48,12 +52,14 @@ class LoadBlock:
         self._kick = scene.smooth["output_torque"].max() / self.inertia  # rad/s^2
         self._moving = np.ones((len(scene), len(scene.time) - 1), bool)
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
+        self._read = scene.smooth["output_torque"]
         self._speed = self.clean(np.zeros((len(scene), len(self.random))))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Output speed (n, k) in rad/s at `points` (n, 5)."""
         torque = self.torque - (self.brake * (1 + points[:, 1]))[:, None]
         self._speed = reference = self.clean(points, laws)
+        self._read = self.scene.true_torque(laws, self.finer.get(TORQUE_GAIN, 0))
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque + coefficients @ self._torque(pair)
@@ -123,35 +129,38 @@ class LoadBlock:
         """The values of a law: a load torque is against the motion, an error is what a sensor reads too much."""
         scene, (quantity, on) = self.scene, pair
         if quantity.endswith("sensor"):
-            return of_sensor(pair, scene)
+            return of_sensor(pair, scene, self.finer.get(pair, 0))
         if on in scene.of_runs:
-            return over_runs(pair, scene, scene.typical_torque)
-        return over(pair, self.knots(pair), scene.typical_torque * np.eye(self.fine))
+            return over_runs(pair, scene, scene.typical_torque, centred=False)
+        return over(pair, self.knots(pair), scene.typical_torque * np.eye(fineness(self, pair)))
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return self.scene.reading(*pair, speed)
+        return self.scene.reading(*pair, speed, self.finer.get(pair, 0))
 
     def _torque(self, pair: Pair) -> np.ndarray:
-        """Torques (n, m, k) in N m that drive the load, over signals of the scene: each is computed once."""
-        if (pair, self.fine) not in self._torques:
-            self._torques[pair, self.fine] = self._over_signals(pair)
-        return self._torques[pair, self.fine]
+        """Torques (n, m, k) in N m that drive the load. Those over signals of the scene are computed once."""
+        if pair == TORQUE_GAIN:
+            return -self.scene.reading(*pair, self._read, self.finer.get(pair, 0))
+        key = pair, fineness(self, pair)
+        if key not in self._torques:
+            self._torques[key] = self._over_signals(pair)
+        return self._torques[key]
 
     def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
         if quantity == "output torque sensor":
-            return -scene.reading(*pair, scene.smooth["output_torque"])
+            return -scene.reading(*pair, scene.smooth["output_torque"], self.finer.get(pair, 0))
         speed = scene.smooth["output_speed"]
         if on in scene.of_runs:
-            between = scene.between(on)
+            between = scene.between(on, centred=False)  # no parameter is a torque that all engagements have in common
             return np.asarray(-np.ones_like(speed)[:, None] * between[:, :, None] * scene.typical_torque)
         return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * scene.typical_torque)
 
     def knots(self, pair: Pair) -> np.ndarray:
         """Where the coefficients of a law of the load torque are its values: (m,) in the unit of what it depends on."""
         spaced = bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
-        return np.asarray(spaced(self._abscissa(pair[1]), self.scene.smooth["output_speed"] > 0, self.fine))
+        return np.asarray(spaced(self._abscissa(pair[1]), self.scene.smooth["output_speed"] > 0, fineness(self, pair)))
 
     def _abscissa(self, on: str) -> np.ndarray:
         """The signal (n, k) that a law depends on."""

@@ -4,6 +4,8 @@ The signal is input speed - g * output speed in rad/s, as both sensors measure i
 for a gear ratio g (1 + b), a clock that is late, and errors of either sensor.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 import scipy
 
@@ -31,6 +33,7 @@ class LockBlock:
     def __init__(self, scene: Scene, speed: np.ndarray) -> None:
         """`speed` (n, k) in rad/s is that of the load block: a measured one would share its noise with the residual."""
         self.scene, self.fine = scene, scene.settings.fine_knots
+        self.finer: Mapping[Pair, int] = {}
         self.output = speed
         self.measured = scene.measured("input_speed") - scene.gear * scene.measured("output_speed")
         self.counted = scene.locked
@@ -75,12 +78,14 @@ class LockBlock:
             rate = scipy.signal.savgol_filter(torque, width, _ORDER, deriv=1, delta=scene.step, axis=1)
             return np.asarray((rate / scene.gear * _TWIST)[:, None])
         if quantity.startswith("output"):
-            return np.asarray(-scene.gear * scene.reading(quantity, on, self.output))
+            return np.asarray(-scene.gear * scene.reading(quantity, on, self.output, self.finer.get(pair, 0)))
         # A lag of the sensor keeps what it read before lock-up for a while.
         slipping = scene.time < scene.recordings.measured_time[:, None]
         signal = np.where(slipping, scene.smooth["input_speed"], scene.gear * self.output)
-        return scene.reading(quantity, on, signal)
+        return scene.reading(quantity, on, signal, self.finer.get(pair, 0))
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: an error is what a sensor reads too much, a twist a compliance on the input side."""
-        return single(_TWIST, "rad/(N m)") if pair[0] == "stick torque" else of_sensor(pair, self.scene)
+        if pair[0] == "stick torque":
+            return single(_TWIST, "rad/(N m)")
+        return of_sensor(pair, self.scene, self.finer.get(pair, 0))

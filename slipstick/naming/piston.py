@@ -4,6 +4,8 @@ The pressure is that of the valve block, without noise: the piston integrates it
 parameters, so that start values are searched (`search`) and its columns are finite differences.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 import scipy
 
@@ -44,6 +46,7 @@ class ClutchBlock:
     def __init__(self, scene: Scene, pressure: np.ndarray) -> None:
         """`pressure` (n, k) in bar is that of the valve block."""
         self.scene, self.fine = scene, scene.settings.fine_knots
+        self.finer: Mapping[Pair, int] = {}
         self.measured = scene.measured(self.signal)
         self.pressure = pressure
         self.change = np.gradient(pressure, scene.time, axis=1)
@@ -123,7 +126,7 @@ class ClutchBlock:
         if law.kind == "reading":
             # At the mean parameters, because a column with an engagement's own scatter would explain that.
             at = points if pair[1] == "lag" else np.tile(points.mean(axis=0), (len(points), 1))
-            return self.scene.reading("output torque sensor", pair[1], self.base(at, laws))
+            return self._error(pair, self.base(at, laws))
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
         base = self.base(points, laws)
@@ -160,7 +163,7 @@ class ClutchBlock:
         return self._law(pair).values
 
     def _loading(self) -> Loading:
-        return Loading(self.scene, self.pressure, self.in_contact, self.counted, self.fine)
+        return Loading(self.scene, self.pressure, self.in_contact, self.counted, self.fine, self.finer)
 
     def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray, kind: str = "",
                 more: np.ndarray = _EMPTY) -> tuple[np.ndarray, np.ndarray]:
@@ -182,16 +185,20 @@ class ClutchBlock:
             elif law.kind == "drag":
                 drag = max(0.0, float(c[0])) * float(law.basis[0])
             elif law.kind == "reading":
-                readings.append((pair[1], c))
+                readings.append((pair, c))
         torque, position = np.zeros(self.pressure.shape), np.zeros(self.pressure.shape)
         pressure, change, slip = self._inputs
         close(self.scene.step, _SUB, self.clock, end, pressure, change, slip, values,
               added["chamber"], added["gain"], added["clearance"], added["friction"], added["film"],
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
-        for on, c in readings:
-            torque = torque + c @ self.scene.reading("output torque sensor", on, torque)
+        for pair, c in readings:
+            torque = torque + c @ self._error(pair, torque)
         return torque, position
+
+    def _error(self, pair: Pair, torque: np.ndarray) -> np.ndarray:
+        """Errors (n, m, k) in N m of what a sensor reads of a torque (n, k)."""
+        return self.scene.reading("output torque sensor", pair[1], torque, self.finer.get(pair, 0))
 
     def _added(self, laws: Laws) -> dict[str, np.ndarray]:
         """What laws add to each quantity of `ADDED`, (n, k): kept, because columns are differences at the same laws."""

@@ -1,5 +1,6 @@
 """The laws of the clutch block: which input of its kernel each pair changes, and the basis of that change."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,11 +76,17 @@ class Loading:
     in_contact: Contact
     counted: np.ndarray
     fine: int
+    finer: Mapping[Pair, int]
+
+    def knots(self, pair: Pair) -> int:
+        """Number of knots of the law of a pair over a signal that runs through its range."""
+        return ((self.fine - 1) << self.finer.get(pair, 0)) + 1
 
     def is_same(self, other: "Loading") -> bool:
         """Whether both hold the same arrays, so that laws over them are the same."""
         return (self.scene is other.scene and self.pressure is other.pressure and self.in_contact is other.in_contact
-                and self.counted is other.counted and self.fine == other.fine)
+                and self.counted is other.counted and self.fine == other.fine
+                and self.finer == other.finer)
 
 
 def pairs_of(scene: Scene) -> list[Pair]:
@@ -92,7 +99,7 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
     scene, (quantity, on) = given.scene, pair
     if quantity == "output torque sensor" or pair == ("contact pressure", "lag"):
-        its = of_sensor(pair, scene)
+        its = of_sensor(pair, scene, given.finer.get(pair, 0))
         return PistonLaw("reading", its.onto.shape[1], np.zeros(0), its)
     if on in scene.of_runs:
         return _between(pair, given)
@@ -108,9 +115,9 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     stroke, rate = scene.value("contact_position"), scene.bench.scales.piston_rate
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
-        knots = bases.evenly(x, given.counted, given.fine)
+        knots = bases.evenly(x, given.counted, given.knots(pair))
         hats = bases.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
-        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(given.fine)))
+        return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(len(knots))))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
         knots = bases.from_zero(x, given.counted, count)
@@ -159,7 +166,7 @@ def _friction(pair: Pair, given: Loading) -> PistonLaw:
     """A relative law of the friction over a signal."""
     loaded = given.counted & (given.in_contact.full > 0)
     x = _abscissa(pair[1], given)
-    knots = (bases.evenly if pair[1] == "pressure" else bases.from_zero)(x, loaded, given.fine)
+    knots = (bases.evenly if pair[1] == "pressure" else bases.from_zero)(x, loaded, given.knots(pair))
     hats = bases.hats(x, knots)
     # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
     centre = np.einsum("nmk,nk->m", hats, loaded) / max(1, loaded.sum())

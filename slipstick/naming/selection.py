@@ -1,12 +1,12 @@
 """Which pairs of quantity and dependence the recordings ask for, one after the other: forward selection."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import Pair
+from slipstick.naming.block import Pair, finest
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.settings import NamingSettings
@@ -64,10 +64,15 @@ def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings
     """Those of `others` that would do, and that `best` (n,) leads by too little in nats or in standard errors."""
     found = []
     for gain, pair in others:
-        ahead = best - gain
-        if is_enough(gain, settings) and (ahead.sum() < settings.nats or in_errors(ahead) < settings.apart):
-            found.append(Rival(pair, float(gain.sum()), in_errors(ahead)))
+        if is_enough(gain, settings) and not leads(best, gain, settings):
+            found.append(Rival(pair, float(gain.sum()), in_errors(best - gain)))
     return tuple(found)
+
+
+def leads(gain: np.ndarray, other: np.ndarray, settings: NamingSettings) -> bool:
+    """Whether a gain (n,) exceeds an `other` one by enough nats and standard errors to be told apart from it."""
+    ahead = gain - other
+    return bool(ahead.sum() >= settings.nats and in_errors(ahead) >= settings.apart)
 
 
 def is_unexplained(chi_square: np.ndarray, before: np.ndarray, settings: NamingSettings) -> bool:
@@ -93,9 +98,12 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             step: Step = "laws") -> tuple[dict[str, BlockFit], list[Finding]]:
     """Add pairs to the blocks of `fits` while the recordings ask for them, as a `step` of naming."""
     fits, findings, closed = dict(fits), list[Finding](), set[str]()
-    for one in fits.values():
-        if one.chi2.mean() > settings.strong:
+    strong = [name for name, one in fits.items() if one.chi2.mean() > settings.strong]
+    for name, one in fits.items():
+        if name in strong:
             one.block.fine = settings.finer_knots
+        if strong:  # sensors act on several blocks, with the same columns in all of them
+            one.block.finer = {pair: 1 for pair in one.block.pairs() if _is_fault(pair)}
     tables: dict[str, Table] = {}
     while len(closed) < len(fits):
         ask(Asked(step, tuple(name for name in fits if name not in closed), compares=True))
@@ -114,7 +122,11 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
                 continue
             finding, its = _settled(fits, best, near, ranked, settings,
                                     lambda one: ask(Asked(step, one.blocks, one.pair)))
-            touched |= set(best.blocks) | set(its)
+            finer = _finer(fits, finding.blocks, settings, finding.gain)
+            touched |= set(best.blocks) | set(finer or its)
+            if finer is not None:
+                fits |= finer
+                continue
             earlier = max((one.nats for one in findings if set(one.blocks) & set(finding.blocks)), default=0.0)
             if not is_enough(finding.gain, settings) or finding.nats < settings.further * earlier:
                 closed |= set(best.blocks)
@@ -135,11 +147,15 @@ def _near(best: Gain, others: Sequence[Gain], settings: NamingSettings) -> list[
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """A pair fitted in full: its priced `rise` (n,) in the likelihood, and the fits of the blocks that it changes."""
+    """A pair fitted in full: its priced `rise` (n,) in the likelihood, and the fits of the blocks that it changes.
+
+    They hold where its resolution has been doubled `finer` times in its blocks.
+    """
 
     one: Gain
     rise: np.ndarray
     its: dict[str, BlockFit]
+    finer: int
 
 
 def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ranked: Sequence[Gain],
@@ -156,10 +172,12 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
     def tried(one: Gain) -> _Tried:
         if one.pair not in known:
             ask(one)
-            its = _fitted(fits, one)
-            rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
-            price = sum(its[name].leverage(one.pair) for name in one.blocks)
-            known[one.pair] = _Tried(one, priced(np.asarray(rise), np.asarray(price)), its)
+            known[one.pair] = found = _tried(fits, one, fits[one.blocks[0]].block.finer.get(one.pair, 0))
+            # A sensor's gain or lag has few numbers. Where it is strong, it must compete with the freedom of others.
+            if _is_fault(one.pair) and not found.finer and settings.further * found.rise.sum() > settings.nats:
+                finer = _tried(fits, one, 1)
+                if is_enough(finer.rise - found.rise, settings):
+                    known[one.pair] = finer
         return known[one.pair]
 
     those = sorted((tried(one) for one in (best, *near)), key=lambda one: -float(one.rise.sum()))
@@ -171,7 +189,27 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
     else:
         those = those[1:]
     tied = rivals(chosen.rise, [(other.rise, other.one.pair) for other in those], settings)
+    for name in chosen.one.blocks:
+        fits[name].block.finer = {**fits[name].block.finer, chosen.one.pair: chosen.finer}
     return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied), chosen.its
+
+
+def _is_fault(pair: Pair) -> bool:
+    return pair[0].endswith("sensor") and pair[1] in ("gain", "lag")
+
+
+def _tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> _Tried:
+    """A pair fitted with a resolution that is doubled `finer` times, which its blocks do not keep."""
+    blocks = [fits[name].block for name in one.blocks]
+    before = [block.finer for block in blocks]
+    for block in blocks:
+        block.finer = {**block.finer, one.pair: finer}
+    its = _fitted(fits, one)
+    rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
+    price = sum(its[name].leverage(one.pair) for name in one.blocks)
+    for block, its_own in zip(blocks, before, strict=True):
+        block.finer = its_own
+    return _Tried(one, priced(np.asarray(rise), np.asarray(price)), its, finer)
 
 
 def _apart(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:
@@ -186,14 +224,48 @@ def _apart(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:
 
 def _fitted(fits: Mapping[str, BlockFit], one: Gain) -> dict[str, BlockFit]:
     """The fits of the blocks that a further pair changes: its own, and those that share a law with one of them."""
-    names, laws = set(one.blocks), set[Pair]()
+    order = _sharing(fits, one.blocks)
+    its = [(*fits[name].laws, *([one.pair] if name in one.blocks else [])) for name in order]
+    found = fit_together([fits[name].block for name in order], its, [fits[name] for name in order])
+    return dict(zip(order, found, strict=True))
+
+
+def _sharing(fits: Mapping[str, BlockFit], blocks: Sequence[str]) -> list[str]:
+    """Names of these blocks, and of those that share a law with one of them."""
+    names, laws = set(blocks), set[Pair]()
     while True:
         laws |= {law for name in names for law in fits[name].laws}
         wider = names | {name for name, its in fits.items() if laws & set(its.laws)}
         if wider == names:
-            break
+            return [name for name in fits if name in names]
         names = wider
-    order = [name for name in fits if name in names]
-    its = [(*fits[name].laws, *([one.pair] if name in one.blocks else [])) for name in order]
-    found = fit_together([fits[name].block for name in order], its, [fits[name] for name in order])
-    return dict(zip(order, found, strict=True))
+
+
+def _finer(fits: Mapping[str, BlockFit], blocks: Sequence[str], settings: NamingSettings,
+           further: np.ndarray) -> dict[str, BlockFit] | None:
+    """The fits of these blocks with finer laws, if those do as well as a further law that gains `further` (n,).
+
+    What few knots leave of a strong law looks like another one: a further name must explain more than the same laws
+    with twice the resolution.
+    """
+    order = _sharing(fits, blocks)
+    before = {name: fits[name].block.finer for name in order}
+    finer = {law: before[name].get(law, 0) + 1 for name in order for law in fits[name].laws
+             if before[name].get(law, 0) < finest(fits[name].block, law)}
+    if not finer:
+        return None
+    for name in order:
+        fits[name].block.finer = {**before[name], **{law: finer[law] for law in fits[name].laws if law in finer}}
+    starts = [replace(fits[name], coefficients={law: c for law, c in fits[name].coefficients.items()
+                                                if law not in finer}) for name in order]
+    found = dict(zip(order, fit_together([one.block for one in starts], [one.laws for one in starts], starts),
+                     strict=True))
+    rise = np.sum([found[name].fitted.likelihood - fits[name].fitted.likelihood for name in order], axis=0)
+    price = np.sum([one.leverage(law) for one in found.values() for law in one.laws], axis=0)
+    paid = np.sum([fits[name].leverage(law) for name in order for law in fits[name].laws], axis=0)
+    gain = priced(rise, price - paid)
+    if is_enough(gain, settings) and not leads(further, gain, settings):
+        return found
+    for name in order:
+        fits[name].block.finer = before[name]
+    return None

@@ -9,6 +9,7 @@ percent of motor speed changes is far from linear. Columns are responses of the 
 computed without noise.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,11 +20,11 @@ from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
-from slipstick.naming.scene import Scene
+from slipstick.naming.scene import TORQUE_GAIN, Scene
 from slipstick.naming.shaft_kernel import turn
 
 CONVERTER_WITHIN = 0.05
@@ -75,6 +76,7 @@ class InputBlock:
     def __init__(self, scene: Scene) -> None:
         conditions, physics = scene.recordings.conditions, scene.bench.physics
         self.scene, self.fine = scene, scene.settings.fine_knots
+        self.finer: Mapping[Pair, int] = {}
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.coulomb, self.viscous = (scene.value(name) for name in self.random[:3])
@@ -99,6 +101,7 @@ class InputBlock:
         self._ratios = np.linspace(self._curves[0, 0], self._curves[0, -1], _POINTS)
         self._hats = bases.hats(self._ratios[None], self._knots)[0]
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
+        self._read = scene.smooth["output_torque"]
         nominal = np.zeros((len(scene), len(self.random)))
         self._speed = self.clean(nominal)
         self._about = self._linearised(nominal)
@@ -111,6 +114,7 @@ class InputBlock:
         """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
         self._speed = reference = self.clean(points, laws)
         torque = self.torque / self.scene.gear
+        self._read = self.scene.true_torque(laws, self.finer.get(TORQUE_GAIN, 0))
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque - coefficients @ self._torque(pair, reference)
@@ -204,17 +208,17 @@ class InputBlock:
         """
         scene, (quantity, on) = self.scene, pair
         if quantity.endswith("sensor"):
-            return of_sensor(pair, scene)
+            return of_sensor(pair, scene, self.finer.get(pair, 0))
         if quantity == "converter torque":
             return single(scene.lag * _LAGS, "s") if on == "lag" else over_runs(pair, scene, relative=True)
         unit = scene.typical_torque / scene.gear
         if on in scene.of_runs:
-            return over_runs(pair, scene, unit)
-        return over(pair, self._knots_of(on), -unit * np.eye(self.fine))
+            return over_runs(pair, scene, unit, centred=False)
+        return over(pair, self._knots_of(pair), -unit * np.eye(fineness(self, pair)))
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return self.scene.reading(*pair, speed)
+        return self.scene.reading(*pair, speed, self.finer.get(pair, 0))
 
     def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
@@ -226,27 +230,30 @@ class InputBlock:
         return self._given_by(pair)
 
     def _given_by(self, pair: Pair) -> np.ndarray:
-        """Torques (n, m, k) in N m that only depend on the signals of the scene, each computed once."""
-        if (pair, self.fine) not in self._torques:
-            self._torques[pair, self.fine] = self._over_signals(pair)
-        return self._torques[pair, self.fine]
+        """Torques (n, m, k) in N m that do not depend on the speed that they lead to; most are computed once."""
+        if pair == TORQUE_GAIN:
+            return self.scene.reading(*pair, self._read, self.finer.get(pair, 0)) / self.scene.gear
+        key = pair, fineness(self, pair)
+        if key not in self._torques:
+            self._torques[key] = self._over_signals(pair)
+        return self._torques[key]
 
     def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
         measured = scene.smooth["input_speed"]
         if quantity == "output torque sensor":
-            return scene.reading(*pair, scene.smooth["output_torque"]) / scene.gear
+            return scene.reading(*pair, scene.smooth["output_torque"], self.finer.get(pair, 0)) / scene.gear
         unit = scene.typical_torque / scene.gear
         if on in scene.of_runs:
-            size = (self._converter(measured, self.motor[:, None]) if quantity == "converter torque"
-                    else np.full(measured.shape, unit))
-            return np.asarray(size[:, None] * scene.between(on)[:, :, None])
-        return np.asarray(-bases.hats(self._abscissa(on), self._knots_of(on)) * unit)
+            of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
+            size = self._converter(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
+            return np.asarray(size[:, None] * scene.between(on, centred=of_converter)[:, :, None])
+        return np.asarray(-bases.hats(self._abscissa(on), self._knots_of(pair)) * unit)
 
-    def _knots_of(self, on: str) -> np.ndarray:
+    def _knots_of(self, pair: Pair) -> np.ndarray:
         """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""
-        x = self._abscissa(on)
-        return (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, np.ones(x.shape, bool), self.fine)
+        x, spaced = self._abscissa(pair[1]), bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
+        return spaced(x, np.ones(x.shape, bool), fineness(self, pair))
 
     def _abscissa(self, on: str) -> np.ndarray:
         """The signal (n, k) that a law depends on."""

@@ -114,12 +114,12 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
     assert start.valve is not None
     ask(Asked("clutch", ("clutch",)))
     block = start.closing.block
-    block.fine = contact.block.fine
+    block.fine, block.finer = contact.block.fine, contact.block.finer
     points = start.closing.onset.points.copy()
     points[:, 0] = contact.points[:, 0]
     clutch = settled(block, points, contact.shared, contact.laws, contact.coefficients)
     if contact.laws:
-        window = OnsetBlock(block.scene, block.pressure, laws=contact.held)
+        window = OnsetBlock(block.scene, block.pressure, laws=contact.held, finer=block.finer)
         window.fine, window.in_contact = block.fine, block.in_contact
         found = search(window, contact.shared, contact.held)
         found[:, 0] = contact.points[:, 0]

@@ -7,6 +7,7 @@ pressure (the gain), the delay, or what the sensor reads. Those within an engage
 response the same filter gives; those between engagements as multiples of the columns of its parameters.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from slipstick.bench import parameters
 from slipstick.blocks import Valve
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import play, valve_response
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.scene import Scene
@@ -40,6 +41,7 @@ class ValveBlock:
     def __init__(self, scene: Scene) -> None:
         conditions, time = scene.recordings.conditions, scene.time
         self.scene, self.fine = scene, scene.settings.fine_knots
+        self.finer: Mapping[Pair, int] = {}
         self.measured = scene.measured(self.signal)
         self.counted = np.ones(self.measured.shape, bool)
         self.fixed_std = np.array([scene.step])
@@ -103,7 +105,7 @@ class ValveBlock:
         """
         scene, (quantity, on) = self.scene, pair
         if quantity == "pressure sensor":
-            return scene.reading(quantity, on, predicted)
+            return scene.reading(quantity, on, predicted, self.finer.get(pair, 0))
         if on in scene.of_runs:
             # A line pressure times the prediction: the gain's own column leaves out the other laws.
             column = (predicted if quantity == "line pressure"
@@ -111,7 +113,7 @@ class ValveBlock:
             return np.asarray(column[:, None] * scene.between(on)[:, :, None])
         gain = self._vectors(points)[:, self._places[2], None, None]
         if on == "current":
-            hats = bases.hats(self.current, self._currents())
+            hats = bases.hats(self.current, self._currents(pair))
             # From the current at the command on, where the pressure is at rest. Without the outer hats, which
             # current bias and gain replace.
             return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
@@ -119,7 +121,7 @@ class ValveBlock:
             change = [play(self.current, width) - self.current for width in self._widths()]
             return self._respond(points, gain * np.stack(change, axis=1))
         if on == "time":
-            hats = bases.hats(np.broadcast_to(self.times, self.current.shape), self._instants())
+            hats = bases.hats(np.broadcast_to(self.times, self.current.shape), self._instants(pair))
             # Without the first hat, which at the command only the gain could be told from.
             return self._respond(points, self._demand(points)[:, None] * hats[:, 1:])
         raise KeyError(pair)
@@ -132,7 +134,7 @@ class ValveBlock:
         """
         scene, (quantity, on) = self.scene, pair
         if quantity == "pressure sensor":
-            return of_sensor(pair, scene)
+            return of_sensor(pair, scene, self.finer.get(pair, 0))
         if on in scene.of_runs:
             if quantity == "valve current":  # a coefficient is a relative bias, which is taken off the current
                 return over_runs(pair, scene, -scene.value("current_bias"))
@@ -140,20 +142,21 @@ class ValveBlock:
         if on == "past current":
             return single(self._widths(), "A")
         if on == "current":
-            knots = self._currents()
+            knots = self._currents(pair)
             first = bases.hats(self.current[:, 0], knots).mean(axis=0)
             return over(pair, knots, (np.eye(len(knots)) - first)[:, 1:-1], up_to="line")
         if on == "time":
-            return over(pair, self._instants(), np.eye(self.fine)[:, 1:], relative=True, up_to="constant")
+            knots = self._instants(pair)
+            return over(pair, knots, np.eye(len(knots))[:, 1:], relative=True, up_to="constant")
         raise KeyError(pair)
 
-    def _currents(self) -> np.ndarray:
+    def _currents(self, pair: Pair) -> np.ndarray:
         """Knots in A of laws over the current."""
-        return np.linspace(self.current.min(), self.current.max(), self.fine + 2)
+        return np.linspace(self.current.min(), self.current.max(), fineness(self, pair) + 2)
 
-    def _instants(self) -> np.ndarray:
+    def _instants(self, pair: Pair) -> np.ndarray:
         """Knots in s of laws over time."""
-        return np.linspace(0, self.times[-1], self.fine)
+        return np.linspace(0, self.times[-1], fineness(self, pair))
 
     def _widths(self) -> np.ndarray:
         """Half-widths in A of the play operators."""

@@ -1,6 +1,6 @@
 """Several blocks with common laws: their joint fit, and which pairs they ask for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +31,7 @@ class Line:
     signal: str = "any"
     scene: Any = None
     fine: int = 9
+    finer: Mapping[Pair, int] = field(default_factory=dict)
     random: tuple[str, ...] = ("slope",)
     fixed: tuple[str, ...] = ()
     random_std: np.ndarray = field(default_factory=lambda: np.array([np.inf]))
