@@ -21,6 +21,9 @@ BLOCK = {"line pressure": "valve", "valve current": "valve", "valve delay": "val
          "input speed sensor": "input", "stick torque": "lock"}
 """Block of a quantity; all others act in the clutch."""
 
+_DRIFTS = {"sequence": "run order", "time": "time"}
+"""What the error of a sensor depends on whose offset has one of these abscissas."""
+
 
 def same(pair: Iterable[str]) -> tuple[str, ...]:
     """The pair under which it is compared."""
@@ -31,11 +34,12 @@ def same(pair: Iterable[str]) -> tuple[str, ...]:
 def right(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
     """The pairs that name a hidden effect, as they are compared.
 
-    The offset of a sensor that drifts over the test sequence is both an offset and an error over the run order.
+    The offset of a sensor that drifts over the test sequence, or in an engagement, is both an offset and an error over
+    the run order, or over time.
     """
     quantity, on = hidden["pair"]
-    drifts = on == "offset" and LAWS[hidden["name"]].abscissa == "sequence"
-    return {same((quantity, on)), *([(quantity, "run order")] if drifts else [])}
+    drifts = on == "offset" and _DRIFTS.get(LAWS[hidden["name"]].abscissa)
+    return {same((quantity, on)), *([(quantity, drifts)] if drifts else [])}
 
 
 def right_of_any(entry: dict[str, Any]) -> set[tuple[str, ...]]:

@@ -81,20 +81,22 @@ def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
     An offset is in the unit of the signal. A gain is a share of the signal, and one that grows with the signal up
     to its `largest` value, if none is given that of `signal`. Lags are those of first-order sensors, at multiples of
     `scale` in s. Where `finer`, a gain is a share of the signal that is linear between `gain_points`, and a lag may
-    also be a mere delay by each of the times.
+    also be a mere delay by each of the times, or grow with the signal.
     """
     if on == "offset":
         return np.ones_like(signal)[:, None]
+    largest = float(np.abs(signal).max()) if largest is None else largest
     if on == "gain":
-        largest = float(np.abs(signal).max()) if largest is None else largest
         if finer:
             return np.asarray(hats(np.abs(signal), largest * gain_points(finer)) * signal[:, None])
         return np.stack([signal, signal * np.abs(signal) / largest], axis=1)
     if on == "lag":
-        read = [lagged_signal(signal, time, np.array([lag])) for lag in lags(scale)]
-        if finer:
-            read += [delayed(signal, lag / (time[1] - time[0])) for lag in lags(scale)]
-        return np.asarray(np.stack(read, axis=1) - signal[:, None])
+        late = np.stack([lagged_signal(signal, time, np.array([lag])) for lag in lags(scale)], axis=1) - signal[:, None]
+        if not finer:
+            return np.asarray(late)
+        delays = [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags(scale)]
+        share = np.abs(signal) / largest
+        return np.concatenate([late, np.stack(delays, axis=1), late * share[:, None]], axis=1)
     raise KeyError(on)
 
 

@@ -82,14 +82,13 @@ _NOT_OVER_SIGNALS = ("offset", "past current", "twist", "direction")
 
 
 def finest(block: Block, pair: Pair) -> int:
-    """How many times the resolution of a law can be doubled: of those over signals, and of gains and lags of sensors.
-    """
+    """How many times the resolution of a law can be doubled: of those over signals, and of some errors of sensors."""
     quantity, on = pair
     if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair == ("converter torque", "lag"):
         return 0
-    if on == "lag":
-        return 1
-    return _FINEST if on == "gain" or not quantity.endswith("sensor") else 0
+    if quantity.endswith("sensor") and on not in ("gain", "lag", "time"):
+        return 0
+    return 1 if on == "lag" else _FINEST
 
 
 class SearchedBlock(Block, Protocol):

@@ -73,8 +73,9 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
 
     An offset is a number in the unit of the signal. A lag is a number in s: the mean of the impulse response, by which
     a slow ramp is read late. A gain is the relative error over the signal, constant for a sensor whose slope is wrong.
-    An error over another signal is 0 where that is 0, where it would be an offset. Over the run order it is an offset
-    that drifts. That of the pressure sensor is known up to a constant gain, which the gain of the valve compensates.
+    An error over another signal is 0 where that is 0, where it would be an offset. Over the run order and over time it
+    is an offset that drifts. That of the pressure sensor is known up to a constant gain, which the gain of the valve
+    compensates.
     """
     sensor, on = pair
     if on == "run order":
@@ -83,7 +84,8 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
     if on == "offset":
         return single(1.0, UNITS[sensor])
     if on == "lag":
-        return single(np.tile(bases.lags(scene.lag), 2 if finer else 1), "s")
+        times = bases.lags(scene.lag)
+        return single(np.concatenate([times, times, 0.5 * times]) if finer else times, "s")  # at half of the range
     if on == "gain":
         share = bases.gain_points(finer) if finer else np.linspace(0, 1, _GAIN_POINTS)
         onto = np.eye(len(share)) if finer else np.stack([np.ones_like(share), share], axis=1)
@@ -91,5 +93,5 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
         if sensor in NOT_TOLD_FROM_GAIN:
             return LawMap(onto[:, 1:], "1", True, x, UNITS[sensor], "constant")
         return LawMap(onto, "1", True, x, UNITS[sensor])
-    knots = scene.error_knots(on)
-    return over(pair, knots, scene.drift(sensor) * np.eye(len(knots))[:, 1:])
+    knots = scene.error_knots(on, finer)
+    return over(pair, knots, scene.drift(sensor) * np.eye(len(knots))[:, 0 if on == "time" else 1:])

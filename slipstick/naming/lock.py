@@ -65,7 +65,7 @@ class LockBlock:
     def pairs(self) -> list[Pair]:
         """Laws of both speed sensors, and a twist of the shaft between them."""
         return [*((f"{side} speed sensor", on) for side in ("input", "output")
-                  for on in ("offset", "gain", "lag", "run order")),
+                  for on in ("offset", "gain", "lag", "run order", "time")),
                 ("stick torque", "twist")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

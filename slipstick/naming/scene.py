@@ -30,7 +30,7 @@ _ERRORS, _SAMPLES = 4, 2
 _TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
             "output position": ("output_speed",)}
 """Signals from which the values of a dependence come, for the dependences of blocks that may lack one."""
-_FAULTS = ("offset", "gain", "lag", "run order")
+_FAULTS = ("offset", "gain", "lag", "run order", "time")
 _ERRORS_OVER: dict[str, tuple[str, ...]] = {
     "pressure sensor": (*_FAULTS, "input speed"), "input speed sensor": _FAULTS, "output speed sensor": _FAULTS,
     "output torque sensor": (*_FAULTS, "pressure", "output speed")}
@@ -138,9 +138,11 @@ class Scene:
     def reading(self, sensor: str, on: str, signal: np.ndarray, finer: int = 0) -> np.ndarray:
         """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit.
 
-        Over the run order it is an offset that drifts, which need not be 0 on average. It may also depend on another
-        signal. A `finer` gain or lag has more columns.
+        Over the run order or over time it is an offset that drifts, which need not be 0 on average. It may also depend
+        on another signal. A `finer` gain, lag or drift over time has more columns.
         """
+        if on == "time":
+            return np.asarray(hats(self.abscissa(on), self.error_knots(on, finer)) * self.drift(sensor))
         if on in _TOLD_BY:
             # Without the first hat: an error where the other signal is 0 is an offset.
             return np.asarray(hats(self.abscissa(on), self.error_knots(on))[:, 1:] * self.drift(sensor))
@@ -163,8 +165,10 @@ class Scene:
                 torque = smooth - slipping * (coefficients @ self.reading(*TORQUE_GAIN, torque, finer))
         return torque
 
-    def error_knots(self, on: str) -> np.ndarray:
-        """Knots (m,) of errors of sensors over another signal, from 0 on, in its unit."""
+    def error_knots(self, on: str, finer: int = 0) -> np.ndarray:
+        """Knots (m,) of errors of sensors over time or over another signal, from 0 on, in its unit."""
+        if on == "time":
+            return np.linspace(0, self.time[-1], ((self.settings.fine_knots - 1) << finer) + 1)
         x = self.abscissa(on)
         return from_zero(x, np.ones(x.shape, bool), self.settings.knots)
 

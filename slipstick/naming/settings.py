@@ -41,10 +41,11 @@ class NamingSettings:
     fine_knots: int = 9
     """Knots of a law over what runs through its range in each engagement, so that many samples determine each."""
     strong: float = 2.0
-    """Reduced chi-square of a block without laws from which its laws have `finer_knots` instead of `fine_knots`."""
+    """Reduced chi-square from which a block is so far off that others cannot rely on it: the closing piston is asked
+    for nothing if that of the pressure is, and full contact begins later if that of the onset is."""
     finer_knots: int = 17
-    """Knots of a law in a block that is far off, at half the distance of 9: what few knots leave of a strong law would
-    look like another one."""
+    """Knots of a law in a block that is not explained without laws, at half the distance of 9: what few knots leave of
+    a strong law would look like another one."""
     smoothing: float = 3.0
     """Standard deviation in samples of the Gaussian kernel that smooths signals until a block explains them. Columns of
     laws are computed from smooth signals, because those of noisy ones are biased; a wider kernel rounds off corners."""

@@ -16,12 +16,13 @@ from slipstick.naming.closing import settled
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
+from slipstick.naming.forward import forward
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
-from slipstick.naming.selection import Finding, forward
+from slipstick.naming.selection import Finding
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks

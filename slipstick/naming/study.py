@@ -18,11 +18,12 @@ from slipstick.naming.closing import closing, evidence_of, settled
 from slipstick.naming.contact import OnsetBlock
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import BlockFit
+from slipstick.naming.forward import forward
 from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
-from slipstick.naming.selection import Finding, forward, is_unexplained
+from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.set_aside import implausible, outlying
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin

@@ -40,7 +40,8 @@ EFFECTS = {("valve current", "past current"): "valve_hysteresis", ("converter to
 DIRECT = {("valve delay", "motor speed"), ("valve delay", "run order"), ("output torque sensor", "pressure"),
           ("output torque sensor", "output speed"), ("pressure sensor", "input speed"), ("pressure sensor", "gain"),
           ("load torque", "output position"), ("stick torque", "twist"), ("contact pressure", "lag"),
-          *((f"{name} sensor", "run order") for name in ("pressure", "input speed", "output speed", "output torque"))}
+          *((f"{name} sensor", on) for name in ("pressure", "input speed", "output speed", "output torque")
+            for on in ("run order", "time"))}
 """Pairs with a test of their own."""
 CLOSE = 0.06
 LOOSE = {("converter torque", "lag"): 0.2, ("friction coefficient", "heat"): 0.1,
@@ -160,15 +161,17 @@ def with_reading(scene: Scene, signal: str, change: np.ndarray) -> Scene:
     return replace(scene, recordings=Recordings(recordings.conditions, recordings.measured_time, signals))
 
 
+@pytest.mark.parametrize("on", ["run order", "time"])
 @pytest.mark.parametrize(("name", "sensor"), [
     ("valve", "pressure"), *((name, "output torque") for name in ("load", "input", "clutch", "contact")),
     *((name, "output speed") for name in ("load", "lock")), *((name, "input speed") for name in ("input", "lock"))])
-def test_a_drift_of_a_sensor_is_in_its_reading(name: str, sensor: str) -> None:
-    block, pair = nominal(HEAVY, name), (f"{sensor} sensor", "run order")
+def test_a_drift_of_a_sensor_is_in_its_reading(name: str, sensor: str, on: str) -> None:
+    block, pair = nominal(HEAVY, name), (f"{sensor} sensor", on)
     law, scene = block.law(pair), block.scene
     assert law.x is not None
     c = np.linspace(0.2, -0.1, law.onto.shape[1])
-    drift = np.interp(scene.run, law.x, law.onto @ c)[:, None]
+    drift = np.interp(scene.run[:, None] if on == "run order" else scene.time, law.x, law.onto @ c)
+    drift = np.broadcast_to(drift, (len(scene), len(scene.time)))
     assert np.ptp(drift) > 0
     assert left(block_of(name, with_reading(scene, sensor.replace(" ", "_"), drift)), pair, c) < CLOSE
 

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.naming.fit import fit
+from slipstick.naming.forward import forward
 from slipstick.naming.scene import Scene
-from slipstick.naming.selection import forward
 from slipstick.naming.settings import NamingSettings, digest_of
 from slipstick.naming.study import scene_of
 from tests.benches import HEAVY
@@ -62,10 +63,13 @@ def test_the_numbers_of_knots_are_those_of_the_laws(scene: Scene) -> None:
         pair: count for pair, (_, count) in wanted.items()}
 
 
-def test_a_block_that_is_far_off_has_the_finer_knots(scene: Scene) -> None:
-    block = block_of("load", scene)
-    forward({"load": fit(block, iterations=1)}, NamingSettings(strong=0.0, finer_knots=6, nats=1e9))
-    assert block.fine == 6
+@pytest.mark.parametrize(("drag", "knots", "finer"), [(0.0, 9, 0), (150.0, 6, 1)])
+def test_a_block_that_is_not_explained_has_the_finer_laws(drag: float, knots: int, finer: int) -> None:
+    law = MeasuredLaw("load torque", "output speed", (0.0, 10.0, 20.0, 30.0), (0.0, drag, -drag, 0.0), relative=False)
+    block = block_of("load", engagements.scene_of(HEAVY, Model(HEAVY.physics).with_law(law), 12, seed=1))
+    forward({"load": fit(block)}, NamingSettings(finer_knots=6, nats=1e9))
+    assert block.fine == knots
+    assert block.finer.get(("output speed sensor", "gain"), 0) == finer
 
 
 def test_smoothing_is_in_samples(scene: Scene) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.fit import fit, fit_together
-from slipstick.naming.selection import forward
+from slipstick.naming.forward import forward
 from slipstick.naming.settings import NamingSettings
 
 Pair = tuple[str, str]
