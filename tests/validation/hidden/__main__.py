@@ -1,6 +1,6 @@
 """Writes the recordings of a list of cases, and apart from them their truth.
 
-    python -m tests.validation.hidden DIRECTORY development|final|unseen|elsewhere|fresh [id ...] [--truth FILE]
+    python -m tests.validation.hidden DIRECTORY development|final|unseen|elsewhere|fresh|later [id ...] [--truth FILE]
 """
 
 import argparse

@@ -1,5 +1,5 @@
-"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE` and `FRESH` for
-judging it.
+"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH` and `LATER`
+for judging it.
 """
 
 import csv
@@ -41,4 +41,6 @@ FINAL = read(_DATA / "final.csv")
 UNSEEN = read(_DATA / "unseen.csv")
 ELSEWHERE = read(_DATA / "elsewhere.csv")
 FRESH = read(_DATA / "fresh.csv")
-LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH}
+LATER = read(_DATA / "later.csv")
+LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
+         "later": LATER}

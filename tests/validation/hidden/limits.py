@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .fifth import BENCHES
+from .fifth import BENCHES as OF_FIFTH
 from .fourth import FOURTH
 from .nominal import BRISK
 from .run import SIGNALS
 from .signature import remaining
+from .sixth import BENCHES as OF_SIXTH
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
 RUNS = 54
@@ -30,9 +31,9 @@ def read() -> dict[tuple[str, str], float]:
 
 def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it."""
-    fourth = {effect.name: (BRISK.name,) for effect in FOURTH}
+    benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH
     for name in LAWS:
-        for bench in {**fourth, **BENCHES}.get(name, ("heavy", "compact")):
+        for bench in benches.get(name, ("heavy", "compact")):
             yield name, bench
 
 

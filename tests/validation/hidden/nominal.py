@@ -1,4 +1,4 @@
-"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK` and `GIANT`, read from data files."""
+"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK`, `GIANT` and `LIGHT`, read from data files."""
 
 import csv
 import json
@@ -104,8 +104,22 @@ _GIANT_SCALE = {
     "energy": 6.0, "load_point": 0.8, "shaft_compliance": 0.12,
     "heat": 4.0, "twist": 1.15, "output_position": 0.72, "current_excess": 0.2,
 }
+_LIGHT_SCALE = {
+    "current": 0.66, "valve_current": 0.5,
+    **dict.fromkeys(("pressure", "pressure_demand", "chamber_pressure", "contact_pressure", "pressure_sensor"), 0.65),
+    **dict.fromkeys(("driving_pressure", "net_pressure"), 0.55),
+    **dict.fromkeys(("piston", "piston_position", "clearance"), 0.4), "piston_feed": 0.6,
+    **dict.fromkeys(("piston_rate", "free_piston_rate"), 0.9),
+    **dict.fromkeys(("motor_speed", "input_speed", "input_speed_sensor"), 1.5),
+    **dict.fromkeys(("slip", "output_speed", "output_speed_sensor"), 1.9),
+    **dict.fromkeys(("output_torque", "output_torque_sensor"), 0.14), "load_torque": 0.17, "input_drag": 0.25,
+    **dict.fromkeys(("time", "contact_time", "friction_lag", "converter_lag"), 0.64),
+    "energy": 0.18, "load_point": 1.07, "shaft_compliance": 13.0,
+    "heat": 0.27, "twist": 1.9, "output_position": 1.16, "current_excess": 0.45,
+}
 HEAVY = _setup("heavy", "", _DATA.parents[1] / "data" / "conditions.csv", 0.002, 2.0, {})
 COMPACT = _setup("compact", "compact_", _DATA / "compact_conditions.csv", 0.001, 1.8, _COMPACT_SCALE)
 BRISK = _setup("brisk", "brisk_", _DATA / "brisk_conditions.csv", 0.004, 2.4, _BRISK_SCALE)
 GIANT = _setup("giant", "giant_", _DATA / "giant_conditions.csv", 0.008, 5.0, _GIANT_SCALE)
-SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK, GIANT)}
+LIGHT = _setup("light", "light_", _DATA / "light_conditions.csv", 0.003, 1.5, _LIGHT_SCALE)
+SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK, GIANT, LIGHT)}

@@ -103,6 +103,38 @@ def strain(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.n
     return _lagged_by(signal, lag, setup)
 
 
+def friction(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow only once the signal has moved by the range in 0.3 s times `strength`, as a gauge with play."""
+    band = size(name, setup) * strength / 0.3
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        filtered[:, k] = np.clip(filtered[:, k - 1], signal[:, k] - band, signal[:, k] + band)
+    return filtered
+
+
+def switch(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by 1.8 times `strength` until 0.45 s, and by a tenth of it later, as a filter that is switched over."""
+    slowness = _slowness(setup)
+    lag = strength * slowness * np.where(setup.time < 0.45 * slowness, 1.8, 0.1)
+    return _lagged_by(signal, np.broadcast_to(lag, signal.shape), setup)
+
+
+def turns(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Delay by `strength` on average, most every 0.3 s and hardly in between, as a bus that others use by turns."""
+    time, slowness = setup.time, _slowness(setup)
+    late = 3.2 * strength * slowness * np.sin(np.pi * time / (0.3 * slowness)) ** 6
+    return np.array([np.interp(time - late, time, row) for row in signal])
+
+
+def changes(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Hold until the signal has changed by the range in 0.3 s times `strength`, then follow, as a bus to save load."""
+    band = size(name, setup) * strength / 0.3
+    sent = signal.copy()
+    for k in range(1, signal.shape[1]):
+        sent[:, k] = np.where(np.abs(signal[:, k] - sent[:, k - 1]) < band, sent[:, k - 1], signal[:, k])
+    return sent
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -130,4 +162,5 @@ def _slowness(setup: Setup) -> float:
 
 
 RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold": hold, "fall": fall,
-             "rise": rise, "average": average, "carry": carry, "window": window, "creep": creep, "strain": strain}
+             "rise": rise, "average": average, "carry": carry, "window": window, "creep": creep, "strain": strain,
+             "friction": friction, "switch": switch, "turns": turns, "changes": changes}

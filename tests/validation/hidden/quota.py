@@ -1,0 +1,98 @@
+"""Draws a list of cases that has so many nulls, single effects and pairs of effects on each bench.
+
+An effect has at most two cases, on different benches; if possible, each of a listed pair is alone in at least one.
+Strengths of single effects are evenly spaced in the logarithm of their multiple of the limits of limits.py: 1.5 to 40
+for listed pairs, 2 to 40 for others, 5 to 40 over a further channel. Those of two effects are 3 to 40 times the limits.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from .effect import Effect
+from .limits import read as read_limits
+from .nominal import SETUPS
+from .pairs import listed, pair
+from .plan import Row, capped
+
+LEAST = (1.5, 2.0, 5.0)  # multiples of the limit, for the kinds of `Quota.alone`
+MOST = 40.0
+COUNTS = (27,) * 10 + (54,) * 67 + (0,) * 19  # of the runs of 96 cases, in a drawn order; 0 are all of the bench
+Slot = tuple[Effect, str]  # an effect and the bench of its case
+
+
+@dataclass(frozen=True)
+class Quota:
+    """What the list has on each bench.
+
+    `benches` are those on which a case may have each of the `effects`. `tempted` are the temptations of nulls, `plain`
+    is the number of other nulls, and `alone` those of single effects of listed pairs, of others, and over a further
+    channel. `pairs` tells for each case with two effects whether both are in the same block.
+    """
+
+    effects: tuple[Effect, ...]
+    benches: Mapping[str, tuple[str, str]]
+    tempted: Mapping[str, tuple[str, ...]]
+    plain: Mapping[str, int]
+    alone: Mapping[str, tuple[int, int, int]]
+    pairs: Mapping[str, tuple[bool, ...]]
+
+
+def cases(quota: Quota, random: np.random.Generator) -> Iterator[Row]:
+    """Yield the nulls, single effects, and pairs of those effects that are not alone on a bench."""
+    drawn: list[tuple[str, str, dict[str, float]]] = []
+    for bench, temptations in quota.tempted.items():
+        drawn += [(bench, "any", {})] * quota.plain[bench]
+        drawn += [(bench, f"any+{name}", {}) for name in temptations]
+    limits, together = read_limits(), None
+    while together is None:  # a draw of the single effects may leave too few of a block
+        alone = _singles(quota, random)
+        together = _pairs(quota, {slot for slots in alone for slot in slots}, random)
+    for slots, least in zip(alone, LEAST, strict=True):
+        multiples = random.permutation(np.geomspace(least, MOST, len(slots)))
+        for (effect, bench), multiple in zip(slots, multiples, strict=True):
+            drawn.append((bench, "any", {effect.name: capped(effect, multiple * limits[effect.name, bench])}))
+    for bench, both in together:
+        multiples = np.exp(random.uniform(np.log(3), np.log(MOST), 2))
+        drawn.append((bench, "any", {effect.name: capped(effect, multiple * limits[effect.name, bench])
+                                     for effect, multiple in zip(both, multiples, strict=True)}))
+    for (bench, world, strengths), count in zip(drawn, random.permutation(COUNTS), strict=True):
+        yield bench, world, int(count) or len(SETUPS[bench].profile), strengths
+
+
+def _kind(effect: Effect) -> int:
+    """Return the place of the kind of an effect in `Quota.alone`."""
+    return 0 if listed(effect) else 2 if effect.abscissa == "oil_temperature" else 1
+
+
+def _singles(quota: Quota, random: np.random.Generator) -> tuple[list[Slot], ...]:
+    """Draw which effects are alone on which bench, for each kind; those not alone on an earlier bench come first."""
+    slots: tuple[list[Slot], ...] = ([], [], [])
+    for bench, counts in quota.alone.items():
+        for number, count in enumerate(counts):
+            already = {effect.name for effect, _ in slots[number]}
+            could = [effect for effect in quota.effects
+                     if _kind(effect) == number and bench in quota.benches[effect.name]]
+            could = [could[i] for i in random.permutation(len(could))]
+            could.sort(key=lambda effect: effect.name in already)
+            slots[number].extend((effect, bench) for effect in could[:count])
+    return slots
+
+
+def _pairs(quota: Quota, taken: set[Slot],
+           random: np.random.Generator) -> list[tuple[str, tuple[Effect, Effect]]] | None:
+    """Draw the pairs of effects of each bench from those that are not alone on it, or return None if none are left."""
+    drawn = []
+    for bench, blocks in quota.pairs.items():
+        left = [effect for effect in quota.effects
+                if bench in quota.benches[effect.name] and (effect, bench) not in taken and _kind(effect) < 2]
+        for same_block in blocks:
+            possible = [both for both in combinations(left, 2) if pair(both[0]) != pair(both[1])
+                        and both[0].quantity != both[1].quantity and (both[0].block == both[1].block) == same_block]
+            if not possible:
+                return None
+            drawn.append((bench, possible[random.integers(len(possible))]))
+            left = [effect for effect in left if effect not in drawn[-1][1]]
+    return drawn
