@@ -1,6 +1,6 @@
 """Whole studies of fixed cases: convergence, the gap, its control, and measured laws beside the hidden ones.
 
-    python -m benchmarks.studies sixty|elsewhere|fresh [PROCESSES]
+    python -m benchmarks.studies sixty|elsewhere|fresh|later [PROCESSES]
 
 `sixty` is every fourth case of the lists development and final. Every finished case is a line of
 var/studies-WHICH.jsonl, so that a killed run goes on where it was. studies_WHICH_cases.csv has the cases,
@@ -30,7 +30,8 @@ from tests.validation.hidden.truths import truth
 
 CHOSEN = {"sixty": [(which, identity) for which in ("development", "final")
                     for identity in list(cases.LISTS[which])[::4]],
-          **{which: [(which, identity) for identity in cases.LISTS[which]] for which in ("elsewhere", "fresh")}}
+          **{which: [(which, identity) for identity in cases.LISTS[which]]
+             for which in ("elsewhere", "fresh", "later")}}
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
