@@ -48,6 +48,14 @@ def test_a_law_has_no_point_below_all_values() -> None:
     np.testing.assert_array_equal(supported(knots, x, np.zeros(x.shape, bool)), knots)
 
 
+def test_between_may_keep_the_mean_and_has_no_column_for_a_constant() -> None:
+    values = np.array([3.0, 1.0, 1.0, 7.0])
+    basis = between(values, 5, centred=False)
+    np.testing.assert_allclose(basis @ np.array([2.0, 5.0, -1.0]), [5, 2, 2, -1])
+    for centred in (False, True):
+        assert between(np.full(4, 2.0), 5, centred).shape == (4, 0)
+
+
 def test_between_has_a_mean_of_zero_and_any_levels() -> None:
     values = np.array([3.0, 1.0, 1.0, 7.0, 3.0, 1.0])
     basis = between(values, 5)

@@ -89,6 +89,16 @@ def test_a_common_law_is_the_weighted_mean_of_those_of_the_blocks() -> None:
         assert one.chi2.mean() == pytest.approx(1, abs=0.1)
 
 
+def test_coefficients_of_a_law_are_found_whatever_order_its_blocks_have_their_laws_in() -> None:
+    blocks = list(two({SENSOR: 0.1, FIRST: 0.3}, {SENSOR: 0.1}).values())
+    for first in ((FIRST, SENSOR), (SENSOR, FIRST)):
+        found = fit_together(blocks, [first, (SENSOR,)], [None] * 2)
+        places = [one.places(SENSOR) for one in found]
+        values = [one.fitted.coefficients[its] for one, its in zip(found, places, strict=True)]
+        assert values[0] == values[1] == found[0].coefficients[SENSOR] == pytest.approx(0.1, abs=0.02)
+        assert sum(one.leverage(SENSOR).sum() for one in found) == pytest.approx(1, abs=0.01)
+
+
 @pytest.mark.parametrize(("first", "second", "expected"), [
     ({}, {}, []),
     ({FIRST: 0.3}, {}, [(FIRST, ("a",))]),  # explained nearly as well by the sensor, which would show in b

@@ -1,0 +1,132 @@
+"""What a law with few knots leaves is not called another one; levels of torques and gain errors of their sensor."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.laws import MeasuredLaw
+from slipstick.clutch.model import Model
+from slipstick.naming import forward as forward_module
+from slipstick.naming import scene as scene_module
+from slipstick.naming.block import Pair, finest
+from slipstick.naming.fit import fit
+from slipstick.naming.forward import _uneven, forward
+from slipstick.naming.measured import law_points
+from slipstick.naming.scene import Scene
+from slipstick.naming.selection import Finding
+from slipstick.naming.settings import NamingSettings
+from slipstick.recordings import Recordings
+from tests.benches import HEAVY
+from tests.slipstick.naming.engagements import block_of, scene_of
+
+COUNT, SEED = 24, 5
+SETTINGS = NamingSettings()
+OVER_SPEED, GAIN = ("load torque", "output speed"), ("output torque sensor", "gain")
+AT = np.linspace(0, 52, 16)  # most points of a law of the simulator
+WAVE = MeasuredLaw(*OVER_SPEED, tuple(AT), tuple(18.0 * np.sin(AT * 2 * np.pi / 16)), relative=False)
+
+
+@cache
+def plain() -> Scene:
+    return scene_of(HEAVY, Model(HEAVY.physics), COUNT, SEED)
+
+
+def findings(model: Model) -> list[Pair]:
+    """The pairs that the load block asks for."""
+    block = block_of("load", scene_of(HEAVY, model, COUNT, SEED))
+    return [one.pair for one in forward({"load": fit(block)}, SETTINGS)[1]]
+
+
+def test_what_few_knots_leave_of_a_law_is_not_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = Model(HEAVY.physics).with_law(WAVE)
+    assert findings(model) == [OVER_SPEED]
+    monkeypatch.setattr(forward_module, "finest", lambda block, pair: 0)
+    assert len(findings(model)) > 1
+
+
+def test_two_laws_are_still_two() -> None:
+    drag = MeasuredLaw(*OVER_SPEED, (0.0, 25.0, 50.0), (0.0, 20.0, -20.0), relative=False)
+    drift = MeasuredLaw("load torque", "run order", (0.0, 23.0), (-20.0, 20.0), relative=False)
+    found = findings(Model(HEAVY.physics).with_law(drag).with_law(drift))
+    assert sorted(found) == [OVER_SPEED, ("load torque", "run order")]
+
+
+@pytest.mark.parametrize(("pair", "times"), [
+    (OVER_SPEED, 2), (("load torque", "run order"), 0), (GAIN, 2), (("output speed sensor", "lag"), 1),
+    (("output speed sensor", "offset"), 0), (("output speed sensor", "time"), 2),
+    (("output torque sensor", "pressure"), 0)])
+def test_laws_over_signals_and_some_errors_of_sensors_can_be_finer(pair: Pair, times: int) -> None:
+    block = block_of("load", plain())
+    assert finest(block, pair) == times
+    points = np.zeros((COUNT, len(block.random)))
+    base, sizes = block.base(points), []
+    for finer in range(times + 1):
+        block.finer = {pair: finer}
+        sizes.append(block.basis(pair, points, (), base).shape[1])
+        assert block.law(pair).onto.shape[1] == sizes[-1]
+    assert np.all(np.diff(sizes) > 0)
+
+
+@pytest.mark.parametrize("response", [
+    lambda x, t: np.interp(t - 0.03, t, x),  # a dead time between two lags of the basis
+    lambda x, t: x - 0.02 * np.gradient(x, t) * np.abs(x) / np.abs(x).max()])  # a lag that grows with the signal
+def test_a_finer_lag_is_closer_to_other_responses_than_first_order_ones(
+        response: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> None:
+    scene = plain()
+    signal, left = scene.smooth["output_speed"], []
+    change = np.array([response(row, scene.time) for row in signal]) - signal
+    for finer in (0, 1):
+        basis = scene.reading("output speed sensor", "lag", signal, finer).transpose(0, 2, 1)
+        basis = basis.reshape(-1, basis.shape[-1])
+        left.append(np.linalg.norm(change.ravel() - basis @ np.linalg.lstsq(basis, change.ravel())[0]))
+    assert left[1] < 0.5 * left[0]
+
+
+@pytest.mark.parametrize(("rounds", "right"), [(scene_module._ROUNDS, True), (0, False)])
+def test_a_strong_gain_error_of_the_torque_sensor_is_a_function_of_the_true_torque(
+        monkeypatch: pytest.MonkeyPatch, rounds: int, right: bool) -> None:
+    monkeypatch.setattr(scene_module, "_ROUNDS", rounds)
+    scene = plain()
+    torque, signals = scene.smooth["output_torque"], scene.signals
+    error = 0.3 * torque / torque.max()
+    read = replace(signals, output_torque=scene.measured("output_torque") * (1 + error))
+    # Before lock-up the smooth torque is the measured one.
+    slipping = scene.time < scene.recordings.measured_time[:, None]
+    smooth = {**scene.smooth, "output_torque": torque * (1 + np.where(slipping, error, 0))}
+    recordings = Recordings(scene.recordings.conditions, scene.recordings.measured_time, read)
+    block = block_of("load", replace(scene, recordings=recordings, smooth=smooth))
+    found = fit(block, (GAIN,))
+    law = law_points(found, GAIN)
+    assert law.x is not None
+    seen = law.x > 0.3 * law.x[-1]
+    size = smooth["output_torque"].max() / torque.max()
+    close = np.abs(law.change - 0.3 * size * law.x / law.x[-1])[seen].max() < 0.02
+    assert close == right
+
+
+def test_what_all_engagements_have_in_common_is_part_of_a_law_of_the_torque_over_the_runs() -> None:
+    constant = 25.0
+    law = MeasuredLaw("load torque", "run order", (0.0, 1.0), (constant, constant), relative=False)
+    scene = scene_of(HEAVY, Model(HEAVY.physics).with_law(law), COUNT, SEED)
+    block, pair = block_of("load", scene), ("load torque", "run order")
+    found = law_points(fit(block, (pair,)), pair)
+    assert found.up_to == "nothing"
+    np.testing.assert_allclose(found.change, constant, atol=4 * found.std.max())
+    assert found.std.max() < 0.2 * constant
+
+
+def test_a_pair_that_gains_more_but_unevenly_is_a_rival() -> None:
+    steady, uneven = np.full(COUNT, 10.0), np.where(np.arange(COUNT) < 4, 500.0, -1.0)
+
+    def gain(pair: Pair, nats: np.ndarray, blocks: tuple[str, ...]) -> Any:
+        return SimpleNamespace(pair=pair, nats=nats, blocks=blocks)
+
+    finding = Finding(("load", "lock"), ("a", "x"), steady)
+    compared = [gain(("b", "x"), uneven, ("load",)), gain(("c", "x"), uneven / 10, ("load",)),
+                gain(("d", "x"), uneven, ("load", "input")), gain(("e", "x"), 2 * steady, ("load",))]
+    assert [one.pair for one in _uneven(finding, compared, SETTINGS)] == [("b", "x")]
