@@ -19,7 +19,7 @@ from slipstick.naming.scene import Pair, Scene
 Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
-__all__ = ["Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest"]
+__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest"]
 
 
 class Block(Protocol):
@@ -79,12 +79,16 @@ _FINEST = 2
 """How many times the resolution of a law is doubled at most: from 9 to 33 knots over a signal."""
 _NOT_OVER_SIGNALS = ("offset", "past current", "twist", "direction")
 """Dependences of laws that are a few numbers, and that have no resolution."""
+NOT_FINER = ("converter torque", "lag"), ("contact pressure", "lag"), ("output torque sensor", "lag")
+"""Lags without a resolution. Those of the friction and of the torque sensor are the same in full contact, and one with
+more columns than the other would win; while the plates close, the torque rises faster than many columns can be known.
+"""
 
 
 def finest(block: Block, pair: Pair) -> int:
     """How many times the resolution of a law can be doubled: of those over signals, and of some errors of sensors."""
     quantity, on = pair
-    if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair == ("converter torque", "lag"):
+    if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair in NOT_FINER:
         return 0
     if quantity.endswith("sensor") and on not in ("gain", "lag", "time"):
         return 0

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import Pair, finest
+from slipstick.naming.block import NOT_FINER, Pair, finest
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, leads, priced, rivals
@@ -127,7 +127,8 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
 
 
 def _is_fault(pair: Pair) -> bool:
-    return pair[0].endswith("sensor") and pair[1] in ("gain", "lag", "time")
+    """Whether a pair is an error of a sensor whose law can be finer."""
+    return pair[0].endswith("sensor") and pair[1] in ("gain", "lag", "time") and pair not in NOT_FINER
 
 
 def _tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> _Tried:
