@@ -13,8 +13,9 @@ from tests.validation.hidden.pairs import DEPENDS_ON
 
 _PER_UNIT = {"energy": 1e-3, "heat": 1e-3}
 """Units of the hidden bench in those of the laws: J in kJ."""
-_OTHER = {"load_point", "pump_angle"}
-"""Abscissas of the hidden bench that are not the number over which their pair has its law."""
+_OTHER = {"load_point", "pump_angle", "heat"}
+"""Abscissas of the hidden bench that are not the number over which their pair has its law. Its heat cools with a time
+constant of some tenths of a second, and that of the laws is all energy of friction."""
 _AGAINST = {"input_drag"}
 """Quantities of the hidden bench with the opposite sign of those of the laws: an input torque drives the shaft."""
 _LEVEL = 0.9
