@@ -23,6 +23,7 @@ from slipstick.clutch.lanes import LANES
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
 from slipstick.clutch.loading import segments
 from slipstick.clutch.model import Model
+from slipstick.clutch.sensor_laws import with_sensor_laws
 from slipstick.errors import InvalidValue
 
 __all__ = ["DEFAULT", "FAILED", "LOCKED", "NEVER_LOCKED", "STATUS", "TIGHT", "Accuracy", "Response", "Simulator",
@@ -78,10 +79,10 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     """Simulate parameter vectors (m, 20) with effect coefficients (m, c) under n conditions, with a `converter`.
 
     All points are combined with all conditions; with `paired`, m = n and point i is combined with condition i only. The
-    measured `laws` act at all points. With `sample_times` (k,) in s, not decreasing, the response contains the sensor
-    signals at these times. The result of an engagement depends neither on `threads`, by default as many as numba's, nor
-    on the other engagements of the call. Raises `InvalidValue` for invalid arguments; an engagement that never locks or
-    diverges is reported by its status.
+    measured `laws` act at all points; those of sensors change the signals only. With `sample_times` (k,) in s, not
+    decreasing, the response contains the sensor signals at these times. The result of an engagement depends neither on
+    `threads`, by default as many as numba's, nor on the other engagements of the call. Raises `InvalidValue` for
+    invalid arguments; an engagement that never locks or diverges is reported by its status.
     """
     vectors, coefficients = np.ascontiguousarray(vectors, float), np.ascontiguousarray(coefficients, float)
     times = np.empty(0) if sample_times is None else np.ascontiguousarray(sample_times, float)
@@ -89,8 +90,9 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     if paired and len(vectors) != len(conditions):
         raise InvalidValue(f"{len(vectors)} points do not pair up with {len(conditions)} conditions",
                            "Give one point per condition")
-    active = active_effects(coefficients, laws)
-    terms = law_kernels.terms(laws)
+    integrated = [law for law in laws if not law.of_sensor]
+    active = active_effects(coefficients, integrated)
+    terms = law_kernels.terms(integrated)
     initial, column = (_paired_input_speed if paired else initial_input_speed)(converter, vectors, conditions)
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
     given = np.zeros(len(conditions)) if conditions.input_torque is None else conditions.input_torque
@@ -124,9 +126,10 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(simulate_block, blocks))
     shaped = {name: signal.reshape(*shape, k) for name, signal in zip(_SIGNALS, true_signals, strict=True)}
-    return Response(shifting_time.reshape(shape), status.reshape(shape), **{
-        name: sensor_reading(signal, f"{name.replace('_', ' ')} sensor", times, coefficients) if k else signal
-        for name, signal in shaped.items()})
+    readings = {name: sensor_reading(signal, f"{name.replace('_', ' ')} sensor", times, coefficients) if k else signal
+                for name, signal in shaped.items()}
+    return Response(shifting_time.reshape(shape), status.reshape(shape),
+                    **with_sensor_laws(readings, shaped, laws, times, conditions))
 
 
 def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (), points: np.ndarray | None = None,

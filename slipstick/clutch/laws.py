@@ -4,6 +4,8 @@ A law is piecewise linear between its points and constant outside. It acts on th
 
     quantity (1 + law(x))   relative
     quantity + law(x)       absolute, with the law in the unit of the quantity
+
+A law of a sensor changes what it reads, and depends on the true signals.
 """
 
 from collections.abc import Mapping
@@ -15,7 +17,7 @@ import numpy as np
 
 from slipstick.clutch import law_files
 from slipstick.clutch.effects.effect import QUANTITIES as _ALL_QUANTITIES
-from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
+from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES, SENSORS
 from slipstick.errors import InvalidValue, UnknownName
 
 MOST_LAWS, MOST_POINTS = 4, 16
@@ -23,17 +25,21 @@ MOST_LAWS, MOST_POINTS = 4, 16
 _NARROWEST = 1e-9
 """Smallest distance of two points, as a share of the span of all."""
 
-QUANTITIES = {name: unit for name, unit in _ALL_QUANTITIES.items() if name != "stick torque"}
-"""Quantities that a law can change, with units. A change of the stick torque would decouple the shafts."""
+QUANTITIES = {**{name: unit for name, unit in _ALL_QUANTITIES.items() if name != "stick torque"}, **SENSORS}
+"""What a law can change, with units: quantities and sensors. A change of the stick torque would decouple the shafts."""
 
-DEPENDENCES = SCALAR_DEPENDENCES
+DEPENDENCES = {**SCALAR_DEPENDENCES, "output torque": "N m"}
 """What a law can depend on, with units: functions of the state of the model, which no effect or law on them changes.
 
 `slip` is that of the plates, |Omega - g_r omega|; `current` is that of the profile. `time` counts from the shift
 command. `run order` is the position in the order of the test, from 0, and 0 where it is unknown. `heat` is the friction
 energy of the plates since t = 0, and `time in contact` the integral of f_reg: the time since full contact and a part of
-that of the closing. `piston position` is min(z_contact, max(0, k_T x3)), and `piston rate` is x3' of eq. 1.
+that of the closing. `piston position` is min(z_contact, max(0, k_T x3)), and `piston rate` is x3' of eq. 1. Only laws
+of sensors can depend on the output torque, and these on nothing but `OF_SENSORS`.
 """
+
+OF_SENSORS = ("motor speed", "input speed", "output speed", "pressure", "output torque", "time", "run order")
+"""What a law of a sensor can depend on."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +74,18 @@ class MeasuredLaw:
         if min(high - low for low, high in pairwise(self.at)) <= _NARROWEST * (self.at[-1] - self.at[0]):
             raise InvalidValue(f"{about} has points that do not rise",
                                f"Sort them, and keep them more than {_NARROWEST:g} of their span apart")
+        possible = OF_SENSORS if self.of_sensor else SCALAR_DEPENDENCES
+        if self.depends_on not in possible:
+            raise InvalidValue(f"{about} is none that a {'sensor' if self.of_sensor else 'quantity'} can have",
+                               f"Let it depend on one of: {', '.join(possible)}")
         if self.depends_on == "piston rate" and self.quantity in ("valve current", "line pressure"):
             raise InvalidValue(f"{about} has no solution: the piston rate contains the derivative of that pressure",
                                "Let the law depend on the pressure or on the piston position")
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether the law changes what a sensor reads."""
+        return self.quantity in SENSORS
 
     @property
     def units(self) -> tuple[str, str]:

@@ -37,7 +37,7 @@ class Engagement:
         self.effects = [(effect, model.coefficients_of(effect)) for effect in effects.CATALOGUE
                         if effect.name in model.effects and effect.quantity not in SENSORS]
         self.memories = [effect.name for effect, _ in self.effects if effect.memory]
-        self.laws = model.laws
+        self.laws = [law for law in model.laws if not law.of_sensor]
         self.formula_input: dict[str, float] = {}
         self.motor_speed = float(conditions.motor_speed[condition])
         self.converter = model.converter
@@ -237,7 +237,12 @@ def simulate(model: Model, conditions: Conditions, condition: int, sample_times:
                 engagement.enter_next_state(t, y, stopped)
         if not np.isnan(shifting_time) and (len(times) == 0 or t >= times[-1]):
             break
-    coefficients = model.coefficients()[None]
+    coefficients, true = model.coefficients()[None], signals.copy()
     for column, sensor in enumerate(SENSORS if len(times) else ()):
-        signals[:, column] = sensor_reading(signals[None, :, column], sensor, times, coefficients)[0]
+        signals[:, column] = sensor_reading(true[None, :, column], sensor, times, coefficients)[0]
+        for law in (law for law in model.laws if law.quantity == sensor):
+            for k, time in enumerate(times.tolist()):
+                known = {"time": time, "motor speed": engagement.motor_speed, "run order": 100 * engagement.run,
+                         **{name.removesuffix(" sensor"): true[k, place] for place, name in enumerate(SENSORS)}}
+                signals[k, column] = law.changed(signals[k, column], known[law.depends_on])
     return float(shifting_time), signals

@@ -72,13 +72,16 @@ class LawPoints:
     def simulated(self) -> MeasuredLaw | None:
         """The law for the simulator, with at most 16 points; None where it is not a law of a quantity over a number.
 
-        A law known up to a constant or a line belongs to the parameters of the fit that measured it.
+        A law known up to a constant or a line belongs to the parameters of the fit that measured it. A gain error of a
+        sensor is a law over its own signal.
         """
-        quantity = _IN_SIMULATOR.get(self.pair[0], self.pair[0])
-        if quantity not in QUANTITIES or self.pair[1] not in DEPENDENCES or self.x is None or len(self.x) < 2:
+        quantity, on = _IN_SIMULATOR.get(self.pair[0], self.pair[0]), self.pair[1]
+        if on == "gain":
+            on = quantity.removesuffix(" sensor")
+        if quantity not in QUANTITIES or on not in DEPENDENCES or self.x is None or len(self.x) < 2:
             return None
         kept = thinned(self.x, self.change, MOST_POINTS)
-        return MeasuredLaw(quantity, self.pair[1], tuple(self.x[kept]), tuple(self.change[kept]), self.relative)
+        return MeasuredLaw(quantity, on, tuple(self.x[kept]), tuple(self.change[kept]), self.relative)
 
     def to_dict(self) -> dict[str, Any]:
         """The law as JSON, with units."""

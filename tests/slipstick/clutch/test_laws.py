@@ -13,7 +13,8 @@ from scipy.io import loadmat
 from slipstick.bench import Bench, parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch import effects, ensemble, reference
-from slipstick.clutch.laws import DEPENDENCES, MOST_LAWS, MOST_POINTS, QUANTITIES, MeasuredLaw
+from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES, SENSORS
+from slipstick.clutch.laws import DEPENDENCES, MOST_LAWS, MOST_POINTS, OF_SENSORS, QUANTITIES, MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 from tests.benches import BENCHES, HEAVY, NOMINAL
@@ -23,8 +24,12 @@ SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque", "piston_p
 DRAG = MeasuredLaw("load torque", "output speed", (0.0, 20.0, 60.0), (0.0, 2.0, 30.0), relative=False)
 
 # Every quantity and every dependence, some of each twice.
-PAIRS = [*zip([*QUANTITIES, "friction coefficient"], DEPENDENCES, strict=True),
+PAIRS = [*zip([*(one for one in QUANTITIES if one not in SENSORS), "friction coefficient"], SCALAR_DEPENDENCES,
+              strict=True),
          ("line pressure", "pressure"), ("valve current", "time in contact"), ("contact pressure", "heat")]
+OF_SENSOR = [*zip([*SENSORS, *SENSORS][:len(OF_SENSORS)], OF_SENSORS, strict=True),
+             ("output torque sensor", "output torque"),
+             ("pressure sensor", "run order"), ("input speed sensor", "input speed")]
 
 
 def sizes(bench: Bench) -> dict[str, float]:
@@ -32,6 +37,8 @@ def sizes(bench: Bench) -> dict[str, float]:
     scales, names = bench.scales, ("input speed", "motor speed", "slip")
     return {**dict.fromkeys(names, scales.speed), "output speed": scales.load_speed,
             **dict.fromkeys(("pressure", "line pressure", "chamber pressure"), scales.pressure),
+            "output torque": scales.load_torque, "pressure sensor": scales.pressure, "input speed sensor": scales.speed,
+            "output speed sensor": scales.load_speed, "output torque sensor": scales.load_torque,
             **dict.fromkeys(("current", "valve current"), scales.current), "time": 0.6, "time in contact": 0.4,
             "run order": float(len(bench.conditions)), "heat": 0.5 * scales.energy, "piston gain": 1.0,
             **dict.fromkeys(("piston position", "clearance"), scales.stroke), "piston rate": scales.piston_rate,
@@ -76,9 +83,25 @@ def test_agrees_with_the_reference_implementation(bench: Bench, quantity: str, d
     assert np.nanmax(np.abs(default - tight)) < 2e-4
 
 
+@pytest.mark.parametrize(("quantity", "depends_on"), OF_SENSOR, ids=[" over ".join(pair) for pair in OF_SENSOR])
+def test_a_law_of_a_sensor_agrees_with_the_reference_and_changes_nothing_but_its_reading(quantity: str,
+                                                                                         depends_on: str) -> None:
+    conditions, nominal, times = ordered(HEAVY).take([3, 200]), Model(HEAVY.physics), np.linspace(0.0, 1.0, 40)
+    law = law_on(HEAVY, quantity, depends_on, relative=OF_SENSOR.index((quantity, depends_on)) % 2 == 0)
+    model = nominal.with_effect(f"{quantity} lag".replace(" ", "_"), {"lag": 0.02}).with_law(law)
+    time, signals = errors(model, conditions, 1)
+    assert time < 1e-5
+    assert signals < 2e-4
+    read, true = (ensemble.signals(one, conditions, times) for one in (model, nominal))
+    np.testing.assert_array_equal(read.shifting_time, true.shifting_time)
+    changed = {name for name in SIGNALS if not np.array_equal(getattr(read, name), getattr(true, name))}
+    assert changed == {quantity.removesuffix(" sensor").replace(" ", "_")}
+
+
 def test_every_quantity_and_dependence_is_compared_with_the_reference() -> None:
-    assert {pair[0] for pair in PAIRS} == {*QUANTITIES}
-    assert {pair[1] for pair in PAIRS} == {*DEPENDENCES}
+    assert {pair[0] for pair in (*PAIRS, *OF_SENSOR)} == {*QUANTITIES}
+    assert {pair[1] for pair in (*PAIRS, *OF_SENSOR)} == {*DEPENDENCES}
+    assert {pair[1] for pair in OF_SENSOR} == {*OF_SENSORS}
 
 
 @pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
@@ -175,6 +198,8 @@ def test_a_spec_in_other_units_is_rejected() -> None:
     ({"at": (0.0, 20.0, 20.0)}, "points that do not rise. Sort them"), ({"at": (0.0, 1e-12, 1.0)}, "do not rise"),
     ({"change": (0.0, float("nan"), 1.0)}, "not finite"), ({"at": (0.0, 1.0, float("inf"))}, "not finite"),
     ({"quantity": "line pressure", "depends_on": "piston rate"}, "has no solution"),
+    ({"quantity": "pressure sensor", "depends_on": "slip"}, "a sensor can have. Let it depend on one of: motor"),
+    ({"depends_on": "output torque"}, "a quantity can have. Let it depend on one of: motor"),
 ])
 def test_a_law_that_is_none_is_rejected_with_a_remedy(changed: dict[str, object], message: str) -> None:
     with pytest.raises((InvalidValue, UnknownName), match=message):

@@ -49,6 +49,12 @@ def test_the_simulator_takes_laws_of_its_quantities_over_one_number() -> None:
     drive = replace(DRAG, pair=("input torque", "output speed")).simulated()
     assert drive is not None
     assert drive.quantity == "converter torque"
+    gain = replace(DRAG, pair=("output torque sensor", "gain"), unit="1", relative=True).simulated()
+    assert gain is not None
+    assert (gain.quantity, gain.depends_on, gain.relative) == ("output torque sensor", "output torque", True)
+    drift = replace(DRAG, pair=("pressure sensor", "time")).simulated()
+    assert drift is not None
+    assert drift.depends_on == "time"
     assert LAG.simulated() is None
     assert replace(DRAG, pair=("load torque", "output position")).simulated() is None
     assert replace(DRAG, pair=("valve delay", "motor speed")).simulated() is None
