@@ -22,6 +22,7 @@ from benchmarks.hidden_laws import Difference, compared, is_over_a_number
 from benchmarks.naming import FOLDER, joined, recorded
 from benchmarks.naming_rates import rate, same
 from benchmarks.results import write
+from slipstick.confirmation.gap import WITHIN
 from slipstick.naming.record import from_json
 from slipstick.recordings import Recordings
 from slipstick.study import StudySettings, conclude, examine
@@ -61,16 +62,16 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
 def row(entry: dict[str, Any]) -> list[object]:
     """A case in the table of all cases."""
     if entry["error"]:
-        return [entry["case"], joined(entry["hidden"]), *[""] * 12, entry["error"]]
+        return [entry["case"], joined(entry["hidden"]), *[""] * 14, entry["error"]]
     result = entry["result"]
-    time = result["gap"] and result["gap"]["closures"]["shifting_time"]
-    control = result["gap"] and result["gap"]["control"]
+    gap = result["gap"]
+    time, control = gap and gap["closures"]["shifting_time"], gap and gap["control"]
     laws = [Difference(**its) for its in entry["laws"]]
     return [entry["case"], joined(entry["hidden"]), "+".join(_name(its) for its in result["findings"]),
             result["before"]["converged"], result["after"]["converged"],
             result["after"]["log_likelihood"] - result["before"]["log_likelihood"],
             *(1e3 * time[name] if time else "" for name in ("rms_before", "rms_after", "rms_expected")),
-            _closure(time), _closure(control and control["closures"]["shifting_time"]),
+            *(_closure(its and its["closures"][name]) for name in (WITHIN, "shifting_time") for its in (gap, control)),
             "+".join(f"{its.share:.2g}" for its in laws), "+".join(f"{its.held:.2g}" for its in laws),
             round(entry["naming"] + entry["confirmation"], 1), ""]
 
@@ -89,23 +90,28 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     fits = [entry["result"][name] for entry in done for name in ("before", "after")]
     found = [entry for entry in done if entry["hidden"] and _is_right(entry) and entry["result"]["gap"]]
     gaps = [entry["result"]["gap"] for entry in found]
-    closed = [its for gap in gaps for its in gap["closures"].values() if its["closure"] is not None]
-    controls = [its for gap in gaps if gap["control"] for its in gap["control"]["closures"].values()
-                if its["closure"] is not None]
+    controls = [gap["control"] for gap in gaps if gap["control"]]
     laws = [Difference(**its) for entry in done for its in entry["laws"]]
     return [
         rate("studies that raised an error", [bool(entry["error"]) for entry in entries]),
         rate("fits of the simulation that converged", [fit["converged"] for fit in fits]),
         rate("nulls with a gap that is called closed", [entry["result"]["gap"] is not None for entry in done
                                                         if not entry["hidden"]]),
-        rate("right names: significant gaps closed by 80 % or more", [its["closure"] >= 0.8 for its in closed]),
-        rate("their controls: significant gaps closed by 80 % or more", [its["closure"] >= 0.8 for its in controls]),
+        *(rate(f"{whose}: significant gaps {where} closed by 80 % or more", _closed(those, within))
+          for within, where in ((True, "within engagements"), (False, "of a signal or the shifting time"))
+          for whose, those in (("right names", gaps), ("their controls", controls))),
         rate("right names: the simulation supports the finding",
              [all(its["confirmation"]["agrees"] for its in entry["result"]["findings"]
                   if its["confirmation"]["agrees"] is not None) for entry in found]),
         rate("right pairs over a number: law within 20 % RMS of its own size", [its.share < 0.2 for its in laws]),
         ["right pairs over a number: mean share of the range in the 90 % band", "", len(laws),
          float(np.mean([its.held for its in laws])) if laws else "", "", ""]]
+
+
+def _closed(gaps: list[dict[str, Any]], within: bool) -> list[bool]:
+    """Whether each significant gap is closed, of those within engagements or of the other ones."""
+    return [its["closure"] >= 0.8 for gap in gaps for name, its in gap["closures"].items()
+            if its["closure"] is not None and (name == WITHIN) == within]
 
 
 def _is_right(entry: dict[str, Any]) -> bool:
@@ -129,9 +135,9 @@ def main(which: str, processes: int = 2) -> None:
     made_by = f"python -m benchmarks.studies {which}"
     write(f"studies_{which}", ("of", "cases", "of all", "share", "lower", "upper"), summary(entries), made_by)
     write(f"studies_{which}_cases", ("case", "hidden", "findings", "converged before", "converged after", "nats",
-                            "RMS before [ms]", "RMS after [ms]", "RMS right model [ms]", "closure",
-                            "closure by control", "law off by", "share in band", "seconds", "error"), map(row, entries),
-          made_by)
+                            "RMS before [ms]", "RMS after [ms]", "RMS right model [ms]", "closure within",
+                            "closure within by control", "closure", "closure by control", "law off by", "share in band",
+                            "seconds", "error"), map(row, entries), made_by)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,10 @@
 MSE is that of a signal or of the shifting time, predicted with the mean parameters of a fit without the experiments of
 that motor speed or of that current profile. V is what sensor noise and the scatter of the parameters between
 engagements leave where the model is right, by the fit with what was named.
+
+Where parameters scatter much, their scatter hides a gap of this kind. The gap `WITHIN` engagements is that of all
+signals at once under the predictive distribution, in which the parameters of each engagement are integrated out: noise
+alone leaves a mean square of 1.
 """
 
 from dataclasses import dataclass
@@ -17,8 +21,10 @@ from slipstick.clutch.ensemble import Response
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.traces import Traces
-from slipstick.naming.grams import solve
+from slipstick.naming.grams import likelihood, solve
 
+WITHIN = "within_engagements"
+"""Name of the gap of all signals beside the scatter of the parameters."""
 _DRAWS = 16
 """Draws of the parameters of each engagement: the variance of 54 engagements is then known to 5 %."""
 _BOOTSTRAP = 1000
@@ -33,8 +39,8 @@ _RANDOM_FOLDS = 5
 class Prediction:
     """Held-out predictions of n engagements.
 
-    `square` (n, c) are mean squared errors in the c `channels`, the measured signals and the shifting time, and
-    `variance` (n, c) those that a right model would have, in the squared units of the channels. `time` (n,) are
+    `square` (n, c) are mean squared errors in the c `channels`, the measured signals, the shifting time, and `WITHIN`;
+    `variance` (n, c) are those that a right model would have, in the squared units of the channels. `time` (n,) are
     shifting times in s.
     """
 
@@ -44,14 +50,17 @@ class Prediction:
     time: np.ndarray
 
     def total(self, traces: Traces) -> float:
-        """Mean squared error of all channels, each in the variance of its noise."""
+        """Mean squared error of all signals and the shifting time, each in the variance of its noise."""
         noise = [*(traces.scene.noise[name][0] for name in traces.signals), traces.scene.timer_noise]
-        return float((self.square / np.square(noise)).mean())
+        return float((self.square[:, :len(noise)] / np.square(noise)).mean())
 
 
 @dataclass(frozen=True)
 class Closure:
-    """The gap in one signal (in its unit) or in the shifting time (in s), on held-out conditions."""
+    """The gap on held-out conditions in one signal (in its unit), the shifting time (in s), or within engagements.
+
+    That is the gap in all signals beside the scatter of the parameters, in standard deviations of the noise.
+    """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
@@ -87,11 +96,13 @@ def predict(found: SimulationFit, seed: int) -> Prediction:
     block, scene, q = found.block, found.block.scene, len(found.block.random)
     n, linear = len(scene), found.fitted.fitted
     square, time, count = np.zeros((n, len(block.traces.channels))), np.zeros(n), np.zeros(n)
-    whole = solve(linear.gram, linear.marginal.sum(axis=0)).coefficients
+    whole, within = solve(linear.gram, linear.marginal.sum(axis=0)).coefficients, np.zeros(n)
     for rows in folds(scene.recordings.conditions, seed):
         # The change by the engagements that are left out is linear; the fit itself need not be where its linear
         # model points to, because a model that lacks an effect may not come to rest.
-        change = solve(linear.gram, linear.marginal[~rows].sum(axis=0)).coefficients - whole
+        others = solve(linear.gram, linear.marginal[~rows].sum(axis=0)).coefficients
+        within[rows] += _within(found, others)[rows]
+        change = others - whole
         mean, shared = found.fitted.mean + change[:q], found.fitted.shared + change[q:]
         response = block.respond(np.tile(mean, (n, 1)), shared)
         square[rows] += _squares(found, response)[rows]
@@ -100,7 +111,9 @@ def predict(found: SimulationFit, seed: int) -> Prediction:
     # Draws in common would leave the mean variance of all engagements as uncertain as that of one.
     drawn = np.random.default_rng(seed).standard_normal((_DRAWS, n, q)) * np.sqrt(found.fitted.variance)
     scattered = [block.respond(found.fitted.mean + one, found.fitted.shared) for one in drawn]
-    return Prediction(block.traces.channels, square / count[:, None], _variances(found, scattered), time / count)
+    noise = np.full(n, min(1.0, float(_within(found, whole).mean())))  # no more than what the fit leaves
+    return Prediction((*block.traces.channels, WITHIN), np.column_stack([square, within]) / count[:, None],
+                      np.column_stack([_variances(found, scattered), noise]), time / count)
 
 
 def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Closure]:
@@ -117,6 +130,13 @@ def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Clos
         rms = (float(np.sqrt(values.mean())) for values in (wide, narrow, expected))
         found[name] = Closure(*rms, *((float(share), lower, upper) if sure else (None, None, None)))
     return found
+
+
+def _within(found: SimulationFit, coefficients: np.ndarray) -> np.ndarray:
+    """Mean squares (n,) of all whitened residuals at `coefficients` (c - 1,), the random effects integrated out."""
+    linear = found.fitted.fitted
+    squares = -2 * likelihood(linear.marginal, np.zeros(len(linear.marginal)), coefficients)
+    return np.asarray(squares / found.block.counted.sum(axis=1))
 
 
 def _squares(found: SimulationFit, response: Response) -> np.ndarray:

@@ -4,11 +4,11 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar, Literal
 
 from slipstick.confirmation.further import FurtherExperiment
-from slipstick.confirmation.gap import Closure
+from slipstick.confirmation.gap import WITHIN, Closure
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.worth import Worth
 
-__all__ = ["BlockResult", "Candidate", "ClosedBlock", "Closure", "Coefficient", "Confirmation", "Control",
+__all__ = ["WITHIN", "BlockResult", "Candidate", "ClosedBlock", "Closure", "Coefficient", "Confirmation", "Control",
            "FindingResult", "FurtherExperiment", "Gap", "Law", "MeasuredCondition", "SimulationResult", "StudyResult",
            "Worth"]
 
@@ -175,7 +175,7 @@ class Control:
     effect: str
     """Name of that effect."""
     closures: dict[str, Closure]
-    """Closure by signal or `shifting_time`."""
+    """Closure by signal, `shifting_time`, or `within_engagements`."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,8 @@ class Gap:
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
     closures: dict[str, Closure]
-    """Closure by signal or `shifting_time`."""
+    """Closure by signal, `shifting_time`, or `within_engagements`: of all signals beside the scatter of the parameters,
+    in standard deviations of the noise."""
     before: list[float]
     """Held-out prediction of each shifting time in s, without the findings."""
     after: list[float]

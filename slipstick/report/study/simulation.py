@@ -8,12 +8,13 @@ from slipstick.pictures.units import fixed, number
 from slipstick.report.study.parts import Note, Part, Picture, Section, Table
 from slipstick.report.study.words import CHANNELS, channel, closed, many, percent
 from slipstick.report.words import listed
-from slipstick.study.result import SimulationResult, StudyResult
+from slipstick.study.result import WITHIN, Gap, SimulationResult, StudyResult
 from slipstick.study.settings import StudySettings
 
 _CLOSED = ("Gap closed: 1 − (after² − right²) / (before² − right²). Before: the best fit without the findings to the "
            "same recordings. After: the fit with them. Right: what sensor noise and the scatter of the parameters "
-           "alone would leave. Predictions of a motor speed or current profile come from fits without it.")
+           "alone would leave. Predictions of a motor speed or current profile come from fits without it. Within "
+           "engagements: all signals, beside the scatter of the parameters, in standard deviations of the noise.")
 _BLOCKS = ("The model is cut at its measured signals. Each block is driven by what was measured at its input, so that "
            "an error upstream does not reach it. Reduced chi-square is 1 if only noise is left.")
 _FITTED = ("Deviations of the mean from the nominal value, and standard deviations from engagement to engagement, both "
@@ -45,8 +46,18 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
             f"{fixed(1e3 * time.rms_before)} to {fixed(1e3 * time.rms_after)} ms (root mean square); a right model "
             f"would leave {fixed(1e3 * time.rms_expected)} ms.")
     if time.closure is None:
-        return f"{text} There is no significant gap in the shifting time to close."
+        return f"{text} There is no significant gap in the shifting time to close.{_within(result.gap)}"
     return text if time.closure < 0 else f"{text} That closes {closed(time)} of the gap."
+
+
+def _within(gap: Gap) -> str:
+    """The gap beside the scatter of the parameters, which hides that of the shifting time; empty if there is none."""
+    beside = gap.closures.get(WITHIN)  # results of earlier versions do not have it
+    if beside is None or beside.closure is None or beside.closure < 0:
+        return ""
+    return (f" Beside the scatter of the parameters between engagements, the error of all signals goes from "
+            f"{fixed(beside.rms_before)} to {fixed(beside.rms_after)} standard deviations of the noise, which closes "
+            f"{closed(beside)} of that gap.")
 
 
 def blocks(result: StudyResult) -> Section:

@@ -4,10 +4,11 @@ from slipstick.clutch.effects import CATALOGUE, Effect
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study.result import Closure, Coefficient
+from slipstick.study.result import WITHIN, Closure, Coefficient
 
-CHANNELS = {name: (unit, 1.0) for name, unit in SIGNAL_UNITS.items()} | {"shifting_time": ("ms", 1e3)}
-"""Signal or shifting time -> displayed unit, and the factor from the unit of the result to it."""
+CHANNELS = {name: (unit, 1.0) for name, unit in SIGNAL_UNITS.items()} | {
+    "shifting_time": ("ms", 1e3), WITHIN: ("noise", 1.0)}
+"""Signal, shifting time or all within engagements -> displayed unit, and the factor from that of the result to it."""
 MISFIT = 1.5
 """Reduced chi-square above which a signal holds more than noise."""
 

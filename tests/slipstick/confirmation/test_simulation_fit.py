@@ -13,7 +13,7 @@ from slipstick.confirmation import SimulationFit, Terms, Traces, confirmed
 from slipstick.confirmation.control import control
 from slipstick.confirmation.fit import above, fit_simulation
 from slipstick.confirmation.further import further
-from slipstick.confirmation.gap import closures, predict
+from slipstick.confirmation.gap import WITHIN, closures, predict
 from slipstick.confirmation.measured import with_measured_laws
 from slipstick.confirmation.worth import worth
 from tests.benches import HEAVY, NOMINAL
@@ -105,6 +105,10 @@ def test_the_gap_closes_with_the_true_effect_and_not_with_a_wrong_one(fits: Call
     assert name != "quadratic_load_drag"
     judged = closures(wide, predict(other, 1), 1)
     assert (judged["output_speed"].closure or 0.0) < 0.3
+    within, wrong = closed[WITHIN], judged[WITHIN]
+    assert within.lower > 0.8 > 0.5 > (wrong.closure or 0.0)  # type: ignore[operator]
+    assert within.rms_after == pytest.approx(1, abs=0.1)
+    assert closures(narrow, narrow, 1)[WITHIN].closure is None  # a right model leaves none
 
 
 def test_a_right_model_leaves_the_error_that_is_expected_of_it(fits: Callable) -> None:  # type: ignore[type-arg]

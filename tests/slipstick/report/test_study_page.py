@@ -90,6 +90,24 @@ def test_engagements_that_are_set_aside_are_described(studied: Studied, reading:
     assert "Set aside: engagement 3 (profile 2, motor 199 rad/s, 2 kg m², brake 2 N m)," in reading(html).text
 
 
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize(("closure", "said"), [(0.97, True), (None, False), (-0.2, False)])
+def test_what_the_scatter_hides_in_the_shifting_time_is_said_of_all_signals(studied: Studied, reading: Read,
+                                                                            closure: float | None, said: bool) -> None:
+    result, figures = studied("friction")
+    assert result.gap is not None
+    one = result.gap.closures["within_engagements"]
+    closures = {**result.gap.closures, "shifting_time": replace(result.gap.closures["shifting_time"], closure=None),
+                "within_engagements": replace(one, closure=closure, lower=0.9, upper=1.0, rms_before=1.17,
+                                              rms_after=0.85)}
+    text = reading(page(replace(result, gap=replace(result.gap, closures=closures)), figures)).text
+    assert ("the error of all signals goes from 1.17 to 0.850 standard deviations of the noise, which closes "
+            "97 % (90 to 100) of that gap" in text) == said
+    del closures["within_engagements"]  # as of an earlier version
+    assert "Beside the scatter" not in reading(page(replace(result, gap=replace(
+        result.gap, closures=closures, control=None)), figures)).text
+
+
 def test_tables_and_pictures_of_the_gap_agree(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     assert result.gap is not None
