@@ -57,11 +57,13 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
     """More knots in blocks that are not explained, and then more columns of errors of sensors in all blocks."""
+    blocks = [one.block for one in fits.values()]
     off = [one.block for one in fits.values() if is_unexplained(one.chi2, one.chi2, settings)]
     for block in off:
         block.fine = settings.finer_knots
-    for block in (one.block for one in fits.values() if off):
-        block.finer = {pair: 1 for pair in block.pairs() if _is_fault(pair)}
+    if off:
+        for block in blocks:
+            block.finer = {pair: 1 for pair in block.pairs() if _is_fault(pair)}
 
 
 def _uneven(finding: Finding, compared: Sequence[Gain], settings: NamingSettings) -> list[Rival]:
@@ -140,8 +142,8 @@ def _tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> _Tried:
     its = _fitted(fits, one)
     rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
     price = sum(its[name].leverage(one.pair) for name in one.blocks)
-    for block, its_own in zip(blocks, before, strict=True):
-        block.finer = its_own
+    for block, own in zip(blocks, before, strict=True):
+        block.finer = own
     return _Tried(one, priced(np.asarray(rise), np.asarray(price)), its, finer)
 
 

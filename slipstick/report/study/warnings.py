@@ -7,7 +7,7 @@ from slipstick.pictures.units import number
 from slipstick.report.study.parts import Entries
 from slipstick.report.study.words import MISFIT, channel
 from slipstick.report.words import listed
-from slipstick.study.result import FindingResult, StudyResult
+from slipstick.study.result import WITHIN, Control, FindingResult, Gap, StudyResult
 
 _CONTROL = 0.5
 """Share of the closure by the findings from which on the control casts doubt on it."""
@@ -81,13 +81,20 @@ def _gap(result: StudyResult) -> Entries:
     """Whether predictions improve, and whether the control does as well."""
     if result.gap is None:
         return []
-    time = result.gap.closures["shifting_time"]
-    if time.rms_after > time.rms_before:
+    time, control = result.gap.closures["shifting_time"], result.gap.control
+    if time.rms_after > max(time.rms_before, time.rms_expected):  # less than that may be the scatter of the parameters
         return [("Shifting times are predicted worse:", "on held-out conditions the error grows with the findings.")]
-    other = None if result.gap.control is None else result.gap.control.closures["shifting_time"].closure
-    if result.gap.control is None or time.closure is None or other is None or other < _CONTROL * time.closure:
-        return []
-    name = within(effect_title(result.gap.control.effect))
-    return [("The control closes much of the gap as well:", f"{name}, which acts on another quantity, closes "
-             f"{100 * other:.0f} % of the gap in the shifting time, the findings {100 * time.closure:.0f} %. That the "
-             "gap closes is little support for the name.")]
+    for channel, words in (("shifting_time", "in the shifting time"), (WITHIN, "within engagements")):
+        own, other = _share(result.gap, channel), None if control is None else _share(control, channel)
+        if control is None or own is None or other is None or other < _CONTROL * own:
+            continue
+        name = within(effect_title(control.effect))
+        return [("The control closes much of the gap as well:", f"{name}, which acts on another quantity, closes "
+                 f"{100 * other:.0f} % of the gap {words}, the findings {100 * own:.0f} %. That the gap closes is "
+                 "little support for the name.")]
+    return []
+
+
+def _share(of: Gap | Control, channel: str) -> float | None:
+    """The share that is closed of the gap in a channel, which results of earlier versions may not have."""
+    return of.closures[channel].closure if channel in of.closures else None

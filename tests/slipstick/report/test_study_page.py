@@ -143,18 +143,30 @@ def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> 
     assert "Not converged: the fit of the simulation" in said(restless)
 
 
+@pytest.mark.parametrize(("channel", "words"), [("shifting_time", "in the shifting time"),
+                                                ("within_engagements", "within engagements")])
 @pytest.mark.parametrize(("share", "doubt"), [(0.6, True), (0.1, False), (-4.0, False)])
-def test_a_control_that_closes_as_much_casts_doubt(studied: Studied, share: float, doubt: bool) -> None:
+def test_a_control_that_closes_as_much_casts_doubt(studied: Studied, share: float, doubt: bool, channel: str,
+                                                   words: str) -> None:
     result, _ = studied("friction")
     gap = result.gap
     assert gap is not None
     assert gap.control is not None
 
-    def time(closure: float) -> dict[str, Closure]:
-        return {**gap.closures, "shifting_time": replace(gap.closures["shifting_time"], closure=closure)}
+    def closed(closure: float) -> dict[str, Closure]:
+        return {name: replace(one, closure=closure if name == channel else None) for name, one in gap.closures.items()}
 
-    gap = replace(gap, closures=time(0.9), control=replace(gap.control, closures=time(share)))
-    assert ("closes 60 % of the gap in the shifting time, the findings 90 %" in said(replace(result, gap=gap))) == doubt
+    gap = replace(gap, closures=closed(0.9), control=replace(gap.control, closures=closed(share)))
+    assert (f"closes 60 % of the gap {words}, the findings 90 %" in said(replace(result, gap=gap))) == doubt
+
+
+def test_a_larger_error_is_said_unless_it_is_less_than_the_scatter_leaves(studied: Studied) -> None:
+    result, _ = studied("friction")
+    assert result.gap is not None
+    for after, worse in ((30.0, False), (41.0, True)):
+        time = replace(result.gap.closures["shifting_time"], rms_before=20.0, rms_after=after, rms_expected=40.0)
+        gap = replace(result.gap, closures={**result.gap.closures, "shifting_time": time}, control=None)
+        assert ("predicted worse" in said(replace(result, gap=gap))) == worse
 
 
 @pytest.mark.usefixtures("undrawn")
