@@ -84,17 +84,17 @@ def _gap(result: StudyResult) -> Entries:
     time, control = result.gap.closures["shifting_time"], result.gap.control
     if time.rms_after > max(time.rms_before, time.rms_expected):  # less than that may be the scatter of the parameters
         return [("Shifting times are predicted worse:", "on held-out conditions the error grows with the findings.")]
-    for channel, words in (("shifting_time", "in the shifting time"), (WITHIN, "within engagements")):
-        own, other = _share(result.gap, channel), None if control is None else _share(control, channel)
+    for name, words in (("shifting_time", "in the shifting time"), (WITHIN, "within engagements")):
+        own, other = _share(result.gap, name), None if control is None else _share(control, name)
         if control is None or own is None or other is None or other < _CONTROL * own:
             continue
-        name = within(effect_title(control.effect))
-        return [("The control closes much of the gap as well:", f"{name}, which acts on another quantity, closes "
+        effect = within(effect_title(control.effect))
+        return [("The control closes much of the gap as well:", f"{effect}, which acts on another quantity, closes "
                  f"{100 * other:.0f} % of the gap {words}, the findings {100 * own:.0f} %. That the gap closes is "
                  "little support for the name.")]
     return []
 
 
-def _share(of: Gap | Control, channel: str) -> float | None:
-    """The share that is closed of the gap in a channel, which results of earlier versions may not have."""
-    return of.closures[channel].closure if channel in of.closures else None
+def _share(of: Gap | Control, name: str) -> float | None:
+    """The share that is closed of a gap, which results of earlier versions may not have."""
+    return of.closures[name].closure if name in of.closures else None
