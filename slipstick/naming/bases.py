@@ -30,6 +30,11 @@ def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
     return out
 
 
+def doubled(knots: int, times: int) -> int:
+    """Number of knots with twice as many intervals, so many `times`."""
+    return ((knots - 1) << times) + 1
+
+
 def from_zero(x: np.ndarray, seen: np.ndarray, count: int) -> np.ndarray:
     """Knots (count,) for a quantity with a natural zero, closer near it, over values x where `seen`, both (n, k)."""
     top = float(np.quantile(x[seen], 1 - _OUTERMOST)) if seen.any() else 1.0

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming.bases import doubled
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.scene import Pair, Scene
 
@@ -72,7 +73,7 @@ class Block(Protocol):
 
 def fineness(block: Block, pair: Pair) -> int:
     """Number of knots of the law of a pair over a signal."""
-    return ((block.fine - 1) << block.finer.get(pair, 0)) + 1
+    return doubled(block.fine, block.finer.get(pair, 0))
 
 
 _FINEST = 2

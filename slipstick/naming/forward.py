@@ -140,11 +140,16 @@ def _tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> _Tried:
     for block in blocks:
         block.finer = {**block.finer, one.pair: finer}
     its = _fitted(fits, one)
-    rise = sum(its[name].fitted.likelihood - fits[name].fitted.likelihood for name in its)
     price = sum(its[name].leverage(one.pair) for name in one.blocks)
     for block, own in zip(blocks, before, strict=True):
         block.finer = own
-    return _Tried(one, priced(np.asarray(rise), np.asarray(price)), its, finer)
+    return _Tried(one, priced(_rise(fits, its), np.asarray(price)), its, finer)
+
+
+def _rise(fits: Mapping[str, BlockFit], others: Mapping[str, BlockFit]) -> np.ndarray:
+    """By how much the likelihood (n,) of engagements in nats rises from `fits` to the `others` of the same blocks."""
+    rises = [one.fitted.likelihood - fits[name].fitted.likelihood for name, one in others.items()]
+    return np.asarray(np.sum(rises, axis=0))
 
 
 def _apart(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:
@@ -195,10 +200,9 @@ def _finer(fits: Mapping[str, BlockFit], blocks: Sequence[str], settings: Naming
                                                 if law not in finer}) for name in order]
     found = dict(zip(order, fit_together([one.block for one in starts], [one.laws for one in starts], starts),
                      strict=True))
-    rise = np.sum([found[name].fitted.likelihood - fits[name].fitted.likelihood for name in order], axis=0)
     price = np.sum([one.leverage(law) for one in found.values() for law in one.laws], axis=0)
     paid = np.sum([fits[name].leverage(law) for name in order for law in fits[name].laws], axis=0)
-    gain = priced(rise, price - paid)
+    gain = priced(_rise(fits, found), price - paid)
     if is_enough(gain, settings) and not leads(further, gain, settings):
         return found
     for name in order:

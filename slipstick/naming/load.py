@@ -16,8 +16,16 @@ from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
-from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
-from slipstick.naming.scene import TORQUE_GAIN, Scene
+from slipstick.naming.mechanics import (
+    CONDITIONS_WITHIN,
+    KNOWN,
+    TORQUE_GAIN,
+    level_columns,
+    lock_spike,
+    true_torque,
+    with_walk,
+)
+from slipstick.naming.scene import Scene
 
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
 _FROM_ZERO = ("output speed", "pressure")
@@ -59,7 +67,7 @@ class LoadBlock:
         """Output speed (n, k) in rad/s at `points` (n, 5)."""
         torque = self.torque - (self.brake * (1 + points[:, 1]))[:, None]
         self._speed = reference = self.clean(points, laws)
-        self._read = self.scene.true_torque(laws, self.finer.get(TORQUE_GAIN, 0))
+        self._read = true_torque(self.scene, laws, self.finer.get(TORQUE_GAIN, 0))
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque + coefficients @ self._torque(pair)

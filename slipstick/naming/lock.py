@@ -64,8 +64,7 @@ class LockBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of both speed sensors, and a twist of the shaft between them."""
-        return [*((f"{side} speed sensor", on) for side in ("input", "output")
-                  for on in ("offset", "gain", "lag", "run order", "time")),
+        return [*self.scene.errors_of("input speed sensor"), *self.scene.errors_of("output speed sensor"),
                 ("stick torque", "twist")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

@@ -80,7 +80,7 @@ class Loading:
 
     def knots(self, pair: Pair) -> int:
         """Number of knots of the law of a pair over a signal that runs through its range."""
-        return ((self.fine - 1) << self.finer.get(pair, 0)) + 1
+        return bases.doubled(self.fine, self.finer.get(pair, 0))
 
     def is_same(self, other: "Loading") -> bool:
         """Whether both hold the same arrays, so that laws over them are the same."""

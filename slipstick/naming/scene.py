@@ -3,7 +3,6 @@
 Columns of a linear model are computed from smooth signals: a column that shares noise with the residual is biased.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,7 +14,7 @@ from slipstick.blocks.input import curves_of
 from slipstick.blocks.sensor_noise import Noise, noise_of, sensor_noise
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.effects.effect import DEPENDENCES
-from slipstick.naming.bases import between, between_knots, from_zero, hats, sensor_basis
+from slipstick.naming.bases import between, between_knots, doubled, from_zero, hats, sensor_basis
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings, Signals
@@ -38,9 +37,6 @@ _ERRORS_OVER: dict[str, tuple[str, ...]] = {
 pressed by what they are mounted in, read other signals too."""
 NOT_TOLD_FROM_GAIN = ("pressure sensor",)
 """Sensors whose constant gain error a parameter of their block replaces: only that it changes with the signal shows."""
-TORQUE_GAIN = "output torque sensor", "gain"
-_ROUNDS = 6
-"""Rounds in which the torque under a gain error of its sensor is found: an error of 30 % is then known to 0.02 %."""
 _TYPICAL = 0.1
 """Share of the largest friction torque that is the unit of torques that laws add, so that coefficients are about 1."""
 
@@ -152,23 +148,10 @@ class Scene:
         basis = np.asarray(sensor_basis(on, signal, self.time, self.lag, self.largest(sensor), finer))
         return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
 
-    def true_torque(self, laws: Sequence[tuple[Pair, np.ndarray]], finer: int) -> np.ndarray:
-        """Torque (n, k) in N m without noise and without the gain error of its sensor that is among `laws`.
-
-        The torque that reads as the smooth one is found by iteration. From lock-up on the smooth one is that of rigidly
-        coupled shafts, without errors of a sensor.
-        """
-        torque = smooth = self.smooth["output_torque"]
-        slipping = self.time < self.recordings.measured_time[:, None]
-        for coefficients in (c for pair, c in laws if pair == TORQUE_GAIN):
-            for _ in range(_ROUNDS):
-                torque = smooth - slipping * (coefficients @ self.reading(*TORQUE_GAIN, torque, finer))
-        return torque
-
     def error_knots(self, on: str, finer: int = 0) -> np.ndarray:
         """Knots (m,) of errors of sensors over time or over another signal, from 0 on, in its unit."""
         if on == "time":
-            return np.linspace(0, self.time[-1], ((self.settings.fine_knots - 1) << finer) + 1)
+            return np.linspace(0, self.time[-1], doubled(self.settings.fine_knots, finer))
         x = self.abscissa(on)
         return from_zero(x, np.ones(x.shape, bool), self.settings.knots)
 

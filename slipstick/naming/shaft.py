@@ -23,8 +23,16 @@ from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
-from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN, level_columns, lock_spike, with_walk
-from slipstick.naming.scene import TORQUE_GAIN, Scene
+from slipstick.naming.mechanics import (
+    CONDITIONS_WITHIN,
+    KNOWN,
+    TORQUE_GAIN,
+    level_columns,
+    lock_spike,
+    true_torque,
+    with_walk,
+)
+from slipstick.naming.scene import Scene
 from slipstick.naming.shaft_kernel import turn
 
 CONVERTER_WITHIN = 0.05
@@ -114,7 +122,7 @@ class InputBlock:
         """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
         self._speed = reference = self.clean(points, laws)
         torque = self.torque / self.scene.gear
-        self._read = self.scene.true_torque(laws, self.finer.get(TORQUE_GAIN, 0))
+        self._read = true_torque(self.scene, laws, self.finer.get(TORQUE_GAIN, 0))
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque - coefficients @ self._torque(pair, reference)

@@ -12,7 +12,7 @@ import pytest
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming import forward as forward_module
-from slipstick.naming import scene as scene_module
+from slipstick.naming import mechanics
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.fit import fit
 from slipstick.naming.forward import _uneven, forward
@@ -87,10 +87,10 @@ def test_a_finer_lag_is_closer_to_other_responses_than_first_order_ones(
     assert left[1] < 0.5 * left[0]
 
 
-@pytest.mark.parametrize(("rounds", "right"), [(scene_module._ROUNDS, True), (0, False)])
+@pytest.mark.parametrize(("rounds", "right"), [(mechanics._ROUNDS, True), (0, False)])
 def test_a_strong_gain_error_of_the_torque_sensor_is_a_function_of_the_true_torque(
         monkeypatch: pytest.MonkeyPatch, rounds: int, right: bool) -> None:
-    monkeypatch.setattr(scene_module, "_ROUNDS", rounds)
+    monkeypatch.setattr(mechanics, "_ROUNDS", rounds)
     scene = plain()
     torque, signals = scene.smooth["output_torque"], scene.signals
     error = 0.3 * torque / torque.max()
