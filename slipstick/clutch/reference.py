@@ -150,7 +150,8 @@ class Engagement:
             np.interp(t, self.profile_time, self.profile_torque))
         drive = (self.with_effects("converter torque", given, t, y)
                  - p.input_viscous * y[3] - p.input_coulomb)
-        load = self.with_effects("load torque", self.brake_torque + p.output_viscous * y[4], t, y)
+        brake = self.with_effects("brake torque", self.brake_torque, t, y)
+        load = self.with_effects("load torque", brake + p.output_viscous * y[4], t, y)
 
         stick_rate = (drive - load / p.gear_ratio) / (p.input_inertia + self.load_inertia / p.gear_ratio**2)
         rigid = drive - p.input_inertia * stick_rate

@@ -28,8 +28,14 @@ from slipstick.naming.mechanics import (
 from slipstick.naming.scene import Scene
 
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
+_OF_BRAKE = ("output speed", "time", "run order", "output position")
+"""What the brake torque may depend on beside further channels."""
 _FROM_ZERO = ("output speed", "pressure")
 """Signals near whose zero laws change fastest; the knots are closer there."""
+
+
+_AGAINST = ("load torque", "brake torque")
+"""Quantities whose laws act on the load: in N m, and as a share of the brake torque of each engagement."""
 
 
 class LoadBlock:
@@ -84,7 +90,7 @@ class LoadBlock:
         """The speed (n, k) in rad/s from the torque without noise, and without kicks."""
         torque = self.scene.smooth["output_torque"]
         for pair, coefficients in laws:
-            if pair[0] == "load torque":
+            if pair[0] in _AGAINST:
                 torque = torque + coefficients @ self._torque(pair)
         net = (torque - (self.brake * (1 + points[:, 1]))[:, None]) / self.inertia[:, None] * (1 + points[:, 2:3])
         return relaxed(self.scene.time, net, self._rates(points)[:, 0], np.zeros(len(points)), least=0.0)
@@ -123,12 +129,16 @@ class LoadBlock:
         return {"load_inertia": self._inertias @ shared[1:first], "brake_torque": self._brakes @ shared[first:]}
 
     def pairs(self) -> list[Pair]:
-        """Laws of the load torque and of both sensors."""
+        """Laws of load torque, brake torque and both sensors."""
+        # With the same brake torque in all engagements, a share of it is a torque.
+        of_brake = (*_OF_BRAKE, *self.scene.channels) if np.ptp(self.brake) > 0 else ()
         return [*(("load torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
+                *(("brake torque", on) for on in of_brake),
                 *self.scene.errors_of("output speed sensor"), *self.scene.errors_of("output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Changes (n, m, k) in rad/s with the coefficients of a law, which are torques against the load."""
+        """Changes (n, m, k) in rad/s with the coefficients of a law: torques against the load, or shares of the brake.
+        """
         if _is_reading(pair):
             return self._reading(pair, self._speed)
         return self._respond(points, self._torque(pair))
@@ -138,9 +148,11 @@ class LoadBlock:
         scene, (quantity, on) = self.scene, pair
         if quantity.endswith("sensor"):
             return of_sensor(pair, scene, self.finer.get(pair, 0))
+        is_share = quantity == "brake torque"
+        size = 1.0 if is_share else scene.typical_torque
         if on in scene.of_runs:
-            return over_runs(pair, scene, scene.typical_torque, centred=False)
-        return over(pair, self.knots(pair), scene.typical_torque * np.eye(fineness(self, pair)))
+            return over_runs(pair, scene, size, is_share, centred=is_share)
+        return over(pair, self.knots(pair), size * np.eye(fineness(self, pair)), is_share)
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
@@ -159,14 +171,16 @@ class LoadBlock:
         scene, (quantity, on) = self.scene, pair
         if quantity == "output torque sensor":
             return -scene.reading(*pair, scene.smooth["output_torque"], self.finer.get(pair, 0))
-        speed = scene.smooth["output_speed"]
+        is_share = quantity == "brake torque"
+        size = self.brake[:, None, None] if is_share else scene.typical_torque
         if on in scene.of_runs:
-            between = scene.between(on, centred=False)  # no parameter is a torque that all engagements have in common
-            return np.asarray(-np.ones_like(speed)[:, None] * between[:, :, None] * scene.typical_torque)
-        return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * scene.typical_torque)
+            # Not centred: no parameter is a torque that all engagements have in common. That of the brake is.
+            between = scene.between(on, centred=is_share)
+            return np.asarray(-np.ones((len(scene), 1, len(scene.time))) * between[:, :, None] * size)
+        return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * size)
 
     def knots(self, pair: Pair) -> np.ndarray:
-        """Where the coefficients of a law of the load torque are its values: (m,) in the unit of what it depends on."""
+        """Where the coefficients of a law of a torque are its values: (m,) in the unit of what it depends on."""
         spaced = bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
         return np.asarray(spaced(self._abscissa(pair[1]), self.scene.smooth["output_speed"] > 0, fineness(self, pair)))
 

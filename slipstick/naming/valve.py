@@ -29,6 +29,8 @@ _PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 """Half-widths of the play operators over the largest current: a factor 2 apart, any between them is a sum of two."""
 _BETWEEN = {"valve delay": 0, "valve current": 1}
 """The parameter whose change between engagements is the law of a quantity."""
+_SHORTEST = 0.1
+"""Least factor by which a law may change a delay, so that it stays positive."""
 
 
 class ValveBlock:
@@ -63,9 +65,10 @@ class ValveBlock:
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
-        base = total = self._own(points, self.clock)
+        base = total = self._own(self._slowed(points, laws)[0], self.clock)
         for pair, coefficients in laws:
-            total = total + coefficients @ self.basis(pair, points, laws, base)
+            if pair[0] != "valve delay":
+                total = total + coefficients @ self.basis(pair, points, laws, base)
         return total
 
     def pressure(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -81,10 +84,12 @@ class ValveBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes (n, 3, k) of the pressure in bar with each parameter, and (n, 1, k) in bar/s with the clock."""
+        points, factor = self._slowed(points, laws)
         base = self._own(points, self.clock)
         own = [(self._own(points + _STEP * unit, self.clock) - base) / _STEP for unit in np.eye(3)]
         h = _CLOCK_STEP * self.scene.step
         clock = (self._own(points, self.clock + h) - self._own(points, self.clock - h)) / (2 * h)
+        own[0] = own[0] * factor[:, None]
         return np.stack(own, axis=1), clock[:, None]
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
@@ -110,7 +115,10 @@ class ValveBlock:
             # A line pressure times the prediction: the gain's own column leaves out the other laws.
             column = (predicted if quantity == "line pressure"
                       else self.columns(points, laws, predicted)[0][:, _BETWEEN[quantity]])
+            if quantity == "valve delay":  # a change of the delay of each engagement, and not of the nominal one
+                column = column * ((1 + points[:, 0]) / self._slowed(points, laws)[1])[:, None]
             return np.asarray(column[:, None] * scene.between(on)[:, :, None])
+        points = self._slowed(points, laws)[0]
         gain = self._vectors(points)[:, self._places[2], None, None]
         if on == "current":
             hats = bases.hats(self.current, self._currents(pair))
@@ -161,6 +169,15 @@ class ValveBlock:
     def _widths(self) -> np.ndarray:
         """Half-widths in A of the play operators."""
         return np.asarray(self.current.max() * _PLAY)
+
+    def _slowed(self, points: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
+        """The points (n, 3) with the delays under `laws`, and the factors (n,) by which these change them.
+
+        The pressure is far from linear in the delay, which some valves double.
+        """
+        change = [self.scene.between(pair[1]) @ coefficients for pair, coefficients in laws if pair[0] == "valve delay"]
+        factor = np.maximum(1 + np.sum([np.zeros(len(points)), *change], axis=0), _SHORTEST)
+        return np.column_stack([(1 + points[:, 0]) * factor - 1, points[:, 1:]]), factor
 
     def _vectors(self, points: np.ndarray) -> np.ndarray:
         """Parameter vectors (n, 20)."""

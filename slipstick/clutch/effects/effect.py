@@ -24,6 +24,7 @@ QUANTITIES = {
     "friction coefficient": "N m/Pa",
     "film torque": "N m",
     "converter torque": "N m",
+    "brake torque": "N m",
     "load torque": "N m",
     "stick torque": "N m",
 }
@@ -72,7 +73,7 @@ BLOCKS = {
     "pressure": ("valve current", "line pressure", "pressure sensor"),
     "torque": ("chamber pressure", "piston gain", "piston rate", "clearance", "contact pressure",
                "friction coefficient", "film torque", "stick torque", "output torque sensor"),
-    "output speed": ("load torque", "output speed sensor"),
+    "output speed": ("brake torque", "load torque", "output speed sensor"),
     "input speed": ("converter torque", "input speed sensor"),
 }
 """Blocks of the model, cut at the measured signals: output signal -> quantities between the inputs and that signal."""

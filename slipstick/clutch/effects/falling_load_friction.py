@@ -28,4 +28,5 @@ EFFECT = Effect(
     signature="the load starts to move later, and then accelerates faster than the model predicts",
     formula=_formula,
     shape=Shape("falls", "convex"),
+    also=(("brake torque", "output speed"),),
 )

@@ -24,9 +24,9 @@ SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque", "piston_p
 DRAG = MeasuredLaw("load torque", "output speed", (0.0, 20.0, 60.0), (0.0, 2.0, 30.0), relative=False)
 
 # Every quantity and every dependence, some of each twice.
-PAIRS = [*zip([*(one for one in QUANTITIES if one not in SENSORS), "friction coefficient"], SCALAR_DEPENDENCES,
-              strict=True),
-         ("line pressure", "pressure"), ("valve current", "time in contact"), ("contact pressure", "heat")]
+PAIRS = [*zip((one for one in QUANTITIES if one not in SENSORS), SCALAR_DEPENDENCES, strict=True),
+         ("line pressure", "pressure"), ("valve current", "time in contact"), ("contact pressure", "heat"),
+         ("brake torque", "output speed")]
 OF_SENSOR = [*zip([*SENSORS, *SENSORS][:len(OF_SENSORS)], OF_SENSORS, strict=True),
              ("output torque sensor", "output torque"),
              ("pressure sensor", "run order"), ("input speed sensor", "input speed")]
@@ -44,7 +44,8 @@ def sizes(bench: Bench) -> dict[str, float]:
             **dict.fromkeys(("piston position", "clearance"), scales.stroke), "piston rate": scales.piston_rate,
             "contact pressure": 0.5e5 * scales.pressure, "film torque": 0.1 * scales.torque,
             "friction coefficient": bench.physics.nominal[parameters.index("friction_coefficient")],
-            "converter torque": scales.torque, "load torque": 0.3 * scales.load_torque}
+            "converter torque": scales.torque,
+            **dict.fromkeys(("brake torque", "load torque"), 0.3 * scales.load_torque)}
 
 
 def ordered(bench: Bench) -> Conditions:

@@ -27,7 +27,7 @@ ABSOLUTE = {"valve current": ("current", 0.012), "chamber pressure": ("pressure"
     "piston_rate", 0.04), "clearance": ("stroke", 0.025), "input torque": ("torque", 0.02),
     "load torque": ("load_torque", 0.02)}
 """Sizes of laws: multiples of a scale of the bench, or relative."""
-RELATIVE = {"film torque": 0.5}
+RELATIVE = {"film torque": 0.5, "brake torque": 0.5}
 AMONG = {("valve current", "past current"): 1, ("converter torque", "lag"): 1, ("input speed sensor", "lag"): 1,
          ("output speed sensor", "lag"): 1, ("output torque sensor", "lag"): 1, ("pressure sensor", "lag"): 1}
 """Which of the lags or widths of a basis is the strength of the effect."""
@@ -39,7 +39,8 @@ EFFECTS = {("valve current", "past current"): "valve_hysteresis", ("converter to
 """Effects of the simulator whose one coefficient is the value of a law."""
 DIRECT = {("valve delay", "motor speed"), ("valve delay", "run order"), ("output torque sensor", "pressure"),
           ("output torque sensor", "output speed"), ("pressure sensor", "input speed"), ("pressure sensor", "gain"),
-          ("load torque", "output position"), ("stick torque", "twist"), ("contact pressure", "lag"),
+          ("load torque", "output position"), ("brake torque", "output position"), ("stick torque", "twist"),
+          ("contact pressure", "lag"),
           *((f"{name} sensor", on) for name in ("pressure", "input speed", "output speed", "output torque")
             for on in ("run order", "time"))}
 """Pairs with a test of their own."""
@@ -145,13 +146,27 @@ def test_a_relative_delay_of_the_valve_is_that_of_its_parameter() -> None:
     block, points = nominal(HEAVY, "valve"), np.zeros((COUNT, 3))
     for on in ("motor speed", "run order"):
         law = block.law(("valve delay", on))
-        c = np.linspace(0.02, 0.04, law.onto.shape[1])
+        c = np.linspace(0.3, 1.2, law.onto.shape[1])  # up to more than twice the delay
         moved = points.copy()
         moved[:, 0] = np.interp(block.scene.constant_in_run(on), law.x, law.onto @ c)  # type: ignore[arg-type]
-        change = block.base(moved) - block.base(points)
-        found = block.base(points, [(("valve delay", on), c)]) - block.base(points)
-        assert np.linalg.norm(found - change) < 0.05 * np.linalg.norm(change)
+        assert np.ptp(moved[:, 0]) > 0.3
         assert np.abs(moved[:, 0].mean()) < 1e-12
+        np.testing.assert_allclose(block.base(points, [(("valve delay", on), c)]), block.base(moved), atol=1e-12)
+
+
+def test_the_columns_of_a_valve_delay_are_its_derivatives() -> None:
+    block, pair, h = nominal(HEAVY, "valve"), ("valve delay", "run order"), 1e-4
+    points = 0.1 * np.random.default_rng(8).standard_normal((COUNT, 3))
+    c = np.linspace(0.2, 0.5, block.law(pair).onto.shape[1])
+    base = block.base(points, [(pair, c)])
+    columns = block.basis(pair, points, [(pair, c)], base)
+    for k, one in enumerate(np.eye(len(c))):
+        change = (block.base(points, [(pair, c + h * one)]) - block.base(points, [(pair, c - h * one)])) / (2 * h)
+        np.testing.assert_allclose(columns[:, k], change, atol=2e-3 * np.abs(change).max())
+    own = block.columns(points, [(pair, c)], base)[0]
+    for k, one in enumerate(np.eye(3)):
+        change = (block.base(points + h * one, [(pair, c)]) - block.base(points - h * one, [(pair, c)])) / (2 * h)
+        np.testing.assert_allclose(own[:, k], change, atol=2e-3 * np.abs(change).max())
 
 
 def with_reading(scene: Scene, signal: str, change: np.ndarray) -> Scene:
@@ -189,12 +204,14 @@ def test_an_error_of_a_sensor_over_a_signal_is_in_its_reading(name: str, sensor:
     assert left(block_of(name, with_reading(block.scene, sensor.replace(" ", "_"), error)), pair, c) < 0.05
 
 
-def test_a_load_torque_over_position_is_against_the_motion() -> None:
-    block, pair = nominal(HEAVY, "load"), ("load torque", "output position")
-    law = block.law(pair)
+@pytest.mark.parametrize("quantity", ["load torque", "brake torque"])
+def test_a_torque_over_position_is_against_the_motion(quantity: str) -> None:
+    block, pair = nominal(HEAVY, "load"), (quantity, "output position")
+    law, brake = block.law(pair), block.scene.recordings.conditions.brake_torque
+    assert np.ptp(brake) > 0
     c = np.cos(np.arange(law.onto.shape[1]))
     position = np.cumsum(np.maximum(block.scene.smooth["output_speed"], 0), axis=1) * block.scene.step
-    change = np.interp(position, law.x, law.onto @ c)  # type: ignore[arg-type]
+    change = np.interp(position, law.x, law.onto @ c) * (brake[:, None] if law.relative else 1)  # type: ignore[arg-type]
     # A load that reads too much torque for its speed has this much more resistance.
     assert left(block_of("load", with_reading(block.scene, "output_torque", change)), pair, c) < 0.05
 
