@@ -27,9 +27,8 @@ _DRIFTS = {"sequence": "run order", "time": "time"}
 
 
 def same(pair: Iterable[str]) -> tuple[str, ...]:
-    """The pair under which it is compared."""
-    quantity, on = pair
-    its = ("load torque" if quantity == "brake torque" else quantity, on)  # the hidden benches have both as one
+    """The pair under which it is compared. The hidden benches count the brake torque as a load torque."""
+    its = tuple("load torque" if name == "brake torque" else name for name in pair)
     return SAME.get(its, its)  # type: ignore[call-overload, no-any-return]
 
 
@@ -51,7 +50,9 @@ def right_of_any(entry: dict[str, Any]) -> set[tuple[str, ...]]:
 
 def alike(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
     """All pairs that name a hidden effect."""
-    return right(hidden) | {other for other in SAME if SAME[other] in right(hidden)}
+    its = right(hidden)
+    of_brake = {("brake torque", on) for quantity, on in its if quantity == "load torque"}
+    return its | of_brake | {other for other in SAME if SAME[other] in its}
 
 
 def judged(entry: dict[str, Any]) -> dict[str, Any]:
