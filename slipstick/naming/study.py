@@ -53,11 +53,6 @@ class Naming:
     noise: dict[str, Noise]
     seconds: float
 
-    @property
-    def is_single(self) -> bool:
-        """Whether one finding is all that the blocks say."""
-        return len(self.findings) == 1 and not self.unexplained
-
 
 def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None = None,
          ask: Ask = lambda _: None) -> Naming:

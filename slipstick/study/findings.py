@@ -1,5 +1,6 @@
 """One finding as a result: its measured law, its coefficients in the simulation, its worth and its confidence."""
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -22,14 +23,14 @@ _AT_BOUND = 1e-3
 
 def finding_result(settings: StudySettings, finding: Finding, said: Answer, law: LawPoints | None,
                    formulas: SimulationFit, after: SimulationFit,
-                   experiments: list[FurtherExperiment], is_single: bool) -> FindingResult:
-    """The finding with all that was found out about it; `is_single` if it is all that the blocks say.
+                   experiments: list[FurtherExperiment], findings: Sequence[Finding]) -> FindingResult:
+    """A finding of all `findings` with all that was found out about it.
 
     `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    share, kind = confidence(finding, is_single) if said.effect else (None, None)
+    share, kind = confidence(finding, findings) if said.effect else (None, None)
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.

@@ -11,18 +11,24 @@ from slipstick.study.confidence import BY_LIST, Kind, confidence, kind_of
 RIVAL = Rival(("friction coefficient", "heat"), 30.0, 1.0)
 
 
-def finding(quantity: str, *rivals: Rival) -> Finding:
-    return Finding(("contact",), (quantity, "slip"), np.full(30, 2.0), rivals)
+STRIBECK, AIR, BRAKE = ("friction coefficient", "slip"), ("clearance", "pressure"), ("brake torque", "output speed")
 
 
-@pytest.mark.parametrize(("quantity", "has_rivals", "is_single", "kind"), [
-    ("friction coefficient", False, True, "the only finding"),
-    ("clearance", False, True, "the only finding, in the closing piston"),
-    ("clearance", False, False, "one of several findings"),
-    ("friction coefficient", True, True, "a rival is near"),
-    ("friction coefficient", True, False, "a rival is near")])
-def test_the_kind_is_that_of_what_else_was_found(quantity: str, has_rivals: bool, is_single: bool, kind: str) -> None:
-    assert kind_of(quantity, has_rivals, is_single) == kind
+def finding(pair: tuple[str, str], *rivals: Rival, nats: float = 60.0) -> Finding:
+    return Finding(("contact",), pair, np.full(30, nats / 30), rivals)
+
+
+@pytest.mark.parametrize(("pair", "rivals", "is_strongest", "kind"), [
+    (STRIBECK, (), True, "the strongest finding"),
+    (AIR, (), True, "the strongest finding, in the closing piston"),
+    (AIR, (), False, "a weaker one of several findings"),
+    (STRIBECK, (RIVAL.pair,), True, "a rival is near"),
+    (STRIBECK, (RIVAL.pair,), False, "a rival is near"),
+    (BRAKE, (("load torque", "output speed"),), True, "the strongest finding"),  # the same effect
+    (BRAKE, (("load torque", "output speed"), ("load torque", "time")), True, "a rival is near")])
+def test_the_kind_is_that_of_what_else_was_found(pair: tuple[str, str], rivals: tuple[tuple[str, str], ...],
+                                                 is_strongest: bool, kind: str) -> None:
+    assert kind_of(pair, rivals, is_strongest) == kind
 
 
 def test_every_list_counts_every_kind() -> None:
@@ -32,8 +38,10 @@ def test_every_list_counts_every_kind() -> None:
 
 
 def test_the_share_is_of_all_lists_by_the_rule_of_succession() -> None:
-    right, of = (sum(counts["the only finding"][place] for counts in BY_LIST.values()) for place in (0, 1))
-    share, words = confidence(finding("friction coefficient"), is_single=True)
+    right, of = (sum(counts["the strongest finding"][place] for counts in BY_LIST.values()) for place in (0, 1))
+    share, words = confidence(finding(STRIBECK), [finding(STRIBECK), finding(AIR, nats=30)])
     assert share == (right + 1) / (of + 2)
-    assert words == f"the only finding: {right} of {of}"
-    assert confidence(finding("friction coefficient", RIVAL), is_single=True)[1].startswith("a rival is near: ")
+    assert words == f"the strongest finding: {right} of {of}"
+    assert confidence(finding(STRIBECK, RIVAL), [finding(STRIBECK, RIVAL)])[1].startswith("a rival is near: ")
+    weaker = confidence(finding(STRIBECK), [finding(STRIBECK), finding(AIR, nats=90)])[1]
+    assert weaker.startswith("a weaker one of several findings: ")
