@@ -180,7 +180,7 @@ def _answer(request: Request, query: NpyQuery, options: EvaluateOptions, points:
     if as_csv:
         return _csv(points, times, selected, conditions, settings, headers)
     if as_npy:
-        return Response(npy.dump(times), headers=headers, media_type=npy.MEDIA_TYPE)
+        return npy.response(times, headers)
     return json_response({"table": options.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
                           "outside": options.outside, "points_outside": outside, "conditions": conditions,
                           "described": _described(table, conditions) if options.describe else None,
