@@ -119,7 +119,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         client.destroy()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
-                  lifespan=lifespan, generate_unique_id_function=lambda route: route.name)
+                  lifespan=lifespan)
     app.state.settings = configuration
     metrics = app.state.metrics = RequestMetrics()
     app.state.computations = Computations(configuration.computations, configuration.waiting,
@@ -132,7 +132,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
                    fits, job_events, reports, residuals, studies, study_laws, study_reports, umbridge, front,
                    operation):
-        app.include_router(module.router)
+        # Not `include_router`, which builds each route again and looks for it through every router, twice.
+        app.router.routes.extend(module.router.routes)
     pages.install(app)
     problem_details.install(app)
     app.add_exception_handler(NotModified, not_modified)

@@ -18,6 +18,7 @@ from service.revalidation import headers_of
 from service.settings import Settings
 from slipstick.errors import InvalidValue, SlipstickError
 
+Handler = Callable[[Request], Coroutine[Any, Any, Response]]
 READING = "reading"
 _ONCE = ("Content-Type", "Idempotency-Key")
 """Headers that are not repeated: the limit would be that of one Content-Type, and the body read as another one."""
@@ -111,13 +112,22 @@ class JsonRoute(APIRoute):
     read, except those marked `at_once`.
     """
 
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+    def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
+        # Clients generated from the OpenAPI document name their functions by this id.
+        super().__init__(path, endpoint, **{**options, "operation_id": options.get("name") or endpoint.__name__})
+
+    def resolved(self) -> Handler:
+        """The endpoint with its parameters, as FastAPI resolves them."""
+        return super().get_route_handler()
+
+    def get_route_handler(self) -> Handler:
         """Wrap the handler that FastAPI builds."""
-        handler, query = super().get_route_handler(), QueryNames(self.dependant)
+        handler, query = self.resolved(), QueryNames(self.dependant)
         places = getattr(self.endpoint, "places", None if iscoroutinefunction(self.endpoint) else READING)
 
         async def strict(request: Request) -> Response:
-            query.require(request)
+            if request.scope["query_string"]:
+                query.require(request)
             if self.body_field is not None:
                 require_media_type(request, "application/json")
             strict_request = _StrictRequest(request.scope, request.receive)
@@ -135,8 +145,7 @@ class JsonRoute(APIRoute):
         return strict
 
 
-async def _compute(handler: Callable[[Request], Coroutine[Any, Any, Response]], request: Request,
-                   computations: Computations) -> Response:
+async def _compute(handler: Handler, request: Request, computations: Computations) -> Response:
     """Handle the request at a place among these `computations`; `request.state.client` learns if the client is gone."""
     client = request.state.client = Client(threading.Event())
     computing, task = False, asyncio.current_task()

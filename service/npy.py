@@ -2,20 +2,35 @@
 
 import io
 import math
+from collections.abc import AsyncIterator
 
 import numpy as np
+from starlette.responses import StreamingResponse
 
 from slipstick.errors import InvalidValue
 
 MEDIA_TYPE = "application/x-npy"
+PIECE = 1 << 20
+"""Bytes of an array that are sent at once."""
 _HEADER_READERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 
-def dump(array: np.ndarray) -> bytes:
-    """Return the array as the content of a .npy file."""
+def response(array: np.ndarray, headers: dict[str, str]) -> StreamingResponse:
+    """Return the array as a .npy file.
+
+    It is sent in pieces: a whole one would be copied into the buffer of the connection, where it waits for the client.
+    """
     contiguous, header = np.ascontiguousarray(array), io.BytesIO()
     np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(contiguous))
-    return b"".join((header.getvalue(), contiguous.data))  # `numpy.save` copies the numbers more often
+    numbers = contiguous.reshape(-1).view(np.uint8).data
+
+    async def pieces() -> AsyncIterator[bytes | memoryview]:
+        yield header.getvalue()
+        for start in range(0, len(numbers), PIECE):
+            yield numbers[start:start + PIECE]
+
+    length = {"Content-Length": str(len(header.getvalue()) + len(numbers))}
+    return StreamingResponse(pieces(), headers=headers | length, media_type=MEDIA_TYPE)
 
 
 def load(content: bytes) -> np.ndarray:

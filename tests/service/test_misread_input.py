@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from test_problems import INPUTS, POSTS, problem
+from test_problems import INPUTS, POSTS, npy_file, problem
 
 from service import npy
 from service.failures import UnexpectedErrors
@@ -51,7 +51,7 @@ def test_a_repeated_header_is_refused(client: httpx.Client) -> None:
 
 @pytest.mark.parametrize(("shape", "status"), [(b"(True, 2)", 422), (b"(1, 2)", 200)])
 def test_a_shape_of_truth_values_is_refused(client: httpx.Client, shape: bytes, status: int) -> None:
-    content = npy.dump(np.ones((1, 2)))
+    content = npy_file(np.ones((1, 2)))
     padding = b" " * (len(shape) - len(b"(1, 2)"))
     changed = content.replace(b"(1, 2), }" + padding, shape + b", }")
     assert len(changed) == len(content)
@@ -94,9 +94,9 @@ def test_unknown_and_repeated_query_parameters_are_refused(client: httpx.Client)
     assert "Did you mean 'limit'?" in problem(client.get("/v1/fits?limits=3"), 422)["remedy"]
     for path in ("/v1?x=1", "/v1/tables/nominal?x=1", "/v1/fits?limit=1&limit=2"):
         problem(client.get(path), 422)
-    problem(client.post("/v1/evaluate?condition=0", content=npy.dump(np.ones((1, 2))), headers=NPY), 422)
+    problem(client.post("/v1/evaluate?condition=0", content=npy_file(np.ones((1, 2))), headers=NPY), 422)
     assert client.get("/v1/fits?limit=1&offset=0").is_success
-    several = client.post("/v1/evaluate?conditions=0&conditions=5", content=npy.dump(np.ones((1, 2))), headers=NPY)
+    several = client.post("/v1/evaluate?conditions=0&conditions=5", content=npy_file(np.ones((1, 2))), headers=NPY)
     assert several.json()["conditions"] == [0, 5]
 
 

@@ -6,6 +6,7 @@ import httpx
 import numpy as np
 import pytest
 
+from service import npy
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
 from slipstick.table import Table
@@ -42,6 +43,16 @@ def test_evaluate_with_npy_returns_the_same_shifting_times(client: httpx.Client,
     assert response.headers["Slipstick-Table-Digest"] == table.digest
     times = np.load(io.BytesIO(response.content))
     assert np.array_equal(times, table.interpolate(np.float32(POINTS).astype(float))[:, CONDITIONS])
+
+
+def test_an_array_that_is_sent_in_pieces_is_complete(client: httpx.Client, table: Table) -> None:
+    points = np.column_stack([np.linspace(0.8, 1.2, 1500), np.linspace(1.2, 0.8, 1500)])
+    response = client.post("/v1/evaluate", json={"points": points.tolist()}, headers={"Accept": npy.MEDIA_TYPE})
+    expected = io.BytesIO()
+    np.save(expected, table.interpolate(points))
+    assert len(response.content) > 2 * npy.PIECE
+    assert response.headers["Content-Length"] == str(len(response.content))
+    assert response.content == expected.getvalue()
 
 
 def test_the_outside_policy_is_the_same_for_all_operations(client: httpx.Client, table: Table) -> None:

@@ -23,6 +23,12 @@ POSTS = {
 }
 
 
+def npy_file(array: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    np.save(file, array)
+    return file.getvalue()
+
+
 def problem(response: httpx.Response, status: int) -> dict[str, Any]:
     """Check that a response is a problem with the expected status, and return it."""
     assert response.status_code == status, response.text
@@ -139,10 +145,10 @@ def test_an_incomplete_body_times_out(address: str) -> None:
 
 
 @pytest.mark.parametrize("body", [
-    b"", b"junk", npy.dump(np.ones((3, 2)))[:-1], npy.dump(np.ones((3, 2))) + b"x", npy.dump(np.ones(2)),
-    npy.dump(np.ones((0, 2))), npy.dump(np.ones((1, 2), dtype=complex)), npy.dump(np.array([["a", "b"]])),
-    npy.dump(np.ones((1, 2))).replace(b"(1, 2)", b"(9**9,2)"), npy.dump(np.ones((1, 3))),
-    npy.dump(np.ones((1, 2))).replace(b"(1, 2), }         ", b"(9999999999999,2)}"),
-    npy.dump(np.array([[np.nan, 1.0]])), npy.dump(np.array([[np.inf, 1.0]]))])
+    b"", b"junk", npy_file(np.ones((3, 2)))[:-1], npy_file(np.ones((3, 2))) + b"x", npy_file(np.ones(2)),
+    npy_file(np.ones((0, 2))), npy_file(np.ones((1, 2), dtype=complex)), npy_file(np.array([["a", "b"]])),
+    npy_file(np.ones((1, 2))).replace(b"(1, 2)", b"(9**9,2)"), npy_file(np.ones((1, 3))),
+    npy_file(np.ones((1, 2))).replace(b"(1, 2), }         ", b"(9999999999999,2)}"),
+    npy_file(np.array([[np.nan, 1.0]])), npy_file(np.array([[np.inf, 1.0]]))])
 def test_invalid_npy_files(client: httpx.Client, body: bytes) -> None:
     problem(client.post("/v1/evaluate", content=body, headers={"Content-Type": npy.MEDIA_TYPE}), 422)
