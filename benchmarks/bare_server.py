@@ -1,25 +1,34 @@
 """A bare Starlette server, the floor of an answer over HTTP: `python -m benchmarks.bare_server PORT FOLDER`.
 
 Each file of the folder is the answer of a route of its name, which reads the body of the request and computes nothing.
+An array is sent in pieces, as the service sends it.
 """
 
 import sys
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
+
+from service import npy
 
 
 def route(path: Path) -> Route:
     content = path.read_bytes()
-    media_type = "application/json" if path.suffix == ".json" else "application/x-npy"
+
+    async def pieces() -> AsyncIterator[memoryview]:
+        for start in range(0, len(content), npy.PIECE):
+            yield memoryview(content)[start:start + npy.PIECE]
 
     async def answer(request: Request) -> Response:
         await request.body()
-        return Response(content, media_type=media_type)
+        if path.suffix == ".json":
+            return Response(content, media_type="application/json")
+        return StreamingResponse(pieces(), headers={"Content-Length": str(len(content))}, media_type=npy.MEDIA_TYPE)
 
     return Route(f"/{path.name}", answer, methods=["POST"])
 
