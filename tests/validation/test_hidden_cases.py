@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL, FRESH, LATER
+from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL, FRESH, FURTHER, LATER
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
 from hidden.fifth import BENCHES as OF_FIFTH
@@ -22,6 +22,8 @@ from hidden.nominal import BRISK, HEAVY, SETUPS
 from hidden.pairs import DEPENDS_ON, LISTED, QUANTITY, listed, pair
 from hidden.plan import LARGEST_STRENGTH
 from hidden.responses import RESPONSES
+from hidden.seventh import BENCHES as OF_SEVENTH
+from hidden.seventh import SEVENTH
 from hidden.sixth import BENCHES as OF_SIXTH
 from hidden.sixth import SIXTH
 from hidden.temptations import TEMPTATIONS
@@ -68,16 +70,15 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
     return simulate(Case(effects, bench=bench, count=3, shift="none", scatter=0), relative=1e-4).readings
 
 
-OF_EACH_QUANTITY = {effect.quantity: effect for effect in UNSEEN}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in THIRD if effect.quantity not in OF_EACH_QUANTITY}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FOURTH if effect.quantity not in OF_EACH_QUANTITY}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FIFTH if effect.quantity not in OF_EACH_QUANTITY}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in SIXTH if effect.quantity not in OF_EACH_QUANTITY}
+OF_EACH_QUANTITY: dict[str, Effect] = {}
+for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH):
+    OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
+OF_TWO = OF_FIFTH | OF_SIXTH | OF_SEVENTH
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
 def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
-    bench = "brisk" if effect in FOURTH else (OF_FIFTH | OF_SIXTH).get(effect.name, ("heavy", "compact"))[place % 2]
+    bench = "brisk" if effect in FOURTH else OF_TWO.get(effect.name, ("heavy", "compact"))[place % 2]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
            for name, signal in alone[bench].items()}
@@ -86,14 +87,15 @@ def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str
     assert sensor == effect.quantity or [name for name in rms if rms[name] > 1e-9] == [sensor]
 
 
-@pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in ("friction", "changes")])
+@pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in ("friction", "changes", "sludge", "adapt")])
 def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
     ramp = np.minimum(20 + 30 * HEAVY.time, 65)[None]
     late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
     lag = (ramp - late)[0, 500] / 30
     expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
                 "fall": 0, "rise": 0.01, "average": 0.01, "carry": 0.01, "window": 0.01, "creep": 0.01,
-                "strain": 0.01 * (50 / 55) ** 2, "switch": 0.001, "turns": 0.032 * 0.75**3}
+                "strain": 0.01 * (50 / 55) ** 2, "switch": 0.001, "turns": 0.032 * 0.75**3,
+                "band": 0.0005, "echo": 0.01}
     assert lag == pytest.approx(expected[kind], abs=0.0011)
     assert late[0, -1] == pytest.approx(65, abs=1e-3 if kind == "creep" else None)  # whose slow part takes long
 
@@ -136,6 +138,15 @@ def test_a_gauge_with_play_and_a_bus_that_sends_on_a_change_stay_within_a_band(k
     assert np.mean(np.diff(reading) == 0) > (0.95 if kind == "changes" else 0.05)
 
 
+def test_sludge_holds_a_band_back_and_a_filter_that_adapts_hardly_lags_behind_a_fast_ramp() -> None:
+    slow, fast = (np.minimum(rate * HEAVY.time, 160)[None] for rate in (1, 150))
+    reading = RESPONSES["sludge"](slow, 0.004, "input_speed", HEAVY)
+    assert (slow - reading)[0, -1] == pytest.approx(165 / 0.4 * 0.004, rel=0.05)
+    late = [(ramp - RESPONSES["adapt"](ramp, 0.02, "input_speed", HEAVY))[0, 500] / rate
+            for rate, ramp in ((1, slow), (150, fast))]
+    assert 0 < late[1] < 0.4 * late[0] <= 0.4 * 0.05
+
+
 def test_plays_in_parallel_are_averaged() -> None:
     time, current = np.array([[0.0, 1, 2, 3]]), np.array([[0.0, 1, 0, 1]])
     samples = np.linspace(0, 3, 31)
@@ -148,7 +159,7 @@ def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
     for (name, _), limit in limits.items():
-        least, most = (1, 100) if name in OF_FIFTH | OF_SIXTH else (1.2, 50)
+        least, most = (1, 100) if name in OF_TWO else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
@@ -199,7 +210,8 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
     assert all(54 <= case.count <= 108 for case in cases if case.count != 27)
 
 
-@pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2)])
+@pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2),
+                                              ("further", 2)])
 def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
@@ -277,9 +289,9 @@ def ingredients(world: World) -> list[str]:
 
 def test_seeds_and_files_of_the_lists_differ() -> None:
     seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
-                                       *ELSEWHERE.values(), *FRESH.values(), *LATER.values())]
+                                       *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values())]
     assert len(set(seeds)) == len(seeds)
-    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER}) == len(seeds)
+    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

@@ -19,7 +19,8 @@ SEVENTH_PHYSICAL = (
     Effect("eddy_currents_shield_the_magnet", "pressure", "valve_current", "current_excess", "difference", "A", 0.02,
            lambda s, i: -s * root(i / 0.06, 0.1)),
     Effect("spool_sticks_at_a_worn_notch", "pressure", "valve_current", "current", "difference", "A", 0.025,
-           lambda s, u: -s * (np.exp(-np.abs(u - 0.44) / 0.05) - 0.6 * np.exp(-np.abs(u - 0.6) / 0.06))),
+           lambda s, u: -s * (np.exp(-np.hypot(u - 0.44, 0.02) / 0.05)
+                              - 0.6 * np.exp(-np.hypot(u - 0.6, 0.02) / 0.06))),
     # Piston
     Effect("oil_ring_whirls", "torque", "chamber_pressure", "input_speed", "difference", "bar", 0.5,
            lambda s, w: s * np.sin(2 * np.pi * (w / 130) ** 2)),
@@ -34,7 +35,7 @@ SEVENTH_PHYSICAL = (
     Effect("splines_let_the_plates_go", "torque", "clearance", "pressure", "ratio", "1", 0.1,
            lambda s, p: 1 + s * root((p - 5) / 6, 0.02)),
     Effect("feed_line_hammers", "torque", "piston_rate", "free_piston_rate", "ratio", "1", 0.3,
-           lambda s, v: 1 + s * np.cos(2 * np.pi * v / 0.011) * np.exp(-((v / 0.011) ** 2))),
+           lambda s, v: 1 + s * np.cos(2 * np.pi * v / 0.02) * np.exp(-((v / 0.016) ** 2))),
     Effect("bore_is_scored_in_rings", "torque", "net_pressure", "piston", "difference", "bar", 0.8,
            lambda s, x: -s * (np.sin(x / 0.00019) + 0.6 * np.sin(x / 0.00008 + 1)) / 1.3),
     Effect("backup_ring_is_extruded", "torque", "net_pressure", "driving_pressure", "difference", "bar", 1.0,
