@@ -8,5 +8,5 @@ ROOT = Path(__file__).parents[1]
 HEAVY = Bench.open(ROOT / "tables" / "heavy.toml")
 SHIPPED = {bench.name: bench for bench in (HEAVY, Bench.open(ROOT / "tables" / "compact.toml"))}
 HIDDEN = ROOT / "tests" / "validation" / "hidden" / "data"
-BRISK, GIANT, LIGHT = (Bench.open(HIDDEN / f"{name}.toml") for name in ("brisk", "giant", "light"))
-BENCHES = {**SHIPPED, BRISK.name: BRISK, GIANT.name: GIANT, LIGHT.name: LIGHT}
+BRISK, GIANT, LIGHT, SLOW = (Bench.open(HIDDEN / f"{name}.toml") for name in ("brisk", "giant", "light", "slow"))
+BENCHES = {**SHIPPED, BRISK.name: BRISK, GIANT.name: GIANT, LIGHT.name: LIGHT, SLOW.name: SLOW}

@@ -1,12 +1,12 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
-    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later]
+    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further]
 
 The forms are those of a list of cases (forms.csv, forms_unseen.csv, forms_elsewhere.csv, forms_fresh.csv,
-forms_later.csv). Each form of a listed pair is compared with each catalogue effect of the same pair, at its typical
-strength and on the benches on which the list may have it: the RMS difference after the best fit of the effect's
-coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the abscissae that
-twelve engagements with the form visit.
+forms_later.csv, forms_further.csv). Each form of a listed pair is compared with each catalogue effect of the same pair,
+at its typical strength and on the benches on which the list may have it: the RMS difference after the best fit of the
+effect's coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the
+abscissae that twelve engagements with the form visit.
 
 - Where the law is over one number, a second fit adds a constant, which a parameter of the model would take up.
 - A lag, an offset or a compliance is compared as such, with the constant of the catalogue; zero counts to its range.
@@ -36,6 +36,8 @@ from tests.validation.hidden.nominal import Setup
 from tests.validation.hidden.pairs import listed, pair
 from tests.validation.hidden.responses import RESPONSES
 from tests.validation.hidden.run import Run
+from tests.validation.hidden.seventh import BENCHES as OF_SEVENTH
+from tests.validation.hidden.seventh import SEVENTH
 from tests.validation.hidden.sixth import BENCHES as OF_SIXTH
 from tests.validation.hidden.sixth import SIXTH
 from tests.validation.hidden.third import THIRD
@@ -44,7 +46,8 @@ from tests.validation.hidden.valve import play, plays
 
 FORMS = {"final": ("forms", UNSEEN, tuple(SHIPPED)), "unseen": ("forms_unseen", THIRD, tuple(SHIPPED)),
          "elsewhere": ("forms_elsewhere", FOURTH, ("brisk",)), "fresh": ("forms_fresh", FIFTH, ()),
-         "later": ("forms_later", SIXTH, ())}  # those of `fresh` and `later` have two benches each
+         "later": ("forms_later", SIXTH, ()), "further": ("forms_further", SEVENTH, ())}
+OF_TWO = OF_FIFTH | OF_SIXTH | OF_SEVENTH  # the two benches of each form of `fresh`, `later` and `further`
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",
@@ -177,10 +180,10 @@ def near(share: float, with_constant: float | str) -> str:
 
 
 def rows(forms: Iterable[Form], benches: Iterable[str]) -> list[tuple[object, ...]]:
-    """The rows of the table: each listed one of the forms, bench (two for `FIFTH` and `SIXTH`) and catalogue effect."""
+    """The rows of the table: each listed one of the forms, bench (two if in `OF_TWO`) and catalogue effect."""
     found: list[tuple[object, ...]] = []
     for form in filter(listed, forms):
-        for bench in (OF_FIFTH | OF_SIXTH).get(form.name, benches):
+        for bench in OF_TWO.get(form.name, benches):
             run = simulate(Case({form.name: form.typical}, seed=SEED, count=ENGAGEMENTS, bench=bench), relative=1e-5)
             found += [(form.name, *pair(form), bench, effect.name, *(both := shares(form, effect, run)), near(*both))
                       for effect in matching(*pair(form))]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL, FRESH, LATER
+from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL, FRESH, FURTHER, LATER
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
 from hidden.fifth import BENCHES as OF_FIFTH
@@ -18,15 +18,15 @@ from hidden.fifth import FIFTH
 from hidden.fourth import FOURTH
 from hidden.limits import compute, used
 from hidden.limits import read as read_limits
-from hidden.nominal import BRISK, HEAVY, SETUPS
+from hidden.nominal import BRISK, SETUPS
 from hidden.pairs import DEPENDS_ON, LISTED, QUANTITY, listed, pair
 from hidden.plan import LARGEST_STRENGTH
-from hidden.responses import RESPONSES
+from hidden.seventh import BENCHES as OF_SEVENTH
+from hidden.seventh import SEVENTH
 from hidden.sixth import BENCHES as OF_SIXTH
 from hidden.sixth import SIXTH
 from hidden.temptations import TEMPTATIONS
 from hidden.third import THIRD
-from hidden.valve import play, plays
 
 from slipstick.recordings import Recordings
 
@@ -68,16 +68,15 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
     return simulate(Case(effects, bench=bench, count=3, shift="none", scatter=0), relative=1e-4).readings
 
 
-OF_EACH_QUANTITY = {effect.quantity: effect for effect in UNSEEN}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in THIRD if effect.quantity not in OF_EACH_QUANTITY}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FOURTH if effect.quantity not in OF_EACH_QUANTITY}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in FIFTH if effect.quantity not in OF_EACH_QUANTITY}
-OF_EACH_QUANTITY |= {effect.quantity: effect for effect in SIXTH if effect.quantity not in OF_EACH_QUANTITY}
+OF_EACH_QUANTITY: dict[str, Effect] = {}
+for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH):
+    OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
+OF_TWO = OF_FIFTH | OF_SIXTH | OF_SEVENTH
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
 def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
-    bench = "brisk" if effect in FOURTH else (OF_FIFTH | OF_SIXTH).get(effect.name, ("heavy", "compact"))[place % 2]
+    bench = "brisk" if effect in FOURTH else OF_TWO.get(effect.name, ("heavy", "compact"))[place % 2]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
            for name, signal in alone[bench].items()}
@@ -86,69 +85,11 @@ def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str
     assert sensor == effect.quantity or [name for name in rms if rms[name] > 1e-9] == [sensor]
 
 
-@pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in ("friction", "changes")])
-def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
-    ramp = np.minimum(20 + 30 * HEAVY.time, 65)[None]
-    late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
-    lag = (ramp - late)[0, 500] / 30
-    expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
-                "fall": 0, "rise": 0.01, "average": 0.01, "carry": 0.01, "window": 0.01, "creep": 0.01,
-                "strain": 0.01 * (50 / 55) ** 2, "switch": 0.001, "turns": 0.032 * 0.75**3}
-    assert lag == pytest.approx(expected[kind], abs=0.0011)
-    assert late[0, -1] == pytest.approx(65, abs=1e-3 if kind == "creep" else None)  # whose slow part takes long
-
-
-def test_a_slew_limit_holds_the_rate() -> None:
-    step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
-    late = RESPONSES["slew"](step, 0.02, "input_speed", HEAVY)
-    assert np.max(np.diff(late)) == pytest.approx(165 / 0.2 * HEAVY.period)
-
-
-def test_a_held_value_is_late_by_the_strength_on_average() -> None:
-    ramp = 30 * HEAVY.time[None]
-    lag = (ramp - RESPONSES["hold"](ramp, 0.01, "input_speed", HEAVY))[0] / 30
-    assert np.mean(lag[100:]) == pytest.approx(0.01, abs=HEAVY.period)
-    assert np.max(lag) == pytest.approx(0.02, abs=1.1 * HEAVY.period)
-
-
-def test_a_falling_signal_is_late_by_the_strength() -> None:
-    ramp = 65 - 30 * HEAVY.time[None]
-    late = RESPONSES["fall"](ramp, 0.01, "input_speed", HEAVY)
-    assert (late - ramp)[0, 500] / 30 == pytest.approx(0.01, abs=0.0011)
-
-
-def test_a_rising_signal_is_late_by_the_strength_and_an_averaged_one_by_half_the_gate() -> None:
-    step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
-    averaged = RESPONSES["average"](step, 0.01, "input_speed", HEAVY)[0]
-    assert np.interp(82.5, averaged[245:275], HEAVY.time[245:275]) == pytest.approx(0.511, abs=1e-3)
-    assert averaged[263] == pytest.approx(165)
-    rising = RESPONSES["rise"](step, 0.01, "input_speed", HEAVY)[0]
-    assert np.sum(165 - rising[251:]) * HEAVY.period == pytest.approx(165 * 0.01, rel=0.15)
-    np.testing.assert_array_equal(RESPONSES["rise"](-step, 0.01, "input_speed", HEAVY), -step)
-
-
-@pytest.mark.parametrize("kind", ["friction", "changes"])
-def test_a_gauge_with_play_and_a_bus_that_sends_on_a_change_stay_within_a_band(kind: str) -> None:
-    ramps = 30 * np.abs(HEAVY.time - 1)[None]
-    band = 165 / 0.3 * 0.004
-    reading = RESPONSES[kind](ramps, 0.004, "input_speed", HEAVY)
-    assert np.max(np.abs(reading - ramps)) == pytest.approx(band, abs=30 * HEAVY.period)
-    assert np.mean(np.diff(reading) == 0) > (0.95 if kind == "changes" else 0.05)
-
-
-def test_plays_in_parallel_are_averaged() -> None:
-    time, current = np.array([[0.0, 1, 2, 3]]), np.array([[0.0, 1, 0, 1]])
-    samples = np.linspace(0, 3, 31)
-    single = [np.interp(samples, *(knots[0] for knots in play(time, current, width, width))) for width in (0.1, 0.3)]
-    both = plays(time, current, np.array([0.1, 0.3]))
-    np.testing.assert_allclose(np.interp(samples, both[0][0], both[1][0]), np.mean(single, axis=0), atol=1e-12)
-
-
 def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
     for (name, _), limit in limits.items():
-        least, most = (1, 100) if name in OF_FIFTH | OF_SIXTH else (1.2, 50)
+        least, most = (1, 100) if name in OF_TWO else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
@@ -199,7 +140,8 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
     assert all(54 <= case.count <= 108 for case in cases if case.count != 27)
 
 
-@pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2)])
+@pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2),
+                                              ("further", 2)])
 def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
@@ -277,9 +219,9 @@ def ingredients(world: World) -> list[str]:
 
 def test_seeds_and_files_of_the_lists_differ() -> None:
     seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
-                                       *ELSEWHERE.values(), *FRESH.values(), *LATER.values())]
+                                       *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values())]
     assert len(set(seeds)) == len(seeds)
-    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER}) == len(seeds)
+    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

@@ -1,11 +1,11 @@
-"""The lists `FRESH` and `LATER` of the simulated test benches are as their README states."""
+"""The lists `FRESH`, `LATER` and `FURTHER` of the simulated test benches are as their README states."""
 
 from collections import Counter
 
 import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case
-from hidden.cases import FRESH, LATER
+from hidden.cases import FRESH, FURTHER, LATER
 from hidden.effect import Effect
 from hidden.fifth import FIFTH
 from hidden.fourth import FOURTH
@@ -13,19 +13,22 @@ from hidden.limits import read as read_limits
 from hidden.pairs import LISTED, listed, pair
 from hidden.plan import LARGEST_STRENGTH
 from hidden.plan_fresh import FRESH as QUOTA_OF_FRESH
+from hidden.plan_further import FURTHER as QUOTA_OF_FURTHER
 from hidden.plan_later import LATER as QUOTA_OF_LATER
 from hidden.quota import Quota
+from hidden.seventh import SEVENTH
 from hidden.sixth import SIXTH
 from hidden.third import THIRD
 
 EARLIER = (*EFFECTS.values(), *UNSEEN, *THIRD, *FOURTH)
-LISTS = pytest.mark.parametrize(("cases", "quota"), [(FRESH, QUOTA_OF_FRESH), (LATER, QUOTA_OF_LATER)],
-                                ids=["fresh", "later"])
+LISTS = pytest.mark.parametrize(("cases", "quota"), [(FRESH, QUOTA_OF_FRESH), (LATER, QUOTA_OF_LATER),
+                                                     (FURTHER, QUOTA_OF_FURTHER)], ids=["fresh", "later", "further"])
 KINDS = (True, False), (False, False), (False, True)  # of `Quota.alone`: listed pair, over a further channel
 
 
 @pytest.mark.parametrize(("effects", "earlier", "kinds"), [(FIFTH, EARLIER, (36, 9, 3)),
-                                                           (SIXTH, (*EARLIER, *FIFTH), (33, 10, 5))])
+                                                           (SIXTH, (*EARLIER, *FIFTH), (33, 10, 5)),
+                                                           (SEVENTH, (*EARLIER, *FIFTH, *SIXTH), (33, 10, 5))])
 def test_a_set_of_effects_has_new_ones_of_every_listed_pair(
         effects: tuple[Effect, ...], earlier: tuple[Effect, ...], kinds: tuple[int, int, int]) -> None:
     own = {effect.name for effect in effects}
@@ -51,6 +54,7 @@ def test_a_list_has_its_own_effects_on_two_benches_in_complete_worlds(cases: dic
 def test_half_of_the_cases_are_on_a_bench_of_its_own() -> None:
     assert Counter(case.bench for case in FRESH.values()) == {"giant": 48, "heavy": 24, "compact": 24}
     assert Counter(case.bench for case in LATER.values()) == {"light": 48, "heavy": 16, "brisk": 16, "giant": 16}
+    assert Counter(case.bench for case in FURTHER.values()) == {"slow": 48, "heavy": 16, "compact": 16, "light": 16}
 
 
 @LISTS

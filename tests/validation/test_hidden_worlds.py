@@ -1,4 +1,4 @@
-"""Worlds, bad runs and the other four simulated test benches do what they state (tests/validation/hidden)."""
+"""Worlds, bad runs and the other five simulated test benches do what they state (tests/validation/hidden)."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -11,7 +11,7 @@ from hidden import INGREDIENTS, Case, World, draw, generate, simulate, truth, wr
 from hidden.bad_runs import KINDS, BadRun, corrupt, stick
 from hidden.bad_runs import draw as draw_bad_runs
 from hidden.equations import _converter_torque
-from hidden.nominal import BRISK, COMPACT, GIANT, HEAVY, LIGHT, SETUPS, Setup
+from hidden.nominal import BRISK, COMPACT, GIANT, HEAVY, LIGHT, SETUPS, SLOW, Setup
 from hidden.run import SIGNALS, observe
 from hidden.world import with_errors, with_other_curves
 
@@ -37,7 +37,8 @@ def test_shifting_times_of_the_compact_bench_agree_with_the_reference() -> None:
         assert np.max(np.abs(corner.lock_time - times[subset])) < 1e-4
 
 
-@pytest.mark.parametrize(("setup", "earliest", "latest"), [(BRISK, 0.25, 1.4), (GIANT, 0.4, 2.8), (LIGHT, 0.25, 0.8)],
+@pytest.mark.parametrize(("setup", "earliest", "latest"), [(BRISK, 0.25, 1.4), (GIANT, 0.4, 2.8), (LIGHT, 0.25, 0.8),
+                                                           (SLOW, 0.25, 2.7)],
                          ids=lambda value: getattr(value, "name", ""))
 def test_shifting_times_agree_with_those_of_the_bench_file(setup: Setup, earliest: float, latest: float) -> None:
     bench = Bench.open(HERE / "hidden" / "data" / f"{setup.name}.toml")
@@ -56,7 +57,7 @@ def test_shifting_times_agree_with_those_of_the_bench_file(setup: Setup, earlies
     assert earliest < expected.min() < expected.max() < latest
 
 
-@pytest.mark.parametrize("setup", [BRISK, GIANT, LIGHT], ids=lambda setup: setup.name)
+@pytest.mark.parametrize("setup", [BRISK, GIANT, LIGHT, SLOW], ids=lambda setup: setup.name)
 def test_a_bench_file_has_the_conditions_and_the_sensors_of_the_bench(setup: Setup) -> None:
     bench = Bench.open(HERE / "hidden" / "data" / f"{setup.name}.toml")
     given = bench.conditions

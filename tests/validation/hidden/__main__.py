@@ -1,6 +1,8 @@
 """Writes the recordings of a list of cases, and apart from them their truth.
 
-    python -m tests.validation.hidden DIRECTORY development|final|unseen|elsewhere|fresh|later [id ...] [--truth FILE]
+    python -m tests.validation.hidden DIRECTORY LIST [id ...] [--truth FILE]
+
+LIST is development, final, unseen, elsewhere, fresh, later or further.
 """
 
 import argparse

@@ -14,6 +14,7 @@ from .fifth import FIFTH
 from .fourth import FOURTH
 from .nominal import SETUPS, Setup
 from .run import Run, observe
+from .seventh import SEVENTH
 from .sixth import SIXTH
 from .temptations import READING, oil_temperature, second_batch
 from .third import THIRD
@@ -22,7 +23,7 @@ from .valve import play, plays
 from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
-LAWS = {**EFFECTS, **{effect.name: effect for effect in (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH)}}
+LAWS = {**EFFECTS, **{effect.name: effect for effect in (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH)}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")
@@ -51,7 +52,7 @@ class Case:
     shift: Literal["few percent", "ten percent", "none"] = "few percent"
     scatter: float = 1.0
     drifting: bool = False
-    bench: Literal["heavy", "compact", "brisk", "giant", "light"] = "heavy"
+    bench: Literal["heavy", "compact", "brisk", "giant", "light", "slow"] = "heavy"
     world: World | Literal["any"] | None = None
 
     @property

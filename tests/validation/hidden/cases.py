@@ -1,5 +1,5 @@
-"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH` and `LATER`
-for judging it.
+"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`
+and `FURTHER` for judging it.
 """
 
 import csv
@@ -42,5 +42,6 @@ UNSEEN = read(_DATA / "unseen.csv")
 ELSEWHERE = read(_DATA / "elsewhere.csv")
 FRESH = read(_DATA / "fresh.csv")
 LATER = read(_DATA / "later.csv")
+FURTHER = read(_DATA / "further.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
-         "later": LATER}
+         "later": LATER, "further": FURTHER}

@@ -14,6 +14,7 @@ from .fifth import BENCHES as OF_FIFTH
 from .fourth import FOURTH
 from .nominal import BRISK
 from .run import SIGNALS
+from .seventh import BENCHES as OF_SEVENTH
 from .signature import remaining
 from .sixth import BENCHES as OF_SIXTH
 
@@ -31,7 +32,7 @@ def read() -> dict[tuple[str, str], float]:
 
 def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it."""
-    benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH
+    benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     for name in LAWS:
         for bench in benches.get(name, ("heavy", "compact")):
             yield name, bench

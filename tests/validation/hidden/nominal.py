@@ -1,4 +1,4 @@
-"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK`, `GIANT` and `LIGHT`, read from data files."""
+"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK`, `GIANT`, `LIGHT` and `SLOW`, read from data files."""
 
 import csv
 import json
@@ -117,9 +117,22 @@ _LIGHT_SCALE = {
     "energy": 0.18, "load_point": 1.07, "shaft_compliance": 13.0,
     "heat": 0.27, "twist": 1.9, "output_position": 1.16, "current_excess": 0.45,
 }
+_SLOW_SCALE = {
+    "current": 2.15, "valve_current": 1.8,
+    **dict.fromkeys(("driving_pressure", "net_pressure"), 0.75),
+    **dict.fromkeys(("piston", "piston_position", "clearance"), 3.4), "piston_feed": 2.0,
+    **dict.fromkeys(("piston_rate", "free_piston_rate"), 2.2),
+    **dict.fromkeys(("motor_speed", "input_speed", "input_speed_sensor"), 0.68),
+    **dict.fromkeys(("slip", "output_speed", "output_speed_sensor"), 2.7),
+    **dict.fromkeys(("output_torque", "output_torque_sensor"), 0.72), "load_torque": 2.0, "input_drag": 3.2,
+    **dict.fromkeys(("time", "contact_time", "friction_lag", "converter_lag"), 2.0),
+    "energy": 3.8, "load_point": 0.8, "shaft_compliance": 4.0,
+    "heat": 2.1, "twist": 2.9, "output_position": 4.2, "current_excess": 0.9,
+}
 HEAVY = _setup("heavy", "", _DATA.parents[1] / "data" / "conditions.csv", 0.002, 2.0, {})
 COMPACT = _setup("compact", "compact_", _DATA / "compact_conditions.csv", 0.001, 1.8, _COMPACT_SCALE)
 BRISK = _setup("brisk", "brisk_", _DATA / "brisk_conditions.csv", 0.004, 2.4, _BRISK_SCALE)
 GIANT = _setup("giant", "giant_", _DATA / "giant_conditions.csv", 0.008, 5.0, _GIANT_SCALE)
 LIGHT = _setup("light", "light_", _DATA / "light_conditions.csv", 0.003, 1.5, _LIGHT_SCALE)
-SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK, GIANT, LIGHT)}
+SLOW = _setup("slow", "slow_", _DATA / "slow_conditions.csv", 0.006, 4.8, _SLOW_SCALE)
+SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK, GIANT, LIGHT, SLOW)}

@@ -135,6 +135,37 @@ def changes(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.
     return sent
 
 
+def sludge(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by half of `strength` what exceeds the range in 0.4 s times `strength`, as behind a plug that yields."""
+    decay = np.exp(-setup.period / (0.5 * strength * _slowness(setup)))
+    band, filtered = size(name, setup) * strength / 0.4, signal.copy()
+    for k in range(1, signal.shape[1]):
+        difference = signal[:, k] - filtered[:, k - 1]
+        filtered[:, k] = filtered[:, k - 1] + (1 - decay) * (difference - np.clip(difference, -band, band))
+    return filtered
+
+
+def band(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by up to 6 times `strength` from 0.35 to 0.55 of the range, and by little elsewhere, as a shaken pickup."""
+    shares = 0.05 + 6 * np.maximum(1 - np.abs(np.abs(signal) / size(name, setup) - 0.45) / 0.1, 0)
+    return _lagged_by(signal, strength * _slowness(setup) * shares, setup)
+
+
+def adapt(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by 2.5 times `strength` while the reading is near the signal, and by less beyond 0.5 % of the range."""
+    near, filtered = size(name, setup) / 200, signal.copy()
+    for k in range(1, signal.shape[1]):
+        difference = signal[:, k] - filtered[:, k - 1]
+        lag = 2.5 * strength * _slowness(setup) / (1 + (difference / near) ** 2)
+        filtered[:, k] = filtered[:, k - 1] + (1 - np.exp(-setup.period / lag)) * difference
+    return filtered
+
+
+def echo(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Delay an eighth of the value by 8 times `strength`, as a part that comes by way of a soft frame."""
+    return 0.875 * signal + 0.125 * delay(signal, 8 * strength, name, setup)
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -163,4 +194,5 @@ def _slowness(setup: Setup) -> float:
 
 RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold": hold, "fall": fall,
              "rise": rise, "average": average, "carry": carry, "window": window, "creep": creep, "strain": strain,
-             "friction": friction, "switch": switch, "turns": turns, "changes": changes}
+             "friction": friction, "switch": switch, "turns": turns, "changes": changes,
+             "sludge": sludge, "band": band, "adapt": adapt, "echo": echo}

@@ -1,0 +1,75 @@
+"""Responses of sensors and plays of the valve of the simulated test benches delay a signal as they should."""
+
+import numpy as np
+import pytest
+from hidden.nominal import HEAVY
+from hidden.responses import RESPONSES
+from hidden.valve import play, plays
+
+
+@pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in ("friction", "changes", "sludge", "adapt")])
+def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
+    ramp = np.minimum(20 + 30 * HEAVY.time, 65)[None]
+    late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
+    lag = (ramp - late)[0, 500] / 30
+    expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
+                "fall": 0, "rise": 0.01, "average": 0.01, "carry": 0.01, "window": 0.01, "creep": 0.01,
+                "strain": 0.01 * (50 / 55) ** 2, "switch": 0.001, "turns": 0.032 * 0.75**3,
+                "band": 0.0005, "echo": 0.01}
+    assert lag == pytest.approx(expected[kind], abs=0.0011)
+    assert late[0, -1] == pytest.approx(65, abs=1e-3 if kind == "creep" else None)  # whose slow part takes long
+
+
+def test_a_slew_limit_holds_the_rate() -> None:
+    step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
+    late = RESPONSES["slew"](step, 0.02, "input_speed", HEAVY)
+    assert np.max(np.diff(late)) == pytest.approx(165 / 0.2 * HEAVY.period)
+
+
+def test_a_held_value_is_late_by_the_strength_on_average() -> None:
+    ramp = 30 * HEAVY.time[None]
+    lag = (ramp - RESPONSES["hold"](ramp, 0.01, "input_speed", HEAVY))[0] / 30
+    assert np.mean(lag[100:]) == pytest.approx(0.01, abs=HEAVY.period)
+    assert np.max(lag) == pytest.approx(0.02, abs=1.1 * HEAVY.period)
+
+
+def test_a_falling_signal_is_late_by_the_strength() -> None:
+    ramp = 65 - 30 * HEAVY.time[None]
+    late = RESPONSES["fall"](ramp, 0.01, "input_speed", HEAVY)
+    assert (late - ramp)[0, 500] / 30 == pytest.approx(0.01, abs=0.0011)
+
+
+def test_a_rising_signal_is_late_by_the_strength_and_an_averaged_one_by_half_the_gate() -> None:
+    step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
+    averaged = RESPONSES["average"](step, 0.01, "input_speed", HEAVY)[0]
+    assert np.interp(82.5, averaged[245:275], HEAVY.time[245:275]) == pytest.approx(0.511, abs=1e-3)
+    assert averaged[263] == pytest.approx(165)
+    rising = RESPONSES["rise"](step, 0.01, "input_speed", HEAVY)[0]
+    assert np.sum(165 - rising[251:]) * HEAVY.period == pytest.approx(165 * 0.01, rel=0.15)
+    np.testing.assert_array_equal(RESPONSES["rise"](-step, 0.01, "input_speed", HEAVY), -step)
+
+
+@pytest.mark.parametrize("kind", ["friction", "changes"])
+def test_a_gauge_with_play_and_a_bus_that_sends_on_a_change_stay_within_a_band(kind: str) -> None:
+    ramps = 30 * np.abs(HEAVY.time - 1)[None]
+    band = 165 / 0.3 * 0.004
+    reading = RESPONSES[kind](ramps, 0.004, "input_speed", HEAVY)
+    assert np.max(np.abs(reading - ramps)) == pytest.approx(band, abs=30 * HEAVY.period)
+    assert np.mean(np.diff(reading) == 0) > (0.95 if kind == "changes" else 0.05)
+
+
+def test_sludge_holds_a_band_back_and_a_filter_that_adapts_hardly_lags_behind_a_fast_ramp() -> None:
+    slow, fast = (np.minimum(rate * HEAVY.time, 160)[None] for rate in (1, 150))
+    reading = RESPONSES["sludge"](slow, 0.004, "input_speed", HEAVY)
+    assert (slow - reading)[0, -1] == pytest.approx(165 / 0.4 * 0.004, rel=0.05)
+    late = [(ramp - RESPONSES["adapt"](ramp, 0.02, "input_speed", HEAVY))[0, 500] / rate
+            for rate, ramp in ((1, slow), (150, fast))]
+    assert 0 < late[1] < 0.4 * late[0] <= 0.4 * 0.05
+
+
+def test_plays_in_parallel_are_averaged() -> None:
+    time, current = np.array([[0.0, 1, 2, 3]]), np.array([[0.0, 1, 0, 1]])
+    samples = np.linspace(0, 3, 31)
+    single = [np.interp(samples, *(knots[0] for knots in play(time, current, width, width))) for width in (0.1, 0.3)]
+    both = plays(time, current, np.array([0.1, 0.3]))
+    np.testing.assert_allclose(np.interp(samples, both[0][0], both[1][0]), np.mean(single, axis=0), atol=1e-12)
