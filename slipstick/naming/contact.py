@@ -43,7 +43,7 @@ class OnsetBlock(ClutchBlock):
         self.measured = self.measured - self._zero([(pair, c) for pair, c in laws if pair[0] == "output torque sensor"])
         first = self._onset()
         if contact is not None:
-            first = np.maximum(first, np.where(contact[:, -1] > 0, np.argmax(contact > 0, axis=1), 0))
+            first = np.maximum(first, np.where((contact > 0).any(axis=1), np.argmax(contact > 0, axis=1), 0))
         self.counted = self.counted & (np.arange(len(scene.time)) < (first + int(after / scene.step))[:, None])
         self.end = last_of(self.counted)
         # Wider in friction: it is that of the onset alone, and a law may change it by more than runs scatter.

@@ -20,6 +20,7 @@ from slipstick.naming.mechanics import (
     CONDITIONS_WITHIN,
     KNOWN,
     TORQUE_GAIN,
+    drifting_columns,
     level_columns,
     lock_spike,
     true_torque,
@@ -56,7 +57,7 @@ class LoadBlock:
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
         self.viscous = scene.value("output_viscous")
-        self._inertias, self._brakes = level_columns(self.inertia), level_columns(self.brake)
+        self._inertias, self._brakes = level_columns(self.inertia), drifting_columns(self.brake, scene.run)
         self.fixed: tuple[str, ...] = ("clock", *(f"inertia {i}" for i in range(self._inertias.shape[1])),
                                        *(f"brake {i}" for i in range(self._brakes.shape[1])))
         self.fixed_std = np.array([scene.step, *[CONDITIONS_WITHIN] * (len(self.fixed) - 1)])

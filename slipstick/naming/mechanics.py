@@ -28,6 +28,12 @@ def level_columns(values: np.ndarray) -> np.ndarray:
     return np.asarray((values[:, None] == np.unique(values)).astype(float))
 
 
+def drifting_columns(values: np.ndarray, run: np.ndarray) -> np.ndarray:
+    """Indicators (n, m) of the levels of a condition (n,), and where the `run` order (n,) is known a drift over it."""
+    levels, span = level_columns(values), np.ptp(run)
+    return np.column_stack([levels, (run - run.mean()) / span]) if span > 0 else levels
+
+
 def has_levels(values: np.ndarray) -> bool:
     """Whether a condition (n,) is stated in levels, each with engagements enough to have an error of its own."""
     return len(np.unique(values)) <= len(values) / _FEW

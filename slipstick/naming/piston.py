@@ -93,7 +93,12 @@ class ClutchBlock:
         share = np.clip(1 - (stroke - position) / width, 0.0, 1.0)
         friction = share**2 * (3 - 2 * share)
         time = scipy.integrate.cumulative_trapezoid(friction, dx=step, axis=1, initial=0)
-        return Contact(np.cumsum(position >= stroke, axis=1) * step, time)  # in full contact it is the stroke exactly
+        touching = position >= stroke  # in full contact it is the stroke exactly
+        parted = np.logical_or.accumulate(~touching & np.logical_or.accumulate(touching, axis=1), axis=1)
+        since = np.cumsum(touching & ~parted, axis=1)
+        until = np.where(parted.any(axis=1), np.argmax(parted, axis=1), parted.shape[1] + since.max(axis=1))
+        left = until[:, None] - np.arange(parted.shape[1])
+        return Contact(np.clip(np.minimum(since, left), 0, None) * step, time)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor: pressure and speeds are those that other blocks explain."""

@@ -1,5 +1,7 @@
 """Engagements with errors of the recording, which are set aside before anything is asked."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from slipstick.naming.block import Block
@@ -14,6 +16,9 @@ from slipstick.recordings.needed import open_blocks
 
 _LEAST_SPREAD = 0.15
 """Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""
+_EXPLAINED = 0.5
+"""Share of the variance of a signal below which it has nothing to do with the inputs of its block: below 0.25 where
+channels are swapped, above 0.98 in other engagements with or without an effect."""
 _BELIEVED = 3.0
 """Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
 
@@ -23,20 +28,46 @@ def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
     return _misfit(chi_square, settings) > 1
 
 
+def foreign(scene: Scene) -> np.ndarray:
+    """Engagements (n,) with a signal that its block does not explain at all, such as a swapped channel.
+
+    No effect does that, so that they may be many. If they are most, the bench is another one, and none is meant.
+    """
+    bad = _worst_first(scene, lambda one: _unexplained(one) / (1 - _EXPLAINED), most=1.0)
+    return bad if bad.mean() < 0.5 else np.zeros(len(scene), bool)
+
+
 def implausible(scene: Scene) -> np.ndarray:
-    """Engagements (n,) that are outlying in a block without laws, or have parameters that are.
+    """Engagements (n,) that are outlying in a block without laws, or have parameters that are; not too many."""
+    settings = scene.settings
+    return _worst_first(scene, lambda one: np.maximum(_misfit(one.chi2, settings), _unbelievable(one, settings)),
+                        settings.most_outlying)
+
+
+def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most: float) -> np.ndarray:
+    """Engagements (n,) with a doubt above 1 in a block without laws, a share of `most` at most.
 
     The worst are left out before the others are judged, because they distort what all engagements share.
     """
-    bad, settings = np.zeros(len(scene), bool), scene.settings
-    while bad.mean() <= settings.most_outlying:
+    bad = np.zeros(len(scene), bool)
+    while not bad.all():
         kept = np.flatnonzero(~bad)
         fits = [fit(block, iterations=2) for block in _without_laws(scene.take(kept))]
-        doubt = np.max([np.maximum(_misfit(one.chi2, settings), _unbelievable(one, settings)) for one in fits], axis=0)
-        if not doubt.max() > 1:
+        doubt = np.max([doubt_of(one) for one in fits], axis=0)
+        worst = kept[doubt > max(1.0, doubt.max() / 2)]
+        if not len(worst) or bad.sum() + len(worst) > most * len(scene):
             break
-        bad[kept] = doubt > max(1.0, doubt.max() / 2)
+        bad[worst] = True
     return bad
+
+
+def _unexplained(one: BlockFit) -> np.ndarray:
+    """Share (n,) of the variance of the signal that a block does not explain; 0 in one whose signal is a difference."""
+    if one.block.name == "lock":
+        return np.zeros(len(one.predicted))
+    measured, left = (np.where(one.block.counted, values, np.nan)
+                      for values in (one.block.measured, one.block.measured - one.predicted))
+    return np.asarray(np.nanmean(left**2, axis=1) / np.nanvar(measured, axis=1))
 
 
 def _misfit(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:

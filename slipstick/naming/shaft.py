@@ -27,7 +27,7 @@ from slipstick.naming.mechanics import (
     CONDITIONS_WITHIN,
     KNOWN,
     TORQUE_GAIN,
-    level_columns,
+    drifting_columns,
     lock_spike,
     true_torque,
     with_walk,
@@ -95,7 +95,7 @@ class InputBlock:
         ratio = np.clip(scene.smooth[self.signal] / self.motor[:, None], 0, 1)
         low, high = np.quantile(ratio, [0.001, 0.999])
         self._knots = np.linspace(low, high, _CONVERTER_KNOTS)
-        self._levels = level_columns(self.motor)
+        self._levels = drifting_columns(self.motor, scene.run)
         self.fixed: tuple[str, ...] = ("clock", "sag", *(f"motor {i}" for i in range(self._levels.shape[1])),
                                        *(f"converter {i}" for i in range(_CONVERTER_KNOTS)))
         self.fixed_std = np.array([scene.step, _SAG_WITHIN, *[CONDITIONS_WITHIN] * self._levels.shape[1],

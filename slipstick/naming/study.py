@@ -24,7 +24,7 @@ from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, is_unexplained
-from slipstick.naming.set_aside import implausible, outlying
+from slipstick.naming.set_aside import foreign, implausible, outlying
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin
 from slipstick.recordings import Recordings
@@ -60,13 +60,11 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     began, settings = time.perf_counter(), settings or NamingSettings()
     ask(Asked("engagements"))
     whole = scene_of(bench, recordings, settings)
-    kept = np.arange(len(whole))
-    bad = implausible(whole)
-    if bad.mean() <= settings.most_outlying:
-        kept = kept[~bad]
+    believed = np.flatnonzero(~foreign(whole))
+    kept = believed[~implausible(whole.take(believed))]
     start = begin(whole.take(kept), ask)
     bad = np.any([outlying(one, settings) for one in start.chi_squares or [np.zeros(len(kept))]], axis=0)
-    if bad.any() and len(kept) - bad.sum() >= (1 - settings.most_outlying) * len(whole):
+    if bad.any() and len(kept) - bad.sum() >= (1 - settings.most_outlying) * len(believed):
         kept = kept[~bad]
         start = begin(whole.take(kept), ask)
     fits, findings = forward(start.fits, settings, ask)
