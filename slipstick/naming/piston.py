@@ -93,12 +93,11 @@ class ClutchBlock:
         share = np.clip(1 - (stroke - position) / width, 0.0, 1.0)
         friction = share**2 * (3 - 2 * share)
         time = scipy.integrate.cumulative_trapezoid(friction, dx=step, axis=1, initial=0)
-        touching = position >= stroke  # in full contact it is the stroke exactly
-        parted = np.logical_or.accumulate(~touching & np.logical_or.accumulate(touching, axis=1), axis=1)
-        since = np.cumsum(touching & ~parted, axis=1)
-        until = np.where(parted.any(axis=1), np.argmax(parted, axis=1), parted.shape[1] + since.max(axis=1))
-        left = until[:, None] - np.arange(parted.shape[1])
-        return Contact(np.clip(np.minimum(since, left), 0, None) * step, time)
+        # In full contact it is the stroke exactly, and after the samples that are integrated it is 0.
+        touching = (position >= stroke) | (np.arange(position.shape[1]) >= self.end[:, None])
+        parts = np.logical_or.accumulate(~touching[:, ::-1], axis=1)[:, ::-1]
+        left = np.where(parts, _run_length(touching[:, ::-1])[:, ::-1], position.shape[1])
+        return Contact(np.minimum(_run_length(touching), left) * step, time)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor: pressure and speeds are those that other blocks explain."""
@@ -218,6 +217,12 @@ class ClutchBlock:
             delayed = {kind: bases.delayed(one, late) for kind, one in found.items()}
             self._sums = key, {**dict.fromkeys(ADDED, nothing), **delayed}
         return self._sums[1]
+
+
+def _run_length(values: np.ndarray) -> np.ndarray:
+    """For how many samples (n, k), this one included, values (n, k) have been true without a break."""
+    count = np.cumsum(values, axis=1)
+    return count - np.maximum.accumulate(np.where(values, 0, count), axis=1)
 
 
 def last_of(counted: np.ndarray) -> np.ndarray:
