@@ -59,8 +59,8 @@ class PistonLaw:
 class Contact:
     """Times (n, k) in s: `full` since full contact, and `time`, the integral of f_reg, on which laws depend.
 
-    A low pressure after a fill pulse may part the plates again, at a time that is hardly known: `full` is the time until
-    they part where that is shorter, and 0 while they are apart.
+    A low pressure after a fill pulse may part the plates again, at a time that is hardly known: `full` is the time
+    until they part where that is shorter, and 0 while they are apart.
 
     f_reg is the share of the friction that acts, which rises from 0 to 1 before full contact. The difference of the two
     times is that of a slow or fast closing: engagements differ in it.

@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.clutch.model import Model
 from slipstick.naming.scene import Scene
-from slipstick.naming.set_aside import implausible
+from slipstick.naming.set_aside import foreign, implausible
 from slipstick.recordings import Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import HEAVY
@@ -37,5 +37,28 @@ def test_a_speed_sensor_that_fails_in_one_engagement_sets_this_one_aside(scene: 
     assert np.flatnonzero(found).tolist() == [BAD]
 
 
+def with_swapped(scene: Scene, rows: list[int]) -> Scene:
+    """The scene with pressure and output speed swapped in these engagements."""
+    values = {name: scene.measured(name).copy() for name in SIGNAL_UNITS}
+    values["pressure"][rows], values["output_speed"][rows] = values["output_speed"][rows], values["pressure"][rows]
+    return Scene.of(HEAVY, replace(scene.recordings, signals=Signals(scene.time, *values.values())), scene.settings)
+
+
+@pytest.mark.parametrize("rows", [[4], [1, 5, 6, 12, 20, 21]])
+def test_swapped_channels_are_set_aside_however_many(scene: Scene, rows: list[int]) -> None:
+    assert np.flatnonzero(foreign(with_swapped(scene, rows))).tolist() == rows
+
+
+def test_none_is_set_aside_if_most_do_not_belong_to_the_bench(scene: Scene) -> None:
+    assert not foreign(with_swapped(scene, list(range(20)))).any()
+
+
+def test_no_more_than_the_limit_is_set_aside(scene: Scene) -> None:
+    one, few = with_bad(scene, "input_speed", "flipped"), replace(scene.settings, most_outlying=0.02)
+    assert implausible(one).sum() == 1
+    assert not implausible(replace(one, settings=few)).any()
+
+
 def test_good_engagements_are_kept(scene: Scene) -> None:
     assert not implausible(scene).any()
+    assert not foreign(scene).any()
