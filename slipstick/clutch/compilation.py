@@ -5,7 +5,9 @@ or a constant in another file would silently run outdated machine code.
 """
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
+from types import CellType, FunctionType
 
 from slipstick.bench import converter
 from slipstick.clutch import driver, effects, loading
@@ -16,20 +18,16 @@ _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
 _KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES) + _CATALOGUE.encode()).hexdigest()
 
 
-def _entry_points(key):
-    def drive(*arguments):
-        key  # noqa: B018 - makes the key part of the closure, and so of numba's cache index
-        driver.drive(*arguments)
+def _entry_point(function: Callable[..., None]) -> Callable[..., None]:
+    """Compile and cache a copy with the key in its closure, which numba's cache index covers.
 
-    def observe(*arguments):
-        key  # noqa: B018
-        driver.observe(*arguments)
-
-    def initial_speeds(*arguments):
-        key  # noqa: B018
-        loading.initial_speeds(*arguments)
-
-    return allocating(drive, cache=True), allocating(observe, cache=True), allocating(initial_speeds, cache=True)
+    A function around it would hold the key too, but numba would optimize and emit the whole simulator once more for it.
+    """
+    assert isinstance(function, FunctionType)
+    code = function.__code__.replace(co_freevars=("key",))
+    return allocating(FunctionType(code, function.__globals__, function.__name__, None, (CellType(_KEY),)), cache=True)
 
 
-drive, observe, initial_speeds = _entry_points(_KEY)
+drive = _entry_point(driver.drive)
+observe = _entry_point(driver.observe)
+initial_speeds = _entry_point(loading.initial_speeds)

@@ -53,7 +53,6 @@ def workspace(curves, laws):
     return memory[first:first + BUFFER_SIZE]
 
 
-@allocating
 def drive(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, laws, conditions, profiles,
           initial_speed, profile_segments, fine, coarse, sample_times, samples, times, status):
     """Simulate engagements first..stop-1; fill `times` in s, `status`, and `samples` of this range at `sample_times`.
@@ -147,7 +146,6 @@ def clear_samples(samples, row, position):
             samples[row, k, s] = np.nan
 
 
-@allocating
 def observe(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, laws, conditions,
             profiles, profile_segments, sample_times, samples, signals):
     """Compute signals[:, engagement, time] from samples: pressure, both speeds, output torque, piston position.

@@ -1,6 +1,7 @@
 """Compilation to vector instructions, and an `exp` that allows them: a call to `math.exp` prevents vectorization."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, TypeVar
 
 from numba import njit
@@ -12,6 +13,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def kernel(function: Function, variant: str = "") -> Function:
     """Compile a function without array allocations on first use; it needs no reference counts shared by threads.
 
+    Only compiled functions call it: the wrapper for calls from Python takes as long to compile as a small function.
+
     Division by zero gives inf or NaN, because checking for it would prevent vectorization.
 
     A function that is defined within another one, once for each of some values, needs a `variant` that names them.
@@ -20,7 +23,7 @@ def kernel(function: Function, variant: str = "") -> Function:
     """
     if variant:
         function.__qualname__ += f"[{variant}]"
-    return _compile(function, _nrt=False)
+    return _compile(function, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def allocating(function: Function, cache: bool = False) -> Function:
@@ -33,12 +36,17 @@ def _compile(function: Function, **options: Any) -> Function:
     return njit(**options)(function)  # type: ignore[no-any-return]
 
 
+def inlined(function: Function) -> Function:
+    """Insert `function` into its callers before their types are inferred, which compiles faster than a call."""
+    return _compile(function, inline="always")
+
+
 def compiled(function: Function) -> Function:
     """Inline `function` in compiled callers; calls from Python stay interpreted."""
     return register_jitable(inline="always")(function)
 
 
-@kernel
+@partial(_compile, _nrt=False)  # the reference implementation calls it from Python
 def exp(x: float) -> float:
     """e^x to a relative error of 5e-13, with |x| clipped at 700: Taylor polynomial of x/1024, squared ten times."""
     r = min(700.0, max(-700.0, x)) * 0.0009765625

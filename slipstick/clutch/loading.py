@@ -73,7 +73,6 @@ def torque(curves, ratio, motor_speed):
     return torque_ratio * (motor_speed / capacity) ** 2
 
 
-@kernel
 def initial_speeds(vectors, motor_speeds, curves, out):
     """Input speed at which converter torque and input losses balance: out[point, speed] in rad/s, by bisection.
 

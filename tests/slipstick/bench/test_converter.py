@@ -9,9 +9,11 @@ from scipy.optimize import brentq
 from slipstick.bench import Conditions, Converter, Physics
 from slipstick.bench.converter import MOST_POINTS, MOST_TERMS, NO_CONVERTER
 from slipstick.clutch.ensemble import initial_input_speed
-from slipstick.clutch.loading import torque
+from slipstick.clutch.loading import torque as compiled_torque
 from slipstick.errors import InvalidValue
 from tests.benches import BENCHES, HEAVY
+
+torque = compiled_torque.py_func  # it has no wrapper for calls from Python
 
 
 def random_converter(rng: np.random.Generator, points: int) -> Converter:

@@ -7,6 +7,8 @@ from numba.core.dispatcher import Dispatcher
 
 from slipstick.clutch import compilation
 
+ENTRY_POINTS: tuple[Any, ...] = (compilation.drive, compilation.observe, compilation.initial_speeds)
+
 
 def reached(start: Dispatcher) -> dict[int, Dispatcher]:
     """All compiled functions that one calls, by identity."""
@@ -27,8 +29,19 @@ def reached(start: Dispatcher) -> dict[int, Dispatcher]:
 
 
 def test_no_two_compiled_functions_of_the_simulator_have_the_same_name() -> None:
-    functions = {key: one for entry in (compilation.drive, compilation.observe, compilation.initial_speeds)
-                 for key, one in reached(entry).items()}
+    functions = {key: one for entry in ENTRY_POINTS for key, one in reached(entry).items()}
     names = Counter(f"{one.py_func.__module__}.{one.py_func.__qualname__}" for one in functions.values())
     assert len(functions) > 60
     assert [name for name, count in names.items() if count > 1] == []
+
+
+def test_the_cache_of_each_entry_point_covers_all_sources() -> None:
+    indices = []
+    for entry in ENTRY_POINTS:
+        function, index = entry.py_func, entry._cache._index_key
+        assert [cell.cell_contents for cell in function.__closure__] == [compilation._KEY]
+        before = index(None, entry.targetctx.codegen())
+        function.__closure__[0].cell_contents = "another version"
+        indices.append((before, index(None, entry.targetctx.codegen())))
+        function.__closure__[0].cell_contents = compilation._KEY
+    assert all(before != after for before, after in indices)
