@@ -17,8 +17,7 @@ from slipstick.recordings.needed import open_blocks
 _LEAST_SPREAD = 0.15
 """Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""
 _EXPLAINED = 0.5
-"""Share of the variance of a signal below which it has nothing to do with the inputs of its block: below 0.25 where
-channels are swapped, above 0.98 in other engagements with or without an effect."""
+"""Share of the typical variance of a signal below which it has nothing to do with the inputs of its block."""
 _BELIEVED = 3.0
 """Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
 
@@ -62,12 +61,15 @@ def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most:
 
 
 def _unexplained(one: BlockFit) -> np.ndarray:
-    """Share (n,) of the variance of the signal that a block does not explain; 0 in one whose signal is a difference."""
+    """What a block does not explain (n,), over the typical variance of its signal; 0 where that is a difference.
+
+    The variance of one engagement would be small where its signal hardly changes.
+    """
     if one.block.name == "lock":
         return np.zeros(len(one.predicted))
     measured, left = (np.where(one.block.counted, values, np.nan)
                       for values in (one.block.measured, one.block.measured - one.predicted))
-    return np.asarray(np.nanmean(left**2, axis=1) / np.nanvar(measured, axis=1))
+    return np.asarray(np.nanmean(left**2, axis=1) / np.median(np.nanvar(measured, axis=1)))
 
 
 def _misfit(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
