@@ -128,7 +128,8 @@ def names(entry: dict[str, Any]) -> list[tuple[Kind, bool]]:
     """The kind of evidence for each effect that a finding is called, and whether it or a rival is right."""
     every = right_of_any(entry)
     strongest = max((its["nats"] for its in entry["findings"]), default=0.0)
-    return [(kind_of(tuple(its["pair"]), [tuple(pair) for pair in its["rivals"]], its["nats"] >= strongest),
+    is_all = len(entry["findings"]) == 1 and not entry["unexplained"]
+    return [(kind_of(tuple(its["pair"]), [tuple(pair) for pair in its["rivals"]], its["nats"] >= strongest, is_all),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
             for its in entry["findings"] if its["effect"]]
 

@@ -1,6 +1,5 @@
 """One finding as a result: its measured law, its coefficients in the simulation, its worth and its confidence."""
 
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -11,6 +10,7 @@ from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
+from slipstick.naming.study import Naming
 from slipstick.study.confidence import confidence
 from slipstick.study.formula import formula
 from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law
@@ -23,14 +23,14 @@ _AT_BOUND = 1e-3
 
 def finding_result(settings: StudySettings, finding: Finding, said: Answer, law: LawPoints | None,
                    formulas: SimulationFit, after: SimulationFit,
-                   experiments: list[FurtherExperiment], findings: Sequence[Finding]) -> FindingResult:
-    """A finding of all `findings` with all that was found out about it.
+                   experiments: list[FurtherExperiment], found: Naming) -> FindingResult:
+    """A finding of all that was `found`, with all that was found out about it.
 
     `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    share, kind = confidence(finding, findings) if said.effect else (None, None)
+    share, kind = confidence(finding, found.findings, found.unexplained) if said.effect else (None, None)
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.

@@ -70,7 +70,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), formulas, after, its,
-                              found.findings)
+                              found)
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
     doing("predict", "Predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)

@@ -191,10 +191,10 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
 @pytest.mark.usefixtures("undrawn")
 def test_confidence_is_a_count(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
-    text = reading(page(changed(result, confidence=0.9, evidence="the strongest finding: 41 of 45"), figures)).text
-    assert "41 of 45 names with this kind of evidence (the strongest finding) were right" in text
+    text = reading(page(changed(result, confidence=0.9, evidence="the only finding: 41 of 45"), figures)).text
+    assert "41 of 45 names with this kind of evidence (the only finding) were right" in text
     assert "not the probability that the name is right on yours" in text
-    text = reading(page(changed(result, confidence=0.5, evidence="the strongest finding: 0 of 0"), figures)).text
+    text = reading(page(changed(result, confidence=0.5, evidence="the only finding: 0 of 0"), figures)).text
     assert "have not been counted yet" in text
     assert "0 of 0" not in text
 

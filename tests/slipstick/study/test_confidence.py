@@ -18,17 +18,17 @@ def finding(pair: tuple[str, str], *rivals: Rival, nats: float = 60.0) -> Findin
     return Finding(("contact",), pair, np.full(30, nats / 30), rivals)
 
 
-@pytest.mark.parametrize(("pair", "rivals", "is_strongest", "kind"), [
-    (STRIBECK, (), True, "the strongest finding"),
-    (AIR, (), True, "the strongest finding, in the closing piston"),
-    (AIR, (), False, "a weaker one of several findings"),
-    (STRIBECK, (RIVAL.pair,), True, "a rival is near"),
-    (STRIBECK, (RIVAL.pair,), False, "a rival is near"),
-    (BRAKE, (("load torque", "output speed"),), True, "the strongest finding"),  # the same effect
-    (BRAKE, (("load torque", "output speed"), ("load torque", "time")), True, "a rival is near")])
+@pytest.mark.parametrize(("pair", "rivals", "is_strongest", "is_all", "kind"), [
+    (STRIBECK, (), True, True, "the only finding"),
+    (AIR, (), True, False, "the strongest of several findings"),
+    (AIR, (), False, False, "a weaker one of several findings"),
+    (STRIBECK, (RIVAL.pair,), True, True, "a rival is near"),
+    (STRIBECK, (RIVAL.pair,), False, False, "a rival is near"),
+    (BRAKE, (("load torque", "output speed"),), True, True, "the only finding"),  # the same effect
+    (BRAKE, (("load torque", "output speed"), ("load torque", "time")), True, True, "a rival is near")])
 def test_the_kind_is_that_of_what_else_was_found(pair: tuple[str, str], rivals: tuple[tuple[str, str], ...],
-                                                 is_strongest: bool, kind: str) -> None:
-    assert kind_of(pair, rivals, is_strongest) == kind
+                                                 is_strongest: bool, is_all: bool, kind: str) -> None:
+    assert kind_of(pair, rivals, is_strongest, is_all) == kind
 
 
 def test_every_list_counts_every_kind() -> None:
@@ -38,10 +38,12 @@ def test_every_list_counts_every_kind() -> None:
 
 
 def test_the_share_is_of_all_lists_by_the_rule_of_succession() -> None:
-    right, of = (sum(counts["the strongest finding"][place] for counts in BY_LIST.values()) for place in (0, 1))
-    share, words = confidence(finding(STRIBECK), [finding(STRIBECK), finding(AIR, nats=30)])
+    right, of = (sum(counts["the only finding"][place] for counts in BY_LIST.values()) for place in (0, 1))
+    share, words = confidence(finding(STRIBECK), [finding(STRIBECK)], [])
     assert share == (right + 1) / (of + 2)
-    assert words == f"the strongest finding: {right} of {of}"
-    assert confidence(finding(STRIBECK, RIVAL), [finding(STRIBECK, RIVAL)])[1].startswith("a rival is near: ")
-    weaker = confidence(finding(STRIBECK), [finding(STRIBECK), finding(AIR, nats=90)])[1]
-    assert weaker.startswith("a weaker one of several findings: ")
+    assert words == f"the only finding: {right} of {of}"
+    assert confidence(finding(STRIBECK, RIVAL), [finding(STRIBECK, RIVAL)], [])[1].startswith("a rival is near: ")
+    for findings, blocks, kind in (([finding(STRIBECK), finding(AIR, nats=90)], [], "a weaker one"),
+                                   ([finding(STRIBECK), finding(AIR, nats=30)], [], "the strongest of several"),
+                                   ([finding(STRIBECK)], ["clutch"], "the strongest of several")):
+        assert confidence(findings[0], findings, blocks)[1].startswith(kind)
