@@ -38,7 +38,7 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = ("final", "unseen", "elsewhere", "fresh", "later")
+COUNTED = ("final", "unseen", "elsewhere", "fresh", "later", "further")
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:

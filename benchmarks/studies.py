@@ -32,7 +32,7 @@ from tests.validation.hidden.truths import truth
 CHOSEN = {"sixty": [(which, identity) for which in ("development", "final")
                     for identity in list(cases.LISTS[which])[::4]],
           **{which: [(which, identity) for identity in cases.LISTS[which]]
-             for which in ("elsewhere", "fresh", "later")}}
+             for which in ("elsewhere", "fresh", "later", "further")}}
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
