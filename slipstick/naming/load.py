@@ -31,12 +31,10 @@ from slipstick.naming.scene import Scene
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
 _OF_BRAKE = ("output speed", "time", "run order", "output position")
 """What the brake torque may depend on beside further channels."""
-_FROM_ZERO = ("output speed", "pressure")
-"""Signals near whose zero laws change fastest; the knots are closer there."""
-
-
 _AGAINST = ("load torque", "brake torque")
 """Quantities whose laws act on the load: in N m, and as a share of the brake torque of each engagement."""
+_FROM_ZERO = ("output speed", "pressure")
+"""Signals near whose zero laws change fastest; the knots are closer there."""
 
 
 class LoadBlock:
