@@ -5,7 +5,6 @@ An array is sent in pieces, as the service sends it.
 """
 
 import sys
-from collections.abc import AsyncIterator
 from pathlib import Path
 
 import uvicorn
@@ -20,15 +19,12 @@ from service import npy
 def route(path: Path) -> Route:
     content = path.read_bytes()
 
-    async def pieces() -> AsyncIterator[memoryview]:
-        for start in range(0, len(content), npy.PIECE):
-            yield memoryview(content)[start:start + npy.PIECE]
-
     async def answer(request: Request) -> Response:
         await request.body()
         if path.suffix == ".json":
             return Response(content, media_type="application/json")
-        return StreamingResponse(pieces(), headers={"Content-Length": str(len(content))}, media_type=npy.MEDIA_TYPE)
+        return StreamingResponse(npy.pieces(memoryview(content)), headers={"Content-Length": str(len(content))},
+                                 media_type=npy.MEDIA_TYPE)
 
     return Route(f"/{path.name}", answer, methods=["POST"])
 

@@ -24,13 +24,19 @@ def response(array: np.ndarray, headers: dict[str, str]) -> StreamingResponse:
     np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(contiguous))
     numbers = contiguous.reshape(-1).view(np.uint8).data
 
-    async def pieces() -> AsyncIterator[bytes | memoryview]:
+    async def file() -> AsyncIterator[bytes | memoryview]:
         yield header.getvalue()
-        for start in range(0, len(numbers), PIECE):
-            yield numbers[start:start + PIECE]
+        async for piece in pieces(numbers):
+            yield piece
 
     length = {"Content-Length": str(len(header.getvalue()) + len(numbers))}
-    return StreamingResponse(pieces(), headers=headers | length, media_type=MEDIA_TYPE)
+    return StreamingResponse(file(), headers=headers | length, media_type=MEDIA_TYPE)
+
+
+async def pieces(content: memoryview) -> AsyncIterator[memoryview]:
+    """Yield the content in pieces of at most `PIECE` bytes, without a copy."""
+    for start in range(0, len(content), PIECE):
+        yield content[start:start + PIECE]
 
 
 def load(content: bytes) -> np.ndarray:
