@@ -52,7 +52,7 @@ def main(files: list[Path]) -> None:
         seconds = round(found.seconds, 1)
         for finding in found.findings:
             its = answer(finding, found.measured.get(finding.pair))
-            sure = round(confidence(finding, found.findings, found.unexplained)[0], 2) if its.effect else ""
+            sure = round(float(confidence(len(found.findings), finding.errors)), 2) if its.effect else ""
             rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, sure, "+".join(its.others),
                          seconds])
         rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]

@@ -22,7 +22,7 @@ from numba import set_num_threads
 from benchmarks.benches import BENCHES
 from benchmarks.naming_curves import drawn
 from benchmarks.naming_limits import told
-from benchmarks.naming_rates import alike, by_evidence, judged, summary
+from benchmarks.naming_rates import alike, judged, names, summary
 from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer
@@ -97,16 +97,16 @@ def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) ->
                   entry["error"], flush=True)
     entries = [done[identity] for identity in chosen if identity in done]
     made_by = " ".join(["python -m benchmarks.naming", which, *(str(one) for one in (every, first) if every > 1)])
-    write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries), made_by)
+    if which in COUNTED and every == 1:
+        counted = json.loads(CONFIDENCE.read_text()) | {which: [row for entry in entries for row in names(entry)]}
+        lists = (f"{json.dumps(its)}: {json.dumps(rows)}" for its, rows in counted.items())
+        CONFIDENCE.write_text("{" + ",\n ".join(lists) + "}\n")
+    write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries, which), made_by)
     rows = [[e["case"], e["bench"], joined(e["hidden"]),
              *("+".join(f"{its[limit]:.2g}" for its in e["hidden"]) for limit in ("seen", "named")),
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
              "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), len(e["aside"]),
              e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
-    if which in COUNTED and every == 1:
-        counted = json.loads(CONFIDENCE.read_text())
-        counted[which] = {kind: [sum(its), len(its)] for kind, its in by_evidence(entries).items()}
-        CONFIDENCE.write_text(json.dumps(counted) + "\n")
     single = [entry for entry in entries if len(entry["hidden"]) == 1 and entry["hidden"][0]["listed"]]
     title = f"Names of a single listed effect, over its strength ({len(single)} cases, {which})"
     PICTURES.joinpath(f"naming_{which}.svg").write_bytes(

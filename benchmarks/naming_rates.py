@@ -1,12 +1,13 @@
 """Whether the names of hidden effects are right, and how often."""
 
 from collections.abc import Iterable
-from typing import Any, get_args
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from benchmarks.rates import bounds
-from slipstick.study.confidence import Kind, kind_of, share
+from slipstick.study.confidence import BANDS, confidence
 from tests.validation.hidden.case import LAWS
 
 CLEAR = 0.9
@@ -79,8 +80,8 @@ def rate(label: str, values: list[bool]) -> list[object]:
     return [label, hits, n, round(hits / n, 3) if n else "", round(low, 3), round(high, 3)]
 
 
-def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
-    """The rates of a list of answers, over ranges of strengths in naming limits."""
+def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
+    """The rates of the answers to a list, over ranges of strengths in naming limits."""
     verdicts = [(entry, judged(entry)) for entry in entries]
     nulls = [(e, v) for e, v in verdicts if not e["hidden"]]
     single = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and e["hidden"][0]["listed"]]
@@ -96,13 +97,13 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
                  rate(f"{label}: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some])]
     strong = [e for e, _ in single if e["hidden"][0]["named"] >= 1]
     rows += [rate("listed, from 1 naming limits: a wrong name called clear",
-                  [any(clear and not is_right for clear, is_right in called(e)) for e in strong]),
+                  [any(sure >= CLEAR and not is_right for sure, is_right in called(e, which)) for e in strong]),
              rate("listed, from 1 naming limits: right names that are clear",
-                  [clear for e in strong for clear, is_right in called(e) if is_right])]
+                  [sure >= CLEAR for e in strong for sure, is_right in called(e, which) if is_right])]
     seen = [(e, v) for e, v in outside if e["hidden"][0]["seen"] >= 1]
     rows += [rate("unlisted, visible: right block", [v["block"] for _, v in seen]),
              rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
-             rate("unlisted, visible: a name of the catalogue", [bool(called(e)) for e, _ in seen]),
+             rate("unlisted, visible: a name of the catalogue", [bool(names(e)) for e, _ in seen]),
              rate("unlisted, from 1 naming limit: right pair",
                   [v["found"] == 1 for e, v in seen if e["hidden"][0]["named"] >= 1])]
     named = [its for e, _ in single for its in e["findings"] if its["effect"] and same(its["pair"]) in
@@ -110,30 +111,21 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     rows.append(rate("right names, left out of the catalogue: unlisted", [not its["left_out"] for its in named]))
     rows.append(rate("two effects, both from 1 naming limit: both found",
                      [v["found"] == 2 for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]))
-    rows += [rate(f"names with the evidence “{kind}”: right", its) for kind, its in by_evidence(entries).items()]
+    rows += [rate(f"names with a confidence of {low:g} to {high:g}: right",
+                  [is_right for e in entries for sure, is_right in called(e, which) if low <= sure < high])
+             for low, high in pairwise(BANDS.tolist())]
     rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
     return rows
 
 
-def by_evidence(entries: list[dict[str, Any]]) -> dict[Kind, list[bool]]:
-    """Kind of evidence -> whether each effect that a finding of this kind was called was right."""
-    found: dict[Kind, list[bool]] = {kind: [] for kind in get_args(Kind)}
-    for entry in entries:
-        for kind, is_right in names(entry):
-            found[kind].append(is_right)
-    return found
-
-
-def names(entry: dict[str, Any]) -> list[tuple[Kind, bool]]:
-    """The kind of evidence for each effect that a finding is called, and whether it or a rival is right."""
+def names(entry: dict[str, Any]) -> list[tuple[int, float, bool]]:
+    """Of each effect that a finding is called: number of findings, standard errors, whether it or a rival is right."""
     every = right_of_any(entry)
-    strongest = max((its["nats"] for its in entry["findings"]), default=0.0)
-    is_all = len(entry["findings"]) == 1 and not entry["unexplained"]
-    return [(kind_of(tuple(its["pair"]), [tuple(pair) for pair in its["rivals"]], its["nats"] >= strongest, is_all),
+    return [(len(entry["findings"]), round(its["errors"], 2),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
             for its in entry["findings"] if its["effect"]]
 
 
-def called(entry: dict[str, Any]) -> list[tuple[bool, bool]]:
-    """Whether each name is clear, and whether it is right."""
-    return [(share(kind) >= CLEAR, is_right) for kind, is_right in names(entry)]
+def called(entry: dict[str, Any], which: str) -> list[tuple[float, bool]]:
+    """The confidence of each name of a case of the list `which`, from other lists, and whether it is right."""
+    return [(float(confidence(findings, errors, which)), is_right) for findings, errors, is_right in names(entry)]

@@ -1,59 +1,67 @@
-"""How often a name is right: the share of right ones among findings with evidence of the same kind.
+"""How likely a name is right: a logistic regression on how certain a finding is and how many findings there are.
 
-`benchmarks.naming` counts them on lists of recordings with hidden effects whose forms the development has not used
-(confidence.json).
+It is fitted to names that were given to lists of recordings with hidden effects, whose forms the development has not
+used (confidence.json, written by `benchmarks.naming`).
 """
 
 import json
-from collections.abc import Iterable, Sequence
+from functools import cache
 from pathlib import Path
-from typing import Literal
 
-from slipstick.naming.answer import names
-from slipstick.naming.block import Pair
-from slipstick.naming.selection import Finding
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import expit
+
+from slipstick.study.result import CountedNames
 
 FILE = Path(__file__).with_name("confidence.json")
-Kind = Literal["a rival is near", "a weaker one of several findings", "the strongest of several findings",
-               "the only finding"]
-"""From the counts of the other lists, these predict which names of a list are right better (log score) than kinds with
-the closing piston apart, or with the strongest of several among the only ones."""
-BY_LIST: dict[str, dict[Kind, list[int]]] = json.loads(FILE.read_text())
-"""List of recordings -> kind of evidence -> how many names were right, and of how many."""
+BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
+"""Bounds of the ranges of confidence in which right names are counted."""
 
 
-def kind_of(pair: Pair, rivals: Iterable[Pair], is_strongest: bool, is_all: bool) -> Kind:
-    """The kind of evidence for a finding with `rivals` that gains more than all others, and is all there is, or not.
+@cache
+def names() -> dict[str, np.ndarray]:
+    """The names of each list (n, 3): number of findings of a case, standard errors of this one, whether it is right."""
+    return {which: np.array(rows, float).reshape(-1, 3) for which, rows in json.loads(FILE.read_text()).items()}
 
-    What the law of a strong finding leaves may show as a weaker finding, but not the reverse. One cause that no law
-    describes often shows as several findings, or leaves a block unexplained. A rival counts if it is another effect, or
-    has no name.
+
+def confidence(findings: float | np.ndarray, errors: float | np.ndarray, without: str = "") -> np.ndarray:
+    """The expected share of right names among those at these standard `errors`, each one of so many `findings`.
+
+    It follows from all lists but `without`, whose names are predicted.
     """
-    if not all(set(names(pair)) & set(names(rival)) for rival in rivals):
-        return "a rival is near"
-    if is_all:
-        return "the only finding"
-    return "the strongest of several findings" if is_strongest else "a weaker one of several findings"
+    return np.asarray(expit(_evidence(findings, errors) @ _coefficients(without)))
 
 
-def share(kind: Kind) -> float:
-    """The share of right names with this kind of evidence, by Laplace's rule of succession."""
-    right, of = counts(kind)
-    return (right + 1) / (of + 2)
+@cache
+def _coefficients(without: str) -> np.ndarray:
+    """Maximum-likelihood coefficients (3,) of the evidence, fitted to all lists but one."""
+    rows = np.concatenate([its for which, its in names().items() if which != without])
+    signed = (2 * rows[:, 2:] - 1) * _evidence(rows[:, 0], rows[:, 1])
+
+    def loss(coefficients: np.ndarray) -> float:
+        return float(np.logaddexp(0, -signed @ coefficients).sum())
+
+    return np.asarray(minimize(loss, np.zeros(3)).x)
 
 
-def counts(kind: Kind) -> tuple[int, int]:
-    """How many names with this kind of evidence were right, and of how many."""
-    return sum(one[kind][0] for one in BY_LIST.values()), sum(one[kind][1] for one in BY_LIST.values())
+def _evidence(findings: float | np.ndarray, errors: float | np.ndarray) -> np.ndarray:
+    """What the logarithm of the odds is linear in (..., 3).
 
-
-def confidence(finding: Finding, findings: Sequence[Finding], unexplained: Sequence[str]) -> tuple[float, str]:
-    """The share of right names with the kind of evidence of one of the `findings`, and the kind in words.
-
-    Blocks are `unexplained` in which something is missing beside the findings.
+    One cause that no law describes often shows as several findings, and what the law of one finding leaves shows as
+    another. Whether a rival is near, a block is unexplained or the finding is the strongest adds nothing to this: names
+    of a list are predicted no better from the other lists.
     """
-    is_strongest = finding.nats >= max(one.nats for one in findings)
-    kind = kind_of(finding.pair, [rival.pair for rival in finding.rivals], is_strongest,
-                   len(findings) == 1 and not unexplained)
-    right, of = counts(kind)
-    return share(kind), f"{kind}: {right} of {of}"
+    return np.stack(np.broadcast_arrays(1.0, np.log(errors), np.subtract(findings, 1.0)), -1)
+
+
+def counted(its: float) -> CountedNames:
+    """How many names with a confidence in the same band as `its` were right, each predicted from the other lists."""
+    band = int(_band(its))
+    right = np.concatenate([rows[_band(confidence(rows[:, 0], rows[:, 1], which)) == band, 2]
+                            for which, rows in names().items()])
+    return CountedNames(float(BANDS[band]), float(BANDS[band + 1]), int(right.sum()), len(right))
+
+
+def _band(confidences: float | np.ndarray) -> np.ndarray:
+    return np.asarray(np.searchsorted(BANDS[1:-1], confidences, side="right"))

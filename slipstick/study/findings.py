@@ -11,7 +11,7 @@ from slipstick.naming.answer import Answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding
 from slipstick.naming.study import Naming
-from slipstick.study.confidence import confidence
+from slipstick.study.confidence import confidence, counted
 from slipstick.study.formula import formula
 from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law
 from slipstick.study.settings import StudySettings
@@ -30,7 +30,7 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    share, kind = confidence(finding, found.findings, found.unexplained) if said.effect else (None, None)
+    sure = float(confidence(len(found.findings), finding.errors)) if said.effect else None
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.
@@ -41,7 +41,7 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
         finding.nats, finding.errors, rivals, drawn,
         _confirmation(settings, after, at, term, term == said.effect),
-        worth(after, term) if at else None, share, kind, experiments)
+        worth(after, term) if at else None, sure, None if sure is None else counted(sure), experiments)
 
 
 def _term(said: Answer, law: LawPoints | None, after: SimulationFit) -> str:

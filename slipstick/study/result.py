@@ -9,8 +9,8 @@ from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.worth import Worth
 
 __all__ = ["WITHIN", "BlockResult", "Candidate", "ClosedBlock", "Closure", "Coefficient", "Confirmation", "Control",
-           "FindingResult", "FurtherExperiment", "Gap", "Law", "MeasuredCondition", "SimulationResult", "StudyResult",
-           "Worth"]
+           "CountedNames", "FindingResult", "FurtherExperiment", "Gap", "Law", "MeasuredCondition", "SimulationResult",
+           "StudyResult", "Worth"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,22 @@ class Coefficient:
     """Upper end of the interval."""
     at_bound: bool
     """Whether the estimate is at a bound of the coefficient, so that the interval has no meaning."""
+
+
+@dataclass(frozen=True)
+class CountedNames:
+    """Names of recordings with known hidden effects, each with its confidence from other lists of such recordings."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
+
+    lower: float
+    """Least confidence of these names."""
+    upper: float
+    """Largest confidence of these names."""
+    right: int
+    """How many of them were right."""
+    of: int
+    """How many there are."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +142,10 @@ class FindingResult:
     worth: Worth | None
     """By how much it changes shifting times and signals; null if the simulation has no term for it."""
     confidence: float | None
-    """Share of right names among findings with evidence of this kind, in recordings of known hidden effects; null if
-    unlisted. It is not the probability that the name is right on your test bench."""
-    evidence: str | None
-    """Kind of the evidence, and on how many findings the confidence rests."""
+    """Expected share of right names among findings that are as certain, one of as many, in recordings of known hidden
+    effects; null if unlisted. It is not the probability that the name is right on your test bench."""
+    counted: CountedNames | None
+    """How many names with such a confidence were right; null if unlisted."""
     experiments: list[FurtherExperiment]
     """Experiments that would resolve a tie, the best first."""
 

@@ -1,6 +1,5 @@
 """A finding in words and numbers: evidence, rivals, confidence, coefficients, worth, formula, further experiments."""
 
-import re
 
 from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
@@ -74,16 +73,13 @@ def _evidence(one: FindingResult, result: StudyResult) -> Entries:
 
 
 def _confidence(one: FindingResult) -> Entries:
-    """How often such names were right, as counts."""
-    counts = re.fullmatch(r"(.*): (\d+) of (\d+)", one.evidence or "")
-    if counts is None:
+    """The confidence, and how often names with such a one were right."""
+    if one.confidence is None or one.counted is None:
         return []
-    kind, right, of = counts.groups()
-    if int(of) == 0:
-        return [("Confidence:", f"names with this kind of evidence ({kind}) have not been counted yet.")]
-    return [("Confidence:", f"{right} of {of} names with this kind of evidence ({kind}) were right, in recordings with "
-             "known hidden effects. This is a count on those benches, not the probability that the name is right on "
-             "yours.")]
+    its = one.counted
+    return [("Confidence:", f"{one.confidence:.2f}. {its.right} of {its.of} names with a confidence of {its.lower:g} "
+             f"to {its.upper:g} were right, in recordings with known hidden effects. It follows from the standard "
+             "errors and the number of findings, and is not the probability that the name is right on your bench.")]
 
 
 def _confirmed(one: FindingResult) -> Entries:

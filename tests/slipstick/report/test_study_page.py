@@ -14,7 +14,7 @@ from slipstick.report.study.page import study_page
 from slipstick.report.study.warnings import warnings
 from slipstick.study import StudyResult, StudySettings
 from slipstick.study.figures import Figures
-from slipstick.study.result import Candidate, Closure, Coefficient, FindingResult, FurtherExperiment
+from slipstick.study.result import Candidate, Closure, Coefficient, CountedNames, FindingResult, FurtherExperiment
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Read = Callable[[str], Any]
@@ -189,14 +189,12 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_confidence_is_a_count(studied: Studied, reading: Read) -> None:
+def test_confidence_has_its_counts(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
-    text = reading(page(changed(result, confidence=0.9, evidence="the only finding: 41 of 45"), figures)).text
-    assert "41 of 45 names with this kind of evidence (the only finding) were right" in text
-    assert "not the probability that the name is right on yours" in text
-    text = reading(page(changed(result, confidence=0.5, evidence="the only finding: 0 of 0"), figures)).text
-    assert "have not been counted yet" in text
-    assert "0 of 0" not in text
+    counted = CountedNames(0.9, 1.0, 41, 45)
+    text = reading(page(changed(result, confidence=0.934, counted=counted), figures)).text
+    assert "Confidence: 0.93. 41 of 45 names with a confidence of 0.9 to 1 were right" in text
+    assert "not the probability that the name is right on your bench" in text
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -213,7 +211,7 @@ def unlisted(one: FindingResult) -> FindingResult:
     assert one.law is not None
     factor = replace(one.confirmation.coefficients[0], name="factor", value=1.01, lower=0.98, upper=1.04)
     return replace(one, kind="unlisted", effect=None, title="Friction coefficient that depends on the slip",
-                   confidence=None, evidence=None, law=replace(one.law, formula=None),
+                   confidence=None, counted=None, law=replace(one.law, formula=None),
                    confirmation=replace(one.confirmation, simulated="measured law", coefficients=[factor]))
 
 
@@ -254,7 +252,7 @@ def test_nothing_in_the_data_becomes_markup(studied: Studied, reading: Read) -> 
     one = result.findings[0]
     coefficients = [replace(entry, name=HOSTILE, unit=HOSTILE) for entry in one.confirmation.coefficients]
     hostile = replace(
-        changed(result, title=HOSTILE, quantity=HOSTILE, depends_on=HOSTILE, evidence=f"{HOSTILE}: 1 of 2",
+        changed(result, title=HOSTILE, quantity=HOSTILE, depends_on=HOSTILE,
                 confirmation=replace(one.confirmation, coefficients=coefficients),
                 rivals=[Candidate(None, HOSTILE, HOSTILE, 1.0, 1.0)],
                 experiments=[replace(EXPERIMENT, rival=HOSTILE, signal=HOSTILE)]),

@@ -1,49 +1,45 @@
-"""Confidence is a count of right names among findings with evidence of the same kind."""
+"""Confidence follows from standard errors and the number of findings, as the names of other lists do."""
 
-from typing import get_args
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
-from slipstick.naming.selection import Finding, Rival
-from slipstick.study.confidence import BY_LIST, Kind, confidence, kind_of
-
-RIVAL = Rival(("friction coefficient", "heat"), 30.0, 1.0)
+from slipstick.study.confidence import BANDS, confidence, counted, names
 
 
-STRIBECK, AIR, BRAKE = ("friction coefficient", "slip"), ("clearance", "pressure"), ("brake torque", "output speed")
+def test_confidence_rises_with_standard_errors_and_falls_with_further_findings() -> None:
+    assert (np.diff(confidence(1, np.array([4.0, 8.0, 16.0, 32.0, 64.0]))) > 0).all()
+    assert (np.diff(confidence(np.arange(1, 7), 20.0)) < 0).all()
 
 
-def finding(pair: tuple[str, str], *rivals: Rival, nats: float = 60.0) -> Finding:
-    return Finding(("contact",), pair, np.full(30, nats / 30), rivals)
+def test_the_mean_confidence_is_the_share_of_right_names() -> None:
+    """The score equations of a logistic regression: weighted by each variable, expected and right names agree."""
+    rows = np.concatenate(list(names().values()))
+    left = rows[:, 2] - confidence(*rows[:, :2].T)
+    for column in (np.ones(len(rows)), np.log(rows[:, 1]), rows[:, 0]):
+        assert left @ column == pytest.approx(0, abs=0.05)
 
 
-@pytest.mark.parametrize(("pair", "rivals", "is_strongest", "is_all", "kind"), [
-    (STRIBECK, (), True, True, "the only finding"),
-    (AIR, (), True, False, "the strongest of several findings"),
-    (AIR, (), False, False, "a weaker one of several findings"),
-    (STRIBECK, (RIVAL.pair,), True, True, "a rival is near"),
-    (STRIBECK, (RIVAL.pair,), False, False, "a rival is near"),
-    (BRAKE, (("load torque", "output speed"),), True, True, "the only finding"),  # the same effect
-    (BRAKE, (("load torque", "output speed"), ("load torque", "time")), True, True, "a rival is near")])
-def test_the_kind_is_that_of_what_else_was_found(pair: tuple[str, str], rivals: tuple[tuple[str, str], ...],
-                                                 is_strongest: bool, is_all: bool, kind: str) -> None:
-    assert kind_of(pair, rivals, is_strongest, is_all) == kind
+def test_a_list_does_not_predict_itself() -> None:
+    which, rows = next(iter(names().items()))
+    assert not np.allclose(confidence(*rows[:, :2].T, which), confidence(*rows[:, :2].T))
 
 
-def test_every_list_counts_every_kind() -> None:
-    for counts in BY_LIST.values():
-        assert set(counts) == set(get_args(Kind))
-        assert all(0 <= right <= of for right, of in counts.values())
+def test_evidence_predicts_the_names_of_other_lists_better_than_their_share_does() -> None:
+    gain = []
+    for which, rows in names().items():
+        others = np.concatenate([its for other, its in names().items() if other != which])[:, 2].mean()
+        sure, right = confidence(*rows[:, :2].T, which), rows[:, 2] == 1
+        gain += np.where(right, np.log(sure / others), np.log((1 - sure) / (1 - others))).tolist()
+    assert 2 * sum(gain) > chi2.ppf(0.999, 2)
 
 
-def test_the_share_is_of_all_lists_by_the_rule_of_succession() -> None:
-    right, of = (sum(counts["the only finding"][place] for counts in BY_LIST.values()) for place in (0, 1))
-    share, words = confidence(finding(STRIBECK), [finding(STRIBECK)], [])
-    assert share == (right + 1) / (of + 2)
-    assert words == f"the only finding: {right} of {of}"
-    assert confidence(finding(STRIBECK, RIVAL), [finding(STRIBECK, RIVAL)], [])[1].startswith("a rival is near: ")
-    for findings, blocks, kind in (([finding(STRIBECK), finding(AIR, nats=90)], [], "a weaker one"),
-                                   ([finding(STRIBECK), finding(AIR, nats=30)], [], "the strongest of several"),
-                                   ([finding(STRIBECK)], ["clutch"], "the strongest of several")):
-        assert confidence(findings[0], findings, blocks)[1].startswith(kind)
+def test_every_name_is_counted_in_one_band() -> None:
+    each = [counted((low + high) / 2) for low, high in pairwise(BANDS)]
+    assert [(one.lower, one.upper) for one in each] == list(pairwise(BANDS))
+    rows = np.concatenate(list(names().values()))
+    assert sum(one.of for one in each) == len(rows)
+    assert sum(one.right for one in each) == rows[:, 2].sum()
+    assert counted(1.0) == each[-1]
