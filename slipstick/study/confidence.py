@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.special import expit
 
 from slipstick.study.result import CountedNames
@@ -17,6 +16,8 @@ from slipstick.study.result import CountedNames
 FILE = Path(__file__).with_name("confidence.json")
 BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
 """Bounds of the ranges of confidence in which right names are counted."""
+_STEPS = 20
+"""Newton's steps: the likelihood is concave, and converges to the last digit in fewer."""
 
 
 @cache
@@ -37,12 +38,12 @@ def confidence(findings: float | np.ndarray, errors: float | np.ndarray, without
 def _coefficients(without: str) -> np.ndarray:
     """Maximum-likelihood coefficients (3,) of the evidence, fitted to all lists but one."""
     rows = np.concatenate([its for which, its in names().items() if which != without])
-    signed = (2 * rows[:, 2:] - 1) * _evidence(rows[:, 0], rows[:, 1])
-
-    def loss(coefficients: np.ndarray) -> float:
-        return float(np.logaddexp(0, -signed @ coefficients).sum())
-
-    return np.asarray(minimize(loss, np.zeros(3)).x)
+    evidence, at = _evidence(rows[:, 0], rows[:, 1]), np.zeros(3)
+    for _ in range(_STEPS):
+        expected = expit(evidence @ at)
+        information = (evidence.T * (expected * (1 - expected))) @ evidence
+        at = at + np.linalg.solve(information, evidence.T @ (rows[:, 2] - expected))
+    return at
 
 
 def _evidence(findings: float | np.ndarray, errors: float | np.ndarray) -> np.ndarray:
