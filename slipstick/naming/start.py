@@ -104,10 +104,18 @@ def begin(scene: Scene, ask: Ask) -> Start:
 
 
 def _fitted(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
-    """A block and its fit without laws, and the scene with the noise of its signal that the fit leaves."""
-    known = _with_noise(scene, fit(kind(scene)))
-    block = kind(known)
-    return known, block, fit(block)
+    """A block and its fit without laws, and the scene with the noise of its signal that a first fit leaves.
+
+    Laws of torques over a speed depend on the one that the first fit explains. The smoothed measured one shares noise
+    with the residual, which strongly correlated noise turns into laws.
+    """
+    block = kind(scene)
+    first = fit(block)
+    scene = _with_noise(scene, first)
+    if not isinstance(block, ValveBlock):
+        scene = scene.explained(block.signal, block.true_speed(first.predicted))
+    block = kind(scene)
+    return scene, block, fit(block)
 
 
 def _with_noise(scene: Scene, *found: BlockFit) -> Scene:
