@@ -52,7 +52,7 @@ class Case:
     shift: Literal["few percent", "ten percent", "none"] = "few percent"
     scatter: float = 1.0
     drifting: bool = False
-    bench: Literal["heavy", "compact", "brisk", "giant", "light", "slow"] = "heavy"
+    bench: str = "heavy"
     world: World | Literal["any"] | None = None
 
     @property
