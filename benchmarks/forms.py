@@ -1,12 +1,12 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
-    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further]
+    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond]
 
 The forms are those of a list of cases (forms.csv, forms_unseen.csv, forms_elsewhere.csv, forms_fresh.csv,
-forms_later.csv, forms_further.csv). Each form of a listed pair is compared with each catalogue effect of the same pair,
-at its typical strength and on the benches on which the list may have it: the RMS difference after the best fit of the
-effect's coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the
-abscissae that twelve engagements with the form visit.
+forms_later.csv, forms_further.csv, forms_beyond.csv). Each form of a listed pair is compared with each catalogue effect
+of the same pair, at its typical strength and on the benches on which the list may have it: the RMS difference after the
+best fit of the effect's coefficients within their bounds, as a share of the range of the form. Both are evenly spaced
+over the abscissae that twelve engagements with the form visit.
 
 - Where the law is over one number, a second fit adds a constant, which a parameter of the model would take up.
 - A lag, an offset or a compliance is compared as such, with the constant of the catalogue; zero counts to its range.
@@ -28,6 +28,8 @@ from slipstick.clutch.lag import lagged_signal
 from tests.validation.hidden import Case, simulate
 from tests.validation.hidden.case import PLAYS
 from tests.validation.hidden.effect import Effect as Form
+from tests.validation.hidden.eighth import BENCHES as OF_EIGHTH
+from tests.validation.hidden.eighth import EIGHTH
 from tests.validation.hidden.equations import MAGNET_TIME
 from tests.validation.hidden.fifth import BENCHES as OF_FIFTH
 from tests.validation.hidden.fifth import FIFTH
@@ -46,8 +48,9 @@ from tests.validation.hidden.valve import play, plays
 
 FORMS = {"final": ("forms", UNSEEN, tuple(SHIPPED)), "unseen": ("forms_unseen", THIRD, tuple(SHIPPED)),
          "elsewhere": ("forms_elsewhere", FOURTH, ("brisk",)), "fresh": ("forms_fresh", FIFTH, ()),
-         "later": ("forms_later", SIXTH, ()), "further": ("forms_further", SEVENTH, ())}
-OF_TWO = OF_FIFTH | OF_SIXTH | OF_SEVENTH  # the two benches of each form of `fresh`, `later` and `further`
+         "later": ("forms_later", SIXTH, ()), "further": ("forms_further", SEVENTH, ()),
+         "beyond": ("forms_beyond", EIGHTH, ())}
+ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH  # of each form of `fresh`, `later`, `further` and `beyond`
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",
@@ -180,10 +183,10 @@ def near(share: float, with_constant: float | str) -> str:
 
 
 def rows(forms: Iterable[Form], benches: Iterable[str]) -> list[tuple[object, ...]]:
-    """The rows of the table: each listed one of the forms, bench (two if in `OF_TWO`) and catalogue effect."""
+    """The rows of the table: each listed one of the forms, bench (of `ITS_BENCHES`, if any) and catalogue effect."""
     found: list[tuple[object, ...]] = []
     for form in filter(listed, forms):
-        for bench in OF_TWO.get(form.name, benches):
+        for bench in ITS_BENCHES.get(form.name, benches):
             run = simulate(Case({form.name: form.typical}, seed=SEED, count=ENGAGEMENTS, bench=bench), relative=1e-5)
             found += [(form.name, *pair(form), bench, effect.name, *(both := shares(form, effect, run)), near(*both))
                       for effect in matching(*pair(form))]

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import DEVELOPMENT, ELSEWHERE, FINAL, FRESH, FURTHER, LATER
+from hidden.cases import BEYOND, DEVELOPMENT, ELSEWHERE, FINAL, FRESH, FURTHER, LATER
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
+from hidden.eighth import BENCHES as OF_EIGHTH
+from hidden.eighth import EIGHTH
 from hidden.fifth import BENCHES as OF_FIFTH
 from hidden.fifth import FIFTH
 from hidden.fourth import FOURTH
@@ -69,14 +71,14 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 
 
 OF_EACH_QUANTITY: dict[str, Effect] = {}
-for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH):
+for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH):
     OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
-OF_TWO = OF_FIFTH | OF_SIXTH | OF_SEVENTH
+ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
 def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
-    bench = "brisk" if effect in FOURTH else OF_TWO.get(effect.name, ("heavy", "compact"))[place % 2]
+    bench = "brisk" if effect in FOURTH else ITS_BENCHES.get(effect.name, ("heavy", "compact"))[place % 2]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
            for name, signal in alone[bench].items()}
@@ -89,7 +91,7 @@ def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
     for (name, _), limit in limits.items():
-        least, most = (1, 100) if name in OF_TWO else (1.2, 50)
+        least, most = (1, 100) if name in ITS_BENCHES else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
@@ -141,12 +143,13 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
 
 
 @pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2),
-                                              ("further", 2)])
+                                              ("further", 2), ("beyond", 2)])
 def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
+    more = ["batches"] if which == "beyond" else []
     assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(
-        [*TEMPTATIONS] * times)
+        [*TEMPTATIONS] * times + more)
 
 
 def test_strengths_of_the_unseen_list_span_the_stated_range() -> None:
@@ -219,9 +222,10 @@ def ingredients(world: World) -> list[str]:
 
 def test_seeds_and_files_of_the_lists_differ() -> None:
     seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
-                                       *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values())]
+                                       *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values(),
+                                       *BEYOND.values())]
     assert len(set(seeds)) == len(seeds)
-    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER}) == len(seeds)
+    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER, *BEYOND}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

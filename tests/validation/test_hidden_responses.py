@@ -6,8 +6,10 @@ from hidden.nominal import HEAVY
 from hidden.responses import RESPONSES
 from hidden.valve import play, plays
 
+NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse")  # on a ramp by a time of its own
 
-@pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in ("friction", "changes", "sludge", "adapt")])
+
+@pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
 def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
     ramp = np.minimum(20 + 30 * HEAVY.time, 65)[None]
     late = RESPONSES[kind](ramp, 0.01, "input_speed", HEAVY)
@@ -15,7 +17,7 @@ def test_a_response_delays_a_ramp_and_passes_a_constant(kind: str) -> None:
     expected = {"delay": 0.01, "ring": 0.01, "slew": 0, "count": 0.01 * 55 / (50 + 0.15 * 55), "hold": 0,
                 "fall": 0, "rise": 0.01, "average": 0.01, "carry": 0.01, "window": 0.01, "creep": 0.01,
                 "strain": 0.01 * (50 / 55) ** 2, "switch": 0.001, "turns": 0.032 * 0.75**3,
-                "band": 0.0005, "echo": 0.01}
+                "band": 0.0005, "echo": 0.01, "lead": 0.01}
     assert lag == pytest.approx(expected[kind], abs=0.0011)
     assert late[0, -1] == pytest.approx(65, abs=1e-3 if kind == "creep" else None)  # whose slow part takes long
 
@@ -65,6 +67,13 @@ def test_sludge_holds_a_band_back_and_a_filter_that_adapts_hardly_lags_behind_a_
     late = [(ramp - RESPONSES["adapt"](ramp, 0.02, "input_speed", HEAVY))[0, 500] / rate
             for rate, ramp in ((1, slow), (150, fast))]
     assert 0 < late[1] < 0.4 * late[0] <= 0.4 * 0.05
+
+
+def test_a_flat_hose_lags_at_low_values_only() -> None:
+    ramp = 100 * HEAVY.time[None]
+    late = (ramp - RESPONSES["collapse"](ramp, 0.01, "input_speed", HEAVY))[0] / 100
+    assert late[150] == pytest.approx(0.05, rel=0.1)
+    assert late[500] == pytest.approx(0.0005, abs=0.0011)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -1,4 +1,4 @@
-"""Worlds, bad runs and the other five simulated test benches do what they state (tests/validation/hidden)."""
+"""Worlds, bad runs and the other simulated test benches do what they state (tests/validation/hidden)."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -10,8 +10,9 @@ import pytest
 from hidden import INGREDIENTS, Case, World, draw, generate, simulate, truth, write
 from hidden.bad_runs import KINDS, BadRun, corrupt, stick
 from hidden.bad_runs import draw as draw_bad_runs
+from hidden.drawn import SEED, Chance, admissible, nominal, text
 from hidden.equations import _converter_torque
-from hidden.nominal import BRISK, COMPACT, GIANT, HEAVY, LIGHT, SETUPS, SLOW, Setup
+from hidden.nominal import BRISK, CHOSEN, COMPACT, DRAWN, GIANT, HEAVY, LIGHT, SETUPS, SLOW, Setup
 from hidden.run import SIGNALS, observe
 from hidden.world import with_errors, with_other_curves
 
@@ -23,6 +24,13 @@ from slipstick.recordings import Recordings
 HERE = Path(__file__).parent
 NOMINAL = Case(shift="none", scatter=0, count=90, bench="compact")
 FEW = replace(NOMINAL, count=5)
+OTHERS = [setup for setup in SETUPS.values() if setup not in (HEAVY, COMPACT)]
+SOME_DRAWN = [SETUPS[name] for name in ("drawn02", "drawn04", "drawn08")]
+BENCHES = pytest.mark.parametrize("bench", [setup.name for setup in (*CHOSEN, *SOME_DRAWN)])
+
+
+def bench_file(setup: Setup) -> Bench:
+    return Bench.open((HERE / "hidden" / "data" if setup in CHOSEN else DRAWN) / f"{setup.name}.toml")
 
 
 def test_shifting_times_of_the_compact_bench_agree_with_the_reference() -> None:
@@ -38,16 +46,18 @@ def test_shifting_times_of_the_compact_bench_agree_with_the_reference() -> None:
 
 
 @pytest.mark.parametrize(("setup", "earliest", "latest"), [(BRISK, 0.25, 1.4), (GIANT, 0.4, 2.8), (LIGHT, 0.25, 0.8),
-                                                           (SLOW, 0.25, 2.7)],
+                                                           (SLOW, 0.25, 2.7),
+                                                           *((setup, 0.1, 2.4) for setup in SOME_DRAWN)],
                          ids=lambda value: getattr(value, "name", ""))
 def test_shifting_times_agree_with_those_of_the_bench_file(setup: Setup, earliest: float, latest: float) -> None:
-    bench = Bench.open(HERE / "hidden" / "data" / f"{setup.name}.toml")
+    bench = bench_file(setup)
     assert bench.sample_time == setup.period
     points = np.array([[1.0, 1.0], [0.8, 1.2], [1.2, 0.8]])
     expected, status = ensemble.shifting_times(Model(bench.physics), bench.conditions,
                                                ("pressure_bias", "initial_position"), points, ensemble.TIGHT)
     assert np.all(status == ensemble.LOCKED)
     every = np.arange(len(setup.profile))
+    expected = np.tile(expected, setup.repeats)
     run = simulate(Case(shift="none", scatter=0, bench=setup.name, count=len(every)), relative=1e-6)
     for (bias, position), times in zip(points, expected, strict=True):
         values = {**run.bench.values, "aa": setup.parameters["aa"] * bias + 0 * times,
@@ -57,19 +67,19 @@ def test_shifting_times_agree_with_those_of_the_bench_file(setup: Setup, earlies
     assert earliest < expected.min() < expected.max() < latest
 
 
-@pytest.mark.parametrize("setup", [BRISK, GIANT, LIGHT, SLOW], ids=lambda setup: setup.name)
+@pytest.mark.parametrize("setup", OTHERS, ids=lambda setup: setup.name)
 def test_a_bench_file_has_the_conditions_and_the_sensors_of_the_bench(setup: Setup) -> None:
-    bench = Bench.open(HERE / "hidden" / "data" / f"{setup.name}.toml")
+    bench = bench_file(setup)
     given = bench.conditions
-    np.testing.assert_array_equal(given.current_profile, setup.profile)
+    np.testing.assert_array_equal(np.tile(given.current_profile, setup.repeats), setup.profile)
     for name in ("motor_speed", "load_inertia", "brake_torque"):
-        np.testing.assert_allclose(getattr(given, name), getattr(setup, name), rtol=1e-9)
+        np.testing.assert_allclose(np.tile(getattr(given, name), setup.repeats), getattr(setup, name), rtol=1e-9)
     np.testing.assert_allclose(given.profile_time, setup.profile_time)
     np.testing.assert_allclose(given.profile_current, setup.profile_current)
     assert {name: bench.sensors[name].noise for name in SIGNALS} == setup.noise
 
 
-@pytest.mark.parametrize("bench", SETUPS)
+@BENCHES
 def test_a_file_with_a_world_can_be_opened_and_has_the_stated_conditions(bench: str, tmp_path: Path) -> None:
     case = Case({"wear": 0.1}, bench=bench, world="any", count=6, seed=3)
     write(tmp_path / "case.h5", case)
@@ -82,13 +92,24 @@ def test_a_file_with_a_world_can_be_opened_and_has_the_stated_conditions(bench: 
     assert b"wear" not in (tmp_path / "case.h5").read_bytes()
 
 
+def test_the_drawn_benches_are_the_first_admissible_draws_of_a_stated_size() -> None:
+    drawn = [setup for setup in OTHERS if setup not in CHOSEN]
+    assert [setup.name for setup in drawn] == [f"drawn{number:02}" for number in range(1, 13)]
+    assert all(24 <= len(setup.profile) <= 72 and 1 <= setup.repeats <= 4 for setup in drawn)
+    assert all(0.001 <= setup.period <= 0.01 for setup in drawn)
+    content, repeats = text("drawn01", Chance([SEED, 1, 1]))
+    assert content == (DRAWN / "drawn01.toml").read_text()
+    assert admissible(drawn[0], nominal(drawn[0]))
+    assert repeats == drawn[0].repeats
+
+
 def test_a_world_without_deviations_changes_nothing() -> None:
     case = replace(FEW, seed=4)
     for one, other in zip(generate(case)[1:], generate(replace(case, world=World()))[1:], strict=True):
         np.testing.assert_equal(one, other)
 
 
-@pytest.mark.parametrize("bench", SETUPS)
+@BENCHES
 def test_ingredients_are_drawn_independently_of_each_other(bench: str) -> None:
     whole = draw(8, SETUPS[bench])
     assert Case(seed=8, bench=bench, world="any").drawn_world == whole
@@ -113,7 +134,7 @@ def test_every_parameter_scatters_as_drawn_except_the_gear_ratio() -> None:
         assert 0.9 * largest < max(scatter[name] for scatter in drawn) < largest
 
 
-@pytest.mark.parametrize("bench", SETUPS)
+@BENCHES
 def test_noise_is_as_drawn(bench: str) -> None:
     world = draw(6, SETUPS[bench], ["noise"])
     assert world.noise is not None

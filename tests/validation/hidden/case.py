@@ -10,6 +10,7 @@ import numpy as np
 from . import bad_runs, sensors
 from .bench import Bench
 from .catalogue import PHYSICAL, UNLISTED
+from .eighth import EIGHTH
 from .fifth import FIFTH
 from .fourth import FOURTH
 from .nominal import SETUPS, Setup
@@ -23,7 +24,8 @@ from .valve import play, plays
 from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
-LAWS = {**EFFECTS, **{effect.name: effect for effect in (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH)}}
+UNSEEN_ONES = (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH)
+LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN_ONES}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")
@@ -52,7 +54,7 @@ class Case:
     shift: Literal["few percent", "ten percent", "none"] = "few percent"
     scatter: float = 1.0
     drifting: bool = False
-    bench: Literal["heavy", "compact", "brisk", "giant", "light", "slow"] = "heavy"
+    bench: str = "heavy"
     world: World | Literal["any"] | None = None
 
     @property

@@ -1,5 +1,5 @@
-"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`
-and `FURTHER` for judging it.
+"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
+`FURTHER` and `BEYOND` for judging it.
 """
 
 import csv
@@ -43,5 +43,6 @@ ELSEWHERE = read(_DATA / "elsewhere.csv")
 FRESH = read(_DATA / "fresh.csv")
 LATER = read(_DATA / "later.csv")
 FURTHER = read(_DATA / "further.csv")
+BEYOND = read(_DATA / "beyond.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
-         "later": LATER, "further": FURTHER}
+         "later": LATER, "further": FURTHER, "beyond": BEYOND}

@@ -4,12 +4,14 @@
 """
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from .case import LAWS
+from .cases import BEYOND
+from .eighth import EIGHTH
 from .fifth import BENCHES as OF_FIFTH
 from .fourth import FOURTH
 from .nominal import BRISK
@@ -31,8 +33,12 @@ def read() -> dict[tuple[str, str], float]:
 
 
 def used() -> Iterator[tuple[str, str]]:
-    """Yield each effect with each bench on which a list may have it."""
+    """Yield each effect with each bench on which a list may have it, or has it in the case of `BEYOND`."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
+    benches |= {effect.name: () for effect in EIGHTH}
+    for case in BEYOND.values():
+        for name in case.effects:
+            benches[name] = *benches[name], case.bench
     for name in LAWS:
         for bench in benches.get(name, ("heavy", "compact")):
             yield name, bench
@@ -51,16 +57,17 @@ def compute(name: str, bench: str) -> float:
     return typical * STANDARD_DEVIATIONS / float(np.sqrt(RUNS * per_run))
 
 
-def main() -> None:
-    """Compute and add the limits of those effects and benches that have none yet."""
+def complete(wanted: Iterable[tuple[str, str]]) -> dict[tuple[str, str], float]:
+    """Compute and store the limits of those effects and benches that have none yet, and return all."""
     known = read()
     with PATH.open("a", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        for name, bench in used():
+        for name, bench in wanted:
             if (name, bench) not in known:
                 writer.writerow((name, bench, f"{compute(name, bench):.3g}"))
                 file.flush()
+    return read()
 
 
 if __name__ == "__main__":
-    main()
+    complete(used())

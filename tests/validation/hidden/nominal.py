@@ -1,14 +1,25 @@
-"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK`, `GIANT`, `LIGHT` and `SLOW`, read from data files."""
+"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK`, `GIANT`, `LIGHT`, `SLOW` and twelve drawn ones, from data files."""
 
 import csv
 import json
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 _DATA = Path(__file__).parent / "data"
+DRAWN = _DATA / "drawn"
+SYMBOLS = {
+    "current_delay": "tau", "current_bias": "a", "current_gain": "k", "piston_pressure_rate": "a2",
+    "piston_pressure": "b2", "piston_inertia": "c2", "piston_return": "d2", "pressure_bias": "aa",
+    "temperature_gain": "kT", "contact_position": "z_contact", "initial_position": "x30", "contact_length": "beta",
+    "film_coefficient": "gamma", "friction_coefficient": "alpha", "gear_ratio": "gr", "input_inertia": "Ji",
+    "input_coulomb": "Tic", "input_viscous": "biv", "output_viscous": "bov", "ramp_share": "eps",
+}
+RPM = np.pi / 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,9 +28,9 @@ class Setup:
 
     `parameters` have the symbols of the paper; the converter curves `torque_ratio` (1) and `capacity` (rad/s/(N m)^0.5)
     are linear in `speed_ratio`. Profiles are (p, m), in s and A; conditions are (n,): number of the profile, rad/s,
-    kg m^2 and N m. Signals are sampled every `period` s until `horizon` s. `noise` is the stated noise std of each
-    sensor, in the unit of the signal. `scale` gives the size of quantities relative to the heavy bench; laws of
-    effects are evaluated in units of it, so that a strength means about the same on every bench.
+    kg m^2 and N m, which is a grid `repeats` times. Signals are sampled every `period` s until `horizon` s. `noise` is
+    the stated noise std of each sensor, in the unit of the signal. `scale` gives the size of quantities relative to the
+    heavy bench; laws of effects are evaluated in units of it, so that a strength means about the same on every bench.
     """
 
     name: str
@@ -38,6 +49,7 @@ class Setup:
     horizon: float
     noise: Mapping[str, float] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
+    repeats: int = 1
 
     @property
     def time(self) -> np.ndarray:
@@ -63,6 +75,39 @@ def _setup(name: str, prefix: str, conditions: Path, period: float, horizon: flo
                  currents["time_s"].reshape(shape), currents["current_A"].reshape(shape),
                  columns["profile"].astype(int), columns["motor_speed_rad_s"], columns["load_inertia_kg_m2"],
                  columns["brake_torque_N_m"], period, horizon, bench.get("noise", {}), scale)
+
+
+def from_text(text: str, repeats: int, scale: Mapping[str, float]) -> Setup:
+    """Return the bench of a bench file, recorded until the last sample before the end of the profiles.
+
+    Its units are those of `Setup`, except rpm of the motor speed.
+    """
+    bench = tomllib.loads(text)
+    given = {SYMBOLS[name]: entry if isinstance(entry, dict) else {"value": entry}
+             for name, entry in bench["parameters"].items()}
+    converter, times = bench["converter"], np.array([profile["time"]["values"] for profile in bench["profiles"]])
+    curves = (converter["speed_ratio"], converter["torque_ratio"], converter["capacity_factor"]["values"])
+    levels = (bench["conditions"][name]["values"] for name in ("motor_speed", "load_inertia", "brake_torque"))
+    number, speed, inertia, brake = np.tile(np.array([*product(range(len(times)), *levels)]), (repeats, 1)).T
+    period = _value(bench["sensors"].pop("sample_time"))
+    del bench["sensors"]["shifting_time"]
+    return Setup(bench["name"], {symbol: _value(entry["value"]) for symbol, entry in given.items()},
+                 tuple(symbol for symbol, entry in given.items() if "uncertain" in entry), *map(np.array, curves),
+                 times, np.array([profile["current"]["values"] for profile in bench["profiles"]]), number.astype(int),
+                 speed * RPM, inertia, brake, period, float(np.floor(times[0, -1] / period - 1) * period),
+                 {name: _value(sensor["noise"]) for name, sensor in bench["sensors"].items()}, scale, repeats)
+
+
+def _value(entry: str | float) -> float:
+    return float(str(entry).split()[0])
+
+
+def _drawn() -> Iterator[Setup]:
+    with (DRAWN / "scales.csv").open() as file:
+        for row in csv.DictReader(file):
+            name, repeats = row.pop("bench"), int(row.pop("repeats"))
+            scale = {quantity: float(size) for quantity, size in row.items()}
+            yield from_text((DRAWN / f"{name}.toml").read_text(), repeats, scale)
 
 
 _COMPACT_SCALE = {
@@ -135,4 +180,5 @@ BRISK = _setup("brisk", "brisk_", _DATA / "brisk_conditions.csv", 0.004, 2.4, _B
 GIANT = _setup("giant", "giant_", _DATA / "giant_conditions.csv", 0.008, 5.0, _GIANT_SCALE)
 LIGHT = _setup("light", "light_", _DATA / "light_conditions.csv", 0.003, 1.5, _LIGHT_SCALE)
 SLOW = _setup("slow", "slow_", _DATA / "slow_conditions.csv", 0.006, 4.8, _SLOW_SCALE)
-SETUPS = {setup.name: setup for setup in (HEAVY, COMPACT, BRISK, GIANT, LIGHT, SLOW)}
+CHOSEN = (HEAVY, COMPACT, BRISK, GIANT, LIGHT, SLOW)
+SETUPS = {setup.name: setup for setup in (*CHOSEN, *_drawn())}

@@ -1,5 +1,5 @@
 """Draws two of the lists of cases.py (the others: plan_unseen.py, plan_elsewhere.py, plan_fresh.py,
-plan_later.py, plan_further.py).
+plan_later.py, plan_further.py, plan_beyond.py).
 
 Run once for each list, because a list is fixed before anything is run on it.
 
@@ -108,7 +108,7 @@ def _is_plausible(case: Case) -> bool:
             change = run.bench.change(effect, strength, run.quantities[effect.abscissa])
             if not 1 / LARGEST_RATIO < np.min(change) <= np.max(change) < LARGEST_RATIO:
                 return False
-    return len(run.conditions) >= LOCKED * 27
+    return len(run.conditions) >= LOCKED * min(27, len(case.setup.profile))
 
 
 def write(name: str, drawn: Iterator[Row], random: np.random.Generator, first_seed: int,

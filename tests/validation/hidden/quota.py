@@ -1,10 +1,11 @@
 """Draws a list of cases that has so many nulls, single effects and pairs of effects on each bench.
 
-An effect has at most two cases, on different benches; if possible, each of a listed pair is alone in at least one.
+The cases of an effect are on different benches; those of a kind are alone about equally often, if possible each once.
 Strengths of single effects are evenly spaced in the logarithm of their multiple of the limits of limits.py: 1.5 to 40
 for listed pairs, 2 to 40 for others, 5 to 40 over a further channel. Those of two effects are 3 to 40 times the limits.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -12,7 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from .effect import Effect
-from .limits import read as read_limits
+from .limits import complete
 from .nominal import SETUPS
 from .pairs import listed, pair
 from .plan import Row, capped
@@ -33,7 +34,7 @@ class Quota:
     """
 
     effects: tuple[Effect, ...]
-    benches: Mapping[str, tuple[str, str]]
+    benches: Mapping[str, tuple[str, ...]]
     tempted: Mapping[str, tuple[str, ...]]
     plain: Mapping[str, int]
     alone: Mapping[str, tuple[int, int, int]]
@@ -46,10 +47,12 @@ def cases(quota: Quota, random: np.random.Generator) -> Iterator[Row]:
     for bench, temptations in quota.tempted.items():
         drawn += [(bench, "any", {})] * quota.plain[bench]
         drawn += [(bench, f"any+{name}", {}) for name in temptations]
-    limits, together = read_limits(), None
+    together = None
     while together is None:  # a draw of the single effects may leave too few of a block
         alone = _singles(quota, random)
         together = _pairs(quota, {slot for slots in alone for slot in slots}, random)
+    both_slots = [(effect, bench) for bench, both in together for effect in both]
+    limits = complete((effect.name, bench) for slots in (*alone, both_slots) for effect, bench in slots)
     for slots, least in zip(alone, LEAST, strict=True):
         multiples = random.permutation(np.geomspace(least, MOST, len(slots)))
         for (effect, bench), multiple in zip(slots, multiples, strict=True):
@@ -59,7 +62,8 @@ def cases(quota: Quota, random: np.random.Generator) -> Iterator[Row]:
         drawn.append((bench, "any", {effect.name: capped(effect, multiple * limits[effect.name, bench])
                                      for effect, multiple in zip(both, multiples, strict=True)}))
     for (bench, world, strengths), count in zip(drawn, random.permutation(COUNTS), strict=True):
-        yield bench, world, int(count) or len(SETUPS[bench].profile), strengths
+        most = len(SETUPS[bench].profile)
+        yield bench, world, min(int(count) or most, most), strengths
 
 
 def _kind(effect: Effect) -> int:
@@ -68,15 +72,15 @@ def _kind(effect: Effect) -> int:
 
 
 def _singles(quota: Quota, random: np.random.Generator) -> tuple[list[Slot], ...]:
-    """Draw which effects are alone on which bench, for each kind; those not alone on an earlier bench come first."""
+    """Draw which effects are alone on which bench, for each kind; those least often alone on earlier ones are first."""
     slots: tuple[list[Slot], ...] = ([], [], [])
     for bench, counts in quota.alone.items():
         for number, count in enumerate(counts):
-            already = {effect.name for effect, _ in slots[number]}
+            already = Counter(effect.name for effect, _ in slots[number])
             could = [effect for effect in quota.effects
                      if _kind(effect) == number and bench in quota.benches[effect.name]]
             could = [could[i] for i in random.permutation(len(could))]
-            could.sort(key=lambda effect: effect.name in already)
+            could.sort(key=lambda effect: already[effect.name])
             slots[number].extend((effect, bench) for effect in could[:count])
     return slots
 

@@ -166,6 +166,19 @@ def echo(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nda
     return 0.875 * signal + 0.125 * delay(signal, 8 * strength, name, setup)
 
 
+def collapse(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by 5 times `strength` below a quarter of the range and by a twentieth above, as of a hose that is flat."""
+    flat = 1 / (1 + np.exp(np.clip(40 * (np.abs(signal) / size(name, setup) - 0.25), -30, 30)))
+    return _lagged_by(signal, strength * _slowness(setup) * (0.05 + 5 * flat), setup)
+
+
+def lead(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Delay by 7 times `strength`, and overshoot by thrice a sudden change, so that a ramp is late by `strength`."""
+    late = delay(signal, 7 * strength, name, setup)
+    change = late - late[:, :1]
+    return late + 3 * (change - lagged(change, 2 * strength * _slowness(setup), setup))
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -195,4 +208,5 @@ def _slowness(setup: Setup) -> float:
 RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold": hold, "fall": fall,
              "rise": rise, "average": average, "carry": carry, "window": window, "creep": creep, "strain": strain,
              "friction": friction, "switch": switch, "turns": turns, "changes": changes,
-             "sludge": sludge, "band": band, "adapt": adapt, "echo": echo}
+             "sludge": sludge, "band": band, "adapt": adapt, "echo": echo,
+             "collapse": collapse, "lead": lead}

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -17,7 +16,7 @@ STD = np.array([SCATTER[HEAVY.uncertain[column]] for column in SCATTERED])
 
 
 def remaining(effects: Mapping[str, float], noise: float = 0.01, count: int = 54, rounds: int = 6,
-              bench: Literal["heavy", "compact", "brisk", "giant", "light", "slow"] = "heavy") -> dict[str, float]:
+              bench: str = "heavy") -> dict[str, float]:
     """Return the RMS residual of each signal, of the `shifting_time`, and of `all` samples, in units of the noise std.
 
     The refit is a least-squares fit of the seven uncertain parameters and of the two scattered parameters of each run,
