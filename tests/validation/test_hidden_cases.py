@@ -91,7 +91,7 @@ def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
     for (name, _), limit in limits.items():
-        least, most = (1, 100) if name in ITS_BENCHES else (1.2, 50)
+        least, most = (0.5, 100) if name in OF_EIGHTH else (1, 100) if name in ITS_BENCHES else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
