@@ -1,6 +1,6 @@
 """What is named in recordings of the hidden benches: answers beside the truth, and how often they are right.
 
-    python -m benchmarks.naming development|final|unseen|elsewhere|fresh|later [EVERY [FIRST]] [--dask ADDRESS]
+    python -m benchmarks.naming development|final|unseen|elsewhere|fresh|later|further|beyond [EVERY [FIRST]] [--dask ADDRESS]
 
 Two processes, or the workers of a Dask scheduler, each in a copy of this repository; every finished case is a line of
 var/naming-LIST.jsonl, so that a killed run goes on where it was. naming_LIST_cases.csv has the cases, naming_LIST.csv
@@ -38,7 +38,7 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = ("final", "unseen", "elsewhere", "fresh", "later", "further")
+COUNTED = ("final", "unseen", "elsewhere", "fresh", "later", "further", "beyond")
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
