@@ -1,12 +1,13 @@
 """What is named in recordings of the hidden benches: answers beside the truth, and how often they are right.
 
-    python -m benchmarks.naming development|final|unseen|elsewhere|fresh|later|further|beyond [EVERY [FIRST]] [--dask ADDRESS]
+    python -m benchmarks.naming LIST [EVERY [FIRST]] [--dask ADDRESS]
 
-Two processes, or the workers of a Dask scheduler, each in a copy of this repository; every finished case is a line of
-var/naming-LIST.jsonl, so that a killed run goes on where it was. naming_LIST_cases.csv has the cases, naming_LIST.csv
-the rates with 95 % bounds, over strengths in units of the naming limits of naming_limits.py, and docs/naming_LIST.svg
-draws those of single effects. With EVERY, only every so many-th case of the list is answered, from the case FIRST on,
-counted from 0. The lists `COUNTED` also give slipstick/study/confidence.json.
+LIST is one of tests/validation/hidden/cases.py. Two processes, or the workers of a Dask scheduler, each in a copy of
+this repository; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
+naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds, over strengths in units of the naming
+limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effects. With EVERY, only every so many-th
+case of the list is answered, from the case FIRST on, counted from 0. The lists `COUNTED` also give
+slipstick/study/confidence.json.
 """
 
 import argparse
