@@ -1,6 +1,5 @@
 """A finding in words and numbers: evidence, rivals, confidence, coefficients, worth, formula, further experiments."""
 
-
 from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
 from slipstick.pictures.study.words import effect_title, within
