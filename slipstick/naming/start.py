@@ -86,12 +86,9 @@ def begin(scene: Scene, ask: Ask) -> Start:
         ask(Asked("load", ("load",)))
         scene, load_block, load = _fitted(LoadBlock, scene)
         fits["load"] = load
-        scene = scene.explained("output_speed", load_block.true_speed(load.predicted))
     if "input" in can:
         ask(Asked("input", ("input",)))
-        scene, shaft_block, shaft = _fitted(InputBlock, scene)
-        fits["input"] = shaft
-        scene = scene.explained("input_speed", shaft_block.true_speed(shaft.predicted))
+        scene, _, fits["input"] = _fitted(InputBlock, scene)
     if "lock" in can:
         ask(Asked("lock", ("lock",)))
         fits["lock"] = fit(LockBlock(scene, load_block.clean(load.points)))
@@ -111,11 +108,17 @@ def _fitted(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
     """
     block = kind(scene)
     first = fit(block)
-    scene = _with_noise(scene, first)
-    if not isinstance(block, ValveBlock):
-        scene = scene.explained(block.signal, block.true_speed(first.predicted))
+    scene = _explained(_with_noise(scene, first), block, first)
     block = kind(scene)
-    return scene, block, fit(block)
+    found = fit(block)
+    return _explained(scene, block, found), block, found
+
+
+def _explained(scene: Scene, block: Linear, found: BlockFit) -> Scene:
+    """The scene with the speed that a fit explains; the pressure is explained once the valve has its laws."""
+    if isinstance(block, ValveBlock):
+        return scene
+    return scene.explained(block.signal, block.true_speed(found.predicted))
 
 
 def _with_noise(scene: Scene, *found: BlockFit) -> Scene:
