@@ -111,8 +111,9 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
     rows.append(rate("right names, left out of the catalogue: unlisted", [not its["left_out"] for its in named]))
     rows.append(rate("two effects, both from 1 naming limit: both found",
                      [v["found"] == 2 for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]))
+    every = [name for e in entries for name in called(e, which)]
     rows += [rate(f"names with a confidence of {low:g} to {high:g}: right",
-                  [is_right for e in entries for sure, is_right in called(e, which) if low <= sure < high])
+                  [is_right for sure, is_right in every if low <= sure < high])
              for low, high in pairwise(BANDS.tolist())]
     rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
     return rows
