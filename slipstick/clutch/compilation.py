@@ -29,5 +29,4 @@ def _entry_point(function: Callable[..., None]) -> Callable[..., None]:
 
 
 drive = _entry_point(driver.drive)
-observe = _entry_point(driver.observe)
 initial_speeds = _entry_point(loading.initial_speeds)

@@ -17,7 +17,7 @@ from slipstick.bench.conditions import Conditions
 from slipstick.bench.converter import Converter
 from slipstick.clutch import effects, law_kernels
 from slipstick.clutch.active_effects import active_effects, sensor_reading
-from slipstick.clutch.compilation import drive, initial_speeds, observe
+from slipstick.clutch.compilation import drive, initial_speeds
 from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED
 from slipstick.clutch.lanes import LANES
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
@@ -45,7 +45,7 @@ class Accuracy:
     coarse: float
 
 
-DEFAULT = Accuracy(1e-3, 7e-3)
+DEFAULT = Accuracy(1e-3, 24e-3)
 """Shifting times within 1e-4 s of TIGHT over the default grid (tests/validation)."""
 TIGHT = Accuracy(2e-4, 1e-3)
 """Shifting times within 1e-5 s of the independent reference."""
@@ -90,7 +90,7 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     if paired and len(vectors) != len(conditions):
         raise InvalidValue(f"{len(vectors)} points do not pair up with {len(conditions)} conditions",
                            "Give one point per condition")
-    integrated = [law for law in laws if not law.of_sensor]
+    integrated = [law for law in laws if not law.of_sensor and any(law.change)]
     active = active_effects(coefficients, integrated)
     terms = law_kernels.terms(integrated)
     initial, column = (_paired_input_speed if paired else initial_input_speed)(converter, vectors, conditions)
@@ -112,11 +112,8 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
         stop = min(first + size, total)
         samples = np.empty((stop - first, k, active.state_size + 2))
         drive(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, terms, columns,
-              profiles, initial, profile_segments, accuracy.fine, accuracy.coarse, times, samples, shifting_time,
-              status)
-        if k:
-            observe(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, terms, columns,
-                    profiles, profile_segments, times, samples, true_signals)
+              profiles, initial, profile_segments, accuracy.fine, accuracy.coarse, times, samples, true_signals,
+              shifting_time, status)
 
     blocks = range(0, total, size)
     if min(workers, len(blocks)) == 1:

@@ -38,16 +38,23 @@ EFFECT_STATE_SIZE = STATE_SIZE + len(MEMORIES)
 FULL_STATE_SIZE = EFFECT_STATE_SIZE + len(LAW_MEMORIES)
 
 # Indices into the flags of active effects: one flag per effect (active), per quantity (has an active effect or a law),
-# one for any law, one for laws that depend on heat or time in contact, and one for any memory in use.
+# one for any law, one for laws that depend on heat or time in contact, one for a change of eq. 1 at any point, and one
+# for any memory in use.
 QUANTITY_FLAG = {quantity: len(effects.CATALOGUE) + i for i, quantity in enumerate(QUANTITIES)}
 LAW_FLAG = len(effects.CATALOGUE) + len(QUANTITIES)
 LAW_MEMORY_FLAG = LAW_FLAG + 1
-MEMORY_FLAG = LAW_MEMORY_FLAG + 1
+HYDRAULICS_FLAG = LAW_MEMORY_FLAG + 1
+MEMORY_FLAG = HYDRAULICS_FLAG + 1
+
+HYDRAULICS = ("valve current", "line pressure", "chamber pressure", "piston rate")
+"""Quantities in eq. 1. Without effects and laws on them, its solution is exact (`flow`)."""
 
 # State vectors at the start of the step, at the current stage, and at the end of the step.
 START, STAGE, END = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
 # Rates of the state vector: at the current stage, at the first stage, and the sum of the two middle stages.
 RATE, FIRST, MIDDLE = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
+# Pressure, its rate and piston state in the middle of the step, where they are exact.
+MIDPOINT = _row(3)
 
 PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STAGE + i * LANES for i in range(STATE_SIZE))
 HEAT, CONTACT_TIME = (STAGE + (EFFECT_STATE_SIZE + i) * LANES for i in range(len(LAW_MEMORIES)))
@@ -81,7 +88,15 @@ MEMORY_INPUT = _row(len(MEMORIES))
 # Parameters of the engagement, in the form used by the equations.
 PRESSURE_STIFFNESS, PRESSURE_DAMPING, CURRENT_BIAS, PRESSURE_GAIN, SLOPE_GAIN = (_row() for _ in range(5))
 PISTON_PRESSURE, PISTON_PRESSURE_RATE, PISTON_RETURN, PRESSURE_BIAS = (_row() for _ in range(4))
-TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR, RESPONSE_TIME = (_row() for _ in range(4))
+TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR = _row(), _row(), _row()
+VALVE_TIME, EFFECT_TIME = _row(), _row()
+"""Shortest time constants in s: of the delay of the current and the return of the piston, and of the effects."""
+EXACT = _row()
+"""1 where no effect and no law changes eq. 1, and 0 otherwise."""
+STIFFNESS = _row()
+"""Rate in 1/s of the fastest decay of the speeds, as the last step showed it."""
+PISTON_FROM_PRESSURE, PISTON_FROM_RATE = _row(), _row()
+"""Parts of the deviations of pressure (m/bar) and pressure rate (m s/bar) in the piston state (`flow`)."""
 INVERSE_RAMP_WIDTH, FILM_COEFFICIENT, FRICTION_COEFFICIENT = _row(), _row(), _row()
 GEAR, INVERSE_GEAR, INPUT_COULOMB, INPUT_VISCOUS, OUTPUT_VISCOUS = (_row() for _ in range(5))
 INPUT_INERTIA, INVERSE_INPUT_INERTIA, INVERSE_LOAD_INERTIA, INVERSE_TOTAL_INERTIA = (_row() for _ in range(4))

@@ -13,6 +13,8 @@ from slipstick.clutch.lanes import (
     CURRENT_BIAS,
     CURVES,
     DIRECTION,
+    EFFECT_TIME,
+    EXACT,
     FILM_COEFFICIENT,
     FRICTION_COEFFICIENT,
     FULL_STATE_SIZE,
@@ -31,6 +33,8 @@ from slipstick.clutch.lanes import (
     MOTOR_SPEED,
     MOVING,
     OUTPUT_VISCOUS,
+    PISTON_FROM_PRESSURE,
+    PISTON_FROM_RATE,
     PISTON_PRESSURE,
     PISTON_PRESSURE_RATE,
     PISTON_RETURN,
@@ -38,7 +42,6 @@ from slipstick.clutch.lanes import (
     PRESSURE_DAMPING,
     PRESSURE_GAIN,
     PRESSURE_STIFFNESS,
-    RESPONSE_TIME,
     RUN,
     SEGMENT_CURRENT,
     SEGMENT_DIRECTION,
@@ -53,12 +56,18 @@ from slipstick.clutch.lanes import (
     SLOPE_GAIN,
     START,
     STATE_SIZE,
+    STIFFNESS,
     TEMPERATURE_GAIN,
     TIME,
+    VALVE_TIME,
 )
 
 (_DELAY, _BIAS, _GAIN, _A2, _B2, _C2, _D2, _PRESSURE_BIAS, _TEMPERATURE, _CONTACT, _X30, _BETA, _GAMMA, _ALPHA, _GEAR,
  _JI, _TIC, _BIV, _BOV, _EPS) = range(len(parameters.NAMES))
+
+
+FIRST_STIFFNESS = 1e4
+"""Assumed for the first step, in 1/s: it is short, and shows the stiffness."""
 
 
 @kernel
@@ -107,11 +116,17 @@ def load(b, i, vectors, coefficients, active_effects, point, conditions, conditi
     b[PRESSURE_GAIN + i] = 6.0 * vectors[point, _GAIN] / (tau * tau)
     b[SLOPE_GAIN + i] = 2.0 * vectors[point, _GAIN] / tau
     b[CURRENT_BIAS + i] = vectors[point, _BIAS]
-    piston = 3.0 * vectors[point, _C2] / abs(vectors[point, _D2])
-    b[RESPONSE_TIME + i] = min(tau, piston, active_effects.shortest_time_constant[point])
+    b[VALVE_TIME + i] = min(tau, vectors[point, _C2] / abs(vectors[point, _D2]))
+    b[EFFECT_TIME + i] = active_effects.shortest_time_constant[point]
+    b[EXACT + i] = 0.0 if active_effects.changes_hydraulics[point] else 1.0
+    b[STIFFNESS + i] = FIRST_STIFFNESS
     b[PISTON_PRESSURE + i] = vectors[point, _B2] / vectors[point, _C2]
     b[PISTON_PRESSURE_RATE + i] = vectors[point, _A2] / vectors[point, _C2]
     b[PISTON_RETURN + i] = vectors[point, _D2] / vectors[point, _C2]
+    above = b[PRESSURE_DAMPING + i] - b[PISTON_RETURN + i]
+    b[PISTON_FROM_RATE + i] = (b[PISTON_PRESSURE + i] - b[PISTON_RETURN + i] * b[PISTON_PRESSURE_RATE + i]) / (
+        b[PISTON_RETURN + i] * above - b[PRESSURE_STIFFNESS + i])
+    b[PISTON_FROM_PRESSURE + i] = b[PISTON_PRESSURE_RATE + i] + above * b[PISTON_FROM_RATE + i]
     b[PRESSURE_BIAS + i] = vectors[point, _PRESSURE_BIAS]
     b[TEMPERATURE_GAIN + i] = vectors[point, _TEMPERATURE]
     b[CONTACT_POSITION + i] = vectors[point, _CONTACT]

@@ -36,16 +36,17 @@ def test_the_conditions_are_those_of_the_reference() -> None:
         np.testing.assert_allclose(mine, theirs, rtol=1e-9)
 
 
-@pytest.mark.parametrize("accuracy", [ensemble.DEFAULT, ensemble.TIGHT], ids=["default", "tight"])
-def test_shifting_times_agree_to_1e_5_s(accuracy: ensemble.Accuracy) -> None:
-    assert error(Model(COMPACT.physics), accuracy) < 1e-5
+@pytest.mark.parametrize(("accuracy", "least"), [(ensemble.DEFAULT, 1e-4), (ensemble.TIGHT, 1e-5)],
+                         ids=["default", "tight"])
+def test_shifting_times_agree(accuracy: ensemble.Accuracy, least: float) -> None:
+    assert error(Model(COMPACT.physics), accuracy) < least
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_wrong_parameter_does_not_agree(name: str) -> None:
     right = Model(COMPACT.physics)
     value = right.parameters[NAMES.index(name)]
-    assert error(right.with_parameters({name: 1.01 * value}), ensemble.DEFAULT) > 1e-5
+    assert error(right.with_parameters({name: 1.01 * value}), ensemble.TIGHT) > 1e-5
 
 
 @pytest.mark.parametrize("curve", ["torque_ratio", "capacity_factor"])
@@ -54,11 +55,11 @@ def test_a_wrong_converter_does_not_agree(curve: str) -> None:
     values = list(getattr(converter, curve))
     values[5] *= 1.01
     wrong = replace(COMPACT.physics, converter=replace(converter, **{curve: tuple(values)}))
-    assert error(Model(wrong), ensemble.DEFAULT) > 1e-5
+    assert error(Model(wrong), ensemble.TIGHT) > 1e-5
 
 
-def test_the_nominal_bench_is_as_before() -> None:
-    # Shifting times of the default table at these points, by the version whose bench was part of the code.
+def test_the_default_table_is_as_before() -> None:
+    # Shifting times of the default table at these points, by the version that integrates eq. 1 exactly.
     points = np.array([[1, 1], [0.5, 0.5], [0.5, 1.5], [1.5, 0.5], [1.5, 1.5]])
     before = np.loadtxt(DATA / "default_accuracy.csv", delimiter=",", skiprows=1)[:, 1:].T
     times, _ = ensemble.shifting_times(Model(HEAVY.physics), HEAVY.conditions, AXES, points)

@@ -7,7 +7,7 @@ from numba.core.dispatcher import Dispatcher
 
 from slipstick.clutch import compilation
 
-ENTRY_POINTS: tuple[Any, ...] = (compilation.drive, compilation.observe, compilation.initial_speeds)
+ENTRY_POINTS: tuple[Any, ...] = (compilation.drive, compilation.initial_speeds)
 
 
 def reached(start: Dispatcher) -> dict[int, Dispatcher]:

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from slipstick.bench.conditions import Conditions
-from slipstick.clutch import driveline, effects, ensemble, hydraulics, integrator, lanes, reference
+from slipstick.clutch import driveline, effects, ensemble, events, flow, hydraulics, integrator, lanes, reference, steps
 from slipstick.clutch.fastmath import exp
+from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
 from tests.benches import HEAVY, NOMINAL
 
@@ -25,6 +26,17 @@ def test_agrees_with_the_reference_implementation(condition: int) -> None:
     columns = (fast.pressure, fast.input_speed, fast.output_speed, fast.output_torque, fast.piston_position)
     for k, column in enumerate(columns):
         assert np.max(np.abs(column[0, 0] - signals[:, k])) < 1e-4 * np.ptp(signals[:, k])
+
+
+@pytest.mark.parametrize("model", [NOMINAL, NOMINAL.with_effect("supply_droop", {"droop": 0.1})], 
+                         ids=["exact", "stepped"])
+def test_samples_within_long_steps_lie_on_the_solution(model: Model) -> None:
+    fine = np.arange(0.0, 0.3, 1e-3)  # several samples in a step, while the pressure follows the fill pulse
+    rough, tight = (ensemble.signals(model, CONDITIONS.take([50, 150]), fine, accuracy=accuracy)
+                    for accuracy in (ensemble.DEFAULT, ensemble.TIGHT))
+    for name in ("pressure", "input_speed", "output_speed", "piston_position"):
+        error = np.abs(getattr(rough, name) - getattr(tight, name))
+        assert error.max() < 1e-3 * np.ptp(getattr(tight, name)), name
 
 
 def test_release_and_standstill_agree_with_the_reference_implementation() -> None:
@@ -57,7 +69,7 @@ def test_results_do_not_depend_on_threads_or_other_engagements() -> None:
 
 
 def test_engagements_that_never_lock_or_diverge_have_a_status() -> None:
-    points = np.array([[1.0, 1.0], [0.01, 1.0], [1.0, 1e-4]])  # no friction; a delay too short for any step
+    points = np.array([[1.0, 1.0], [0.01, 1.0], [1.0, 1e-6]])  # no friction; a delay too short for any step
     times, status = ensemble.shifting_times(NOMINAL, CONDITIONS, ["friction_coefficient", "current_delay"], points)
     assert np.all(status[0] == ensemble.LOCKED)
     assert np.all(status[1] == ensemble.NEVER_LOCKED)
@@ -103,8 +115,10 @@ def test_loops_over_lanes_compile_to_vector_instructions() -> None:
     for function, arguments in (
         (hydraulics.hydraulics, (buffer, active)),
         (driveline.driveline, (buffer, active)),
+        (flow.flow, (buffer,)),
+        (steps.choose_steps, (buffer, active, 1e-3, 7e-3)),
         (integrator.other_stages, (buffer, active)),
-        (integrator.mark_events, (buffer,)),
+        (events.mark_events, (buffer,)),
     ):
         function(*arguments)  # compiles it here: the cached entry points contain no assembly to inspect
         assembly = "".join(function.inspect_asm().values())

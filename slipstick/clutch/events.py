@@ -1,0 +1,155 @@
+"""Events within a step: what ends a discrete state is located, and the lane continues from there."""
+
+from slipstick.clutch.fastmath import kernel
+from slipstick.clutch.flow import flow_to
+from slipstick.clutch.lanes import (
+    BREAKAWAY,
+    BREAKAWAY_FIRST,
+    DIRECTION,
+    END,
+    END_TIME,
+    EVENT,
+    EXACT,
+    FIRST,
+    INVERSE_GEAR,
+    LANES,
+    MIDDLE,
+    MOVING,
+    RATE,
+    RELEASE,
+    RELEASE_FIRST,
+    RIGID,
+    SEGMENT_END,
+    SLIPPING,
+    START,
+    STATE_SIZE,
+    STEP,
+    TIME,
+)
+
+DIVERGENCE_LIMIT = 1e9
+"""The solution has diverged where the sum of the absolute states exceeds this or is NaN."""
+
+NO_EVENT, LOCKS, STOPS, STARTS, RELEASES, DIVERGES = range(6)
+
+
+@kernel
+def mark_events(b):
+    """Set EVENT to 1 where a step ends at a breakpoint of the current, and to 2 where it contains a located event.
+
+    Located events end a discrete state, or mark divergence. Returns the sum of EVENT over the lanes.
+    """
+    total = 0
+    for i in range(LANES):
+        input_speed, output_speed = b[END + 3 * LANES + i], b[END + 4 * LANES + i]
+        slip = input_speed * b[INVERSE_GEAR + i] - output_speed
+        slipping, moving = b[SLIPPING + i] > 0.0, b[MOVING + i] > 0.0
+        locks = slipping & (slip * b[DIRECTION + i] <= 0.0)
+        releases = (not slipping) & (b[RELEASE + i] > 0.0)
+        stops = moving & (output_speed < 0.0)
+        starts = (not moving) & (b[BREAKAWAY + i] > 0.0)
+        size = abs(input_speed) + abs(output_speed) + abs(b[END + i]) + abs(b[END + LANES + i])
+        is_bounded = size + abs(b[END + 2 * LANES + i]) < DIVERGENCE_LIMIT
+        mark = 2.0 if (locks | releases | stops | starts | (not is_bounded)) else 0.0
+        mark = max(mark, 1.0) if b[END_TIME + i] >= b[SEGMENT_END + i] else mark
+        b[EVENT + i] = mark
+        total += int(mark)
+    return total
+
+
+@kernel
+def dense_output(b, k, fraction):
+    """State k (row and lane) at `fraction` of the step: cubic dense output of fourth-order Runge-Kutta.
+
+    It needs the rates of the last stage in RATE, which stay there until the next step.
+    """
+    square, cube = fraction * fraction, fraction * fraction * fraction
+    first = fraction - 1.5 * square + 2.0 / 3.0 * cube
+    middle = square - 2.0 / 3.0 * cube
+    last = -0.5 * square + 2.0 / 3.0 * cube
+    return b[START + k] + b[STEP + k % LANES] * (first * b[FIRST + k] + middle * b[MIDDLE + k] + last * b[RATE + k])
+
+
+@kernel
+def speed_crossing(b, i, input_factor):
+    """Fraction of the step of lane i at which input_factor * Omega - omega crosses zero, or 1 if it does not.
+
+    Newton's method on the cubic dense output, within the bracket of the crossing; convergence is quadratic, so that the
+    error is the square of the last change.
+    """
+    speed, load, step = 3 * LANES + i, 4 * LANES + i, b[STEP + i]
+    value = input_factor * b[START + speed] - b[START + load]
+    first = step * (input_factor * b[FIRST + speed] - b[FIRST + load])
+    middle = step * (input_factor * b[MIDDLE + speed] - b[MIDDLE + load])
+    last = step * (input_factor * b[RATE + speed] - b[RATE + load])
+    square, cube = middle - 1.5 * first - 0.5 * last, 2.0 / 3.0 * (first - middle + last)
+    at_end = value + first + square + cube
+    if value == 0.0 or value * at_end > 0.0:
+        return 1.0
+    low, high, fraction = 0.0, 1.0, value / (value - at_end)
+    for _ in range(60):
+        residual = value + fraction * (first + fraction * (square + fraction * cube))
+        if (residual > 0.0) == (value > 0.0):
+            low = fraction
+        else:
+            high = fraction
+        newton = fraction - residual / (first + fraction * (2.0 * square + fraction * 3.0 * cube))
+        before, fraction = fraction, newton if low < newton < high else 0.5 * (low + high)
+        if abs(fraction - before) < 1e-7:
+            return fraction
+    return high
+
+
+@kernel
+def linear_crossing(before, after):
+    """Fraction of the step at which a linear quantity from `before` to `after` > 0 crosses zero; 0 if `before` >= 0."""
+    return before / (before - after) if before < 0.0 else 0.0
+
+
+@kernel
+def locate_event(b, i):
+    """First event of lane i in this step, and the fraction of the step at which it occurs."""
+    size = 0.0
+    for s in range(STATE_SIZE):
+        size += abs(b[END + s * LANES + i])
+    if not size < DIVERGENCE_LIMIT:
+        return DIVERGES, 1.0
+    event, fraction = NO_EVENT, 1.0
+    if b[SLIPPING + i] > 0.0:
+        slip = b[END + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[END + 4 * LANES + i]
+        if slip * b[DIRECTION + i] <= 0.0:
+            event, fraction = LOCKS, speed_crossing(b, i, b[INVERSE_GEAR + i])
+    elif b[RELEASE + i] > 0.0:
+        event, fraction = RELEASES, linear_crossing(b[RELEASE_FIRST + i], b[RELEASE + i])
+    if b[MOVING + i] > 0.0 and b[END + 4 * LANES + i] < 0.0:
+        at = speed_crossing(b, i, 0.0)
+        if at <= fraction:
+            event, fraction = STOPS, at
+    elif b[MOVING + i] == 0.0 and b[BREAKAWAY + i] > 0.0:
+        at = linear_crossing(b[BREAKAWAY_FIRST + i], b[BREAKAWAY + i])
+        if at <= fraction:
+            event, fraction = STARTS, at
+    return event, fraction
+
+
+@kernel
+def apply_event(b, i, event, fraction, state_size):
+    """Move lane i to `fraction` of its step, and into the discrete state that follows the event."""
+    is_exact = b[EXACT + i] > 0.0
+    if is_exact:
+        flow_to(b, i, fraction)
+    for s in range(3 if is_exact else 0, state_size):
+        k = s * LANES + i
+        b[START + k] = dense_output(b, k, fraction) if fraction < 1.0 else b[END + k]
+    b[TIME + i] = b[TIME + i] + fraction * b[STEP + i] if fraction < 1.0 else b[END_TIME + i]
+    if event == LOCKS:
+        b[SLIPPING + i] = 0.0
+        b[START + 4 * LANES + i] = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i]
+    elif event == RELEASES:
+        b[SLIPPING + i] = 1.0
+        b[DIRECTION + i] = 1.0 if b[RIGID + i] >= 0.0 else -1.0
+    elif event == STOPS:
+        b[MOVING + i] = 0.0
+        b[START + 4 * LANES + i] = 0.0
+    elif event == STARTS:
+        b[MOVING + i] = 1.0

@@ -1,0 +1,130 @@
+"""The step of each lane: long where the solution is smooth, and ending where f_reg has a kink.
+
+Between its kinks, at the onset of friction and at contact, f_reg is smooth, so that a step may be a part of the ramp.
+The times at which the piston passes the kinks are predicted from its speed and acceleration.
+"""
+
+import math
+
+from slipstick.clutch.fastmath import inlined, kernel
+from slipstick.clutch.lanes import (
+    CLEARANCE_CHANGE,
+    CONTACT_POSITION,
+    DIRECTION,
+    EFFECT_TIME,
+    END_TIME,
+    EXACT,
+    FIRST,
+    INVERSE_GEAR,
+    INVERSE_RAMP_WIDTH,
+    LANES,
+    LAW_FLAG,
+    PISTON_GAIN,
+    PISTON_PRESSURE,
+    PISTON_PRESSURE_RATE,
+    PISTON_RETURN,
+    PRESSURE_DAMPING,
+    PRESSURE_GAIN,
+    PRESSURE_STIFFNESS,
+    QUANTITY_FLAG,
+    SEGMENT_END,
+    SEGMENT_SLOPE,
+    SLIPPING,
+    START,
+    STEP,
+    STIFFNESS,
+    TIME,
+    VALVE_TIME,
+)
+
+PRESSURE_ERROR = 1e-4
+"""Error in bar that the steps may leave of a transient of the pressure, or of the torque that it causes."""
+
+EFFECT_FRACTION = 0.3
+"""Longest step as a fraction of the time constants of effects."""
+
+STABLE = 1.5
+"""Longest step times the stiffness of the speeds; the Runge-Kutta method is stable up to 2.8."""
+
+FAST_PASSAGE = 5e-3
+"""Time in s in which the piston passes the ramp of f_reg in steps of the fine length; slower, steps are longer."""
+
+NEAR = 0.2
+"""Fraction of the time constants of valve and piston in which a kink is predicted well enough."""
+
+APPROACH = 0.6
+"""Step toward lock-up, or to a kink that is not near, as a share of the predicted time."""
+
+_CLEARANCE, _GAIN = QUANTITY_FLAG["clearance"], QUANTITY_FLAG["piston gain"]
+
+
+@inlined
+def _time_to(distance, speed, acceleration, limit):
+    """First time in s at which `distance` >= 0 is covered with a constant acceleration, or `limit` if that is later."""
+    square = speed * speed + 2.0 * acceleration * distance
+    mean = 0.5 * (speed + math.sqrt(max(0.0, square)))
+    return distance / mean if (square >= 0.0) & (distance < mean * limit) else limit
+
+
+@inlined
+def _in_transient(b, i, is_exact):
+    """Longest step in s while the pressure oscillates about its steady rise.
+
+    Of an oscillation that the Runge-Kutta method integrates, it loses (lambda h)^5 / 120 in a step, and of the change
+    of speed by a torque in proportion to the pressure, (lambda h)^5 / 2880 (Simpson's rule). The oscillation lasts
+    1 / (lambda h) steps, with lambda^2 = 6/tau^2.
+    """
+    steady = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i] * b[SEGMENT_SLOPE + i]
+    size = abs(b[FIRST + LANES + i]) + 0.5 * b[PRESSURE_DAMPING + i] * abs(b[FIRST + i] - steady)
+    share = 2880.0 if is_exact else 120.0
+    return math.sqrt(math.sqrt(share * PRESSURE_ERROR / (size * b[PRESSURE_STIFFNESS + i] + 1e-12)))
+
+
+@inlined
+def _to_kink(b, i, fine, position, onset, width, reach):
+    """Step in s to the next kink of f_reg or toward it, or in the ramp a part of the ramp."""
+    gain, rate, contact = b[PISTON_GAIN + i], b[FIRST + 2 * LANES + i], b[CONTACT_POSITION + i]
+    speed = gain * rate
+    acceleration = gain * (
+        b[PISTON_PRESSURE + i] * b[FIRST + i] + b[PISTON_PRESSURE_RATE + i] * b[FIRST + LANES + i]
+        - b[PISTON_RETURN + i] * rate)
+    is_closing, is_closed = position >= onset, position >= contact
+    upper, lower = contact if is_closing else onset, contact if is_closed else onset
+    rises = _time_to(max(0.0, upper - position), speed, acceleration, reach)
+    falls = _time_to(max(0.0, position - lower), -speed, -acceleration, reach)
+    kink = min(reach if is_closed else rises, falls if is_closing else reach)
+    step = kink if (kink < NEAR * b[VALVE_TIME + i]) | (kink >= reach) else APPROACH * kink
+    part = fine / FAST_PASSAGE * width / (abs(speed) + fine * abs(acceleration))
+    return min(step, part) if is_closing & (not is_closed) else step
+
+
+@inlined
+def _to_lock_up(b, i, reach):
+    """Step in s toward lock-up, or `reach` if that is later."""
+    direction, share = b[DIRECTION + i], b[INVERSE_GEAR + i]
+    slip = direction * (b[START + 3 * LANES + i] * share - b[START + 4 * LANES + i])
+    fall = direction * (b[FIRST + 4 * LANES + i] - b[FIRST + 3 * LANES + i] * share)
+    is_locking = (b[SLIPPING + i] > 0.0) & (slip < fall * reach)
+    return APPROACH * slip / fall if is_locking else reach
+
+
+@kernel
+def choose_steps(b, active, fine, coarse):
+    """Set STEP and END_TIME in s of all lanes, from the rates at the start of the step."""
+    # Laws have kinks. The rate of one that changes the travel of the piston is not known, so that the kinks of f_reg
+    # cannot be predicted.
+    is_unpredicted = active[LAW_FLAG] & (active[_CLEARANCE] | active[_GAIN])
+    most = fine if is_unpredicted else 0.5 * coarse if active[LAW_FLAG] else coarse
+    for i in range(LANES):
+        is_exact, width = b[EXACT + i] > 0.0, 1.0 / b[INVERSE_RAMP_WIDTH + i]
+        position = b[PISTON_GAIN + i] * b[START + 2 * LANES + i] - b[CLEARANCE_CHANGE + i]
+        onset = b[CONTACT_POSITION + i] - width
+        longest = most if is_exact & (position < onset) else min(most, _in_transient(b, i, is_exact))
+        reach = 1.25 * longest  # the piston may accelerate
+        step = min(longest, _to_kink(b, i, fine, position, onset, width, reach), _to_lock_up(b, i, reach))
+        # The lower limit bounds the run time; where it applies, the solution may diverge.
+        limit = min(b[VALVE_TIME + i], EFFECT_FRACTION * b[EFFECT_TIME + i], STABLE / (b[STIFFNESS + i] + 1e-3))
+        step = min(max(fine, step), max(limit, 0.02 * fine))
+        remaining = b[SEGMENT_END + i] - b[TIME + i]
+        b[STEP + i] = min(step, remaining)
+        b[END_TIME + i] = b[SEGMENT_END + i] if step >= remaining else b[TIME + i] + step
