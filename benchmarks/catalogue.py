@@ -1,7 +1,8 @@
-"""Time the ensemble once for each line of standard input: `python -m benchmarks.catalogue full|bare`.
+"""Time the ensemble once for each line of standard input: `python -m benchmarks.catalogue full|bare|three`.
 
 With `bare`, the ensemble is compiled without any effect. Each needs its own process, because the catalogue is compiled
-into the ensemble.
+into the ensemble. With `three`, effects on line pressure and friction, one with a memory, are active at a hundredth of
+their typical coefficients, so that engagements take as long as without.
 """
 
 import sys
@@ -17,10 +18,13 @@ from benchmarks.grid import AXES, points
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 
-grid, conditions = points(20), HEAVY.conditions
-ensemble.shifting_times(Model(HEAVY.physics), conditions, AXES, grid[:2])
+grid, conditions, model = points(20), HEAVY.conditions, Model(HEAVY.physics)
+for name in ("supply_droop", "stribeck_friction", "thermal_fade") if sys.argv[1] == "three" else ():
+    its = effects.find(name).coefficients
+    model = model.with_effect(name, {c.name: c.typical if c.shape else 0.01 * c.typical for c in its})
+ensemble.shifting_times(model, conditions, AXES, grid[:2])
 print("ready", flush=True)
 for _ in sys.stdin:
     start = time.perf_counter()
-    ensemble.shifting_times(Model(HEAVY.physics), conditions, AXES, grid, threads=1)
+    ensemble.shifting_times(model, conditions, AXES, grid, threads=1)
     print(len(grid) * len(conditions) / (time.perf_counter() - start), flush=True)

@@ -15,7 +15,7 @@ from slipstick.clutch.laws import MeasuredLaw
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 
-ACCURACY = ensemble.Accuracy(5e-4, 2e-3)
+ACCURACY = ensemble.Accuracy(5e-4, 5e-3)
 _LOCK_UP = 4.0
 """Standard deviations of the measured shifting time around it within which the torque is left out: the true lock-up is
 outside in 6 of 100,000 engagements."""

@@ -19,6 +19,7 @@ from slipstick.clutch.lanes import (
     LANES,
     LAWS,
     SEGMENT_END,
+    SEGMENT_TIME,
     SLIPPING,
     STAGE,
     STAGE_TIME,
@@ -132,20 +133,24 @@ def observe(b, first, stop, conditions_per_point, vectors, coefficients, active_
         segment = 0
         for i in range(LANES):
             load(b, i, vectors, coefficients, active_effects, point, conditions, condition, 0.0)
+            set_segment(b, i, profile_segments, profile, segment)
         for start in range(0, count, LANES):
-            for i in range(LANES):
-                position = min(start + i, count - 1)
-                for s in range(state_size):
-                    b[STAGE + s * LANES + i] = samples[engagement - first, position, s]
-                b[SLIPPING + i] = samples[engagement - first, position, state_size]
-                b[DIRECTION + i] = samples[engagement - first, position, state_size + 1]
-                b[STAGE_TIME + i] = sample_times[position]
-                while sample_times[position] >= profile_segments[profile, segment, 3]:
+            valid = min(LANES, count - start)  # the lanes behind keep what they had
+            for s in range(state_size):
+                for i in range(valid):
+                    b[STAGE + s * LANES + i] = samples[engagement - first, s, start + i]
+            for i in range(valid):
+                b[SLIPPING + i] = samples[engagement - first, state_size, start + i]
+                b[DIRECTION + i] = samples[engagement - first, state_size + 1, start + i]
+                b[STAGE_TIME + i] = sample_times[start + i]
+            for i in range(valid):
+                while sample_times[start + i] >= profile_segments[profile, segment, 3]:
                     segment += 1
-                set_segment(b, i, profile_segments, profile, segment)
+                if b[SEGMENT_TIME + i] != profile_segments[profile, segment, 0]:
+                    set_segment(b, i, profile_segments, profile, segment)
             hydraulics(b, active)
             driveline(b, active)
-            for i in range(min(LANES, count - start)):
+            for i in range(valid):
                 signals[0, engagement, start + i] = b[STAGE + i]
                 signals[1, engagement, start + i] = b[STAGE + 3 * LANES + i]
                 signals[2, engagement, start + i] = b[STAGE + 4 * LANES + i]

@@ -110,7 +110,7 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
 
     def simulate_block(first: int) -> None:
         stop = min(first + size, total)
-        samples = np.empty((stop - first, k, active.state_size + 2))
+        samples = np.empty((stop - first, active.state_size + 2, k))
         drive(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, terms, columns,
               profiles, initial, profile_segments, accuracy.fine, accuracy.coarse, times, samples, true_signals,
               shifting_time, status)

@@ -29,7 +29,8 @@ def sample(b, i, state_size, sample_times, first, end, row, samples):
         last += 1
     if last == first:
         return last
-    step = b[STEP + i]
+    step, start_time = b[STEP + i], b[TIME + i]
+    per_step = 1.0 / step
     for s in range(state_size):
         k = s * LANES + i
         start, before, middle, after = b[START + k], step * b[FIRST + k], step * b[MIDDLE + k], step * b[RATE + k]
@@ -43,17 +44,17 @@ def sample(b, i, state_size, sample_times, first, end, row, samples):
             c2, c3 = middle - 1.5 * before - 0.5 * after, 2.0 / 3.0 * (before - middle + after)
             c4, c5 = 0.0, 0.0
         for j in range(first, last):
-            x = (sample_times[j] - b[TIME + i]) / step
-            samples[row, j, s] = start + x * (before + x * (c2 + x * (c3 + x * (c4 + x * c5))))
+            x = (sample_times[j] - start_time) * per_step
+            samples[row, s, j] = start + x * (before + x * (c2 + x * (c3 + x * (c4 + x * c5))))
     for j in range(first, last):
-        samples[row, j, state_size] = b[SLIPPING + i]
-        samples[row, j, state_size + 1] = b[DIRECTION + i]
+        samples[row, state_size, j] = b[SLIPPING + i]
+        samples[row, state_size + 1, j] = b[DIRECTION + i]
     return last
 
 
 @kernel
 def clear_samples(samples, row, first):
     """Set the samples of a failed engagement from number `first` on to NaN."""
-    for j in range(first, samples.shape[1]):
-        for s in range(samples.shape[2]):
-            samples[row, j, s] = float("nan")
+    for s in range(samples.shape[1]):
+        for j in range(first, samples.shape[2]):
+            samples[row, s, j] = float("nan")
