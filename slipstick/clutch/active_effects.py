@@ -31,51 +31,44 @@ class ActiveEffects(NamedTuple):
     """indices of their coefficients in the coefficient vectors"""
     shortest_time_constant: np.ndarray
     """(m,) s: their shortest time constant at each point"""
-    changes_hydraulics: np.ndarray
-    """(m,) bool: whether one of them changes eq. 1 at a point"""
     state_size: int
     """length of the state vector: five, or with the memories of effects, or with those of laws too, if one is in use"""
 
 
 def active_effects(coefficients: np.ndarray, laws: Sequence[MeasuredLaw] = ()) -> ActiveEffects:
     """Effects that are not neutral in at least one of the coefficient vectors (m, c), and the laws of all of them."""
-    flags, changed = np.zeros(MEMORY_FLAG + 1, np.bool_), np.zeros(len(coefficients), np.bool_)
+    flags = np.zeros(MEMORY_FLAG + 1, np.bool_)
     indices, shortest = [np.empty(0, np.int64)], np.full(len(coefficients), np.inf)
     for position, effect in enumerate(effects.CATALOGUE):
-        if effect.quantity in SENSORS or not np.any(_is_active(effect, coefficients)):
+        if effect.quantity in SENSORS or not _is_active(effect, coefficients):
             continue
         flags[[position, QUANTITY_FLAG[effect.quantity]]] = True
         flags[MEMORY_FLAG] |= effect.memory is not None
-        if effect.quantity in HYDRAULICS:
-            changed |= _is_active(effect, coefficients)
         indices.append(np.arange(effects.span(effect).start, effects.span(effect).stop))
         if effect.time_constant is not None:
             shortest = np.minimum(shortest, effect.time_constant(*_columns(effect, coefficients)))
     for law in laws:
         flags[[LAW_FLAG, QUANTITY_FLAG[law.quantity]]] = True
         flags[[LAW_MEMORY_FLAG, MEMORY_FLAG]] |= law.depends_on in LAW_MEMORIES
-        changed |= law.quantity in HYDRAULICS
-    flags[HYDRAULICS_FLAG] = np.any(changed)
+    flags[HYDRAULICS_FLAG] = np.any(flags[[QUANTITY_FLAG[name] for name in HYDRAULICS]])
     state_size = (FULL_STATE_SIZE if flags[LAW_MEMORY_FLAG] else EFFECT_STATE_SIZE if flags[MEMORY_FLAG]
                   else STATE_SIZE)
-    return ActiveEffects(flags, np.concatenate(indices), shortest, changed, state_size)
+    return ActiveEffects(flags, np.concatenate(indices), shortest, state_size)
 
 
 def sensor_reading(signal: np.ndarray, sensor: str, sample_times: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
     """Reading of `sensor` for a signal (m, ..., k) at `sample_times` (k,) in s, with coefficient vectors (m, c)."""
     for effect in effects.CATALOGUE:
-        if effect.quantity == sensor and np.any(_is_active(effect, coefficients)):
+        if effect.quantity == sensor and _is_active(effect, coefficients):
             shape = (len(coefficients), *[1] * (signal.ndim - 1))
             columns = tuple(column.reshape(shape) for column in _columns(effect, coefficients))
             signal = effect.formula(signal, sample_times, columns)
     return signal
 
 
-def _is_active(effect: Effect, coefficients: np.ndarray) -> np.ndarray:
-    """Whether an effect is not neutral at each point, (m,)."""
+def _is_active(effect: Effect, coefficients: np.ndarray) -> bool:
     amplitudes = np.array([not coefficient.shape for coefficient in effect.coefficients])
-    different = (coefficients[:, effects.span(effect)] != np.array(effect.neutral))[:, amplitudes]
-    return np.asarray(different.any(axis=1))
+    return bool(np.any((coefficients[:, effects.span(effect)] != np.array(effect.neutral))[:, amplitudes]))
 
 
 def _columns(effect: Effect, coefficients: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -9,7 +9,6 @@ from slipstick.clutch.lanes import (
     END,
     END_TIME,
     EVENT,
-    EXACT,
     FIRST,
     INVERSE_GEAR,
     LANES,
@@ -135,10 +134,12 @@ def locate_event(b, i):
 @kernel
 def apply_event(b, i, event, fraction, state_size):
     """Move lane i to `fraction` of its step, and into the discrete state that follows the event."""
-    is_exact = b[EXACT + i] > 0.0
-    if is_exact:
+    if fraction < 1.0:
         flow_to(b, i, fraction)
-    for s in range(3 if is_exact else 0, state_size):
+    else:
+        for k in range(i, 3 * LANES, LANES):
+            b[START + k] = b[END + k]
+    for s in range(3, state_size):
         k = s * LANES + i
         b[START + k] = dense_output(b, k, fraction) if fraction < 1.0 else b[END + k]
     b[TIME + i] = b[TIME + i] + fraction * b[STEP + i] if fraction < 1.0 else b[END_TIME + i]

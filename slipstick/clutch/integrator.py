@@ -1,6 +1,7 @@
 """Fourth-order Runge-Kutta over all lanes at once; each lane has its own time, step and discrete state.
 
-Where no effect changes eq. 1, its three states follow the exact solution (`flow`), and only the speeds are integrated.
+The three states of eq. 1 follow its exact solution (`flow`); the speeds, and what effects change in eq. 1, are
+integrated.
 Steps end at the breakpoints of the current and where f_reg has a kink (`steps`). The discrete state (rest, slip or
 stick) and the sign of the slip are constant during a step. An event that ends a discrete state is located within the
 step, and the lane continues from there (`events`). Lanes are independent of each other.
@@ -9,7 +10,7 @@ step, and the lane continues from there (`events`). Lanes are independent of eac
 from slipstick.clutch import memories
 from slipstick.clutch.driveline import driveline
 from slipstick.clutch.fastmath import kernel
-from slipstick.clutch.flow import flow
+from slipstick.clutch.flow import change_stage, finish_change, flow, store_change, store_force
 from slipstick.clutch.hydraulics import hydraulics
 from slipstick.clutch.lanes import (
     BREAKAWAY,
@@ -17,7 +18,6 @@ from slipstick.clutch.lanes import (
     END,
     END_TIME,
     EVENT,
-    EXACT,
     FIRST,
     HYDRAULICS_FLAG,
     LANES,
@@ -49,6 +49,8 @@ def first_stage(b, active, fine, coarse):
         b[STAGE_TIME + i] = b[TIME + i]
     hydraulics(b, active)
     driveline(b, active)
+    if active[HYDRAULICS_FLAG]:
+        store_force(b)
     for i in range(STATE_SIZE * LANES):
         b[FIRST + i] = b[RATE + i]
     if active[MEMORY_FLAG]:
@@ -68,11 +70,7 @@ def other_stages(b, active):
         for k in range(3 * LANES):
             b[STAGE + k] = b[END + k] if stage == 2 else b[MIDPOINT + k]
         if active[HYDRAULICS_FLAG]:
-            for s in range(3):
-                for i in range(LANES):
-                    k = s * LANES + i
-                    exact, stepped = b[STAGE + k], b[START + k] + fraction * b[STEP + i] * b[RATE + k]
-                    b[STAGE + k] = exact if b[EXACT + i] > 0.0 else stepped
+            change_stage(b, stage)
         for s in range(3, STATE_SIZE):
             for i in range(LANES):
                 b[STAGE + s * LANES + i] = b[START + s * LANES + i] + fraction * b[STEP + i] * b[RATE + s * LANES + i]
@@ -82,6 +80,8 @@ def other_stages(b, active):
             b[STAGE_TIME + i] = b[TIME + i] + fraction * b[STEP + i]
         hydraulics(b, active)
         driveline(b, active)
+        if active[HYDRAULICS_FLAG]:
+            store_change(b, stage)
         if stage == 0:
             for i in range(STATE_SIZE * LANES):
                 b[MIDDLE + i] = b[RATE + i]
@@ -92,12 +92,7 @@ def other_stages(b, active):
         if active[MEMORY_FLAG] and stage < 2:
             memories.sum_middle_rates(b, active, stage == 0)
     if active[HYDRAULICS_FLAG]:
-        for s in range(3):
-            for i in range(LANES):
-                k = s * LANES + i
-                exact = b[END + k]
-                stepped = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
-                b[END + k] = exact if b[EXACT + i] > 0.0 else stepped
+        finish_change(b)
     for s in range(3, STATE_SIZE):
         for i in range(LANES):
             k = s * LANES + i

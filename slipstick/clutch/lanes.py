@@ -38,8 +38,8 @@ EFFECT_STATE_SIZE = STATE_SIZE + len(MEMORIES)
 FULL_STATE_SIZE = EFFECT_STATE_SIZE + len(LAW_MEMORIES)
 
 # Indices into the flags of active effects: one flag per effect (active), per quantity (has an active effect or a law),
-# one for any law, one for laws that depend on heat or time in contact, one for a change of eq. 1 at any point, and one
-# for any memory in use.
+# one for any law, one for laws that depend on heat or time in contact, one for changes of eq. 1, and one for any memory
+# in use.
 QUANTITY_FLAG = {quantity: len(effects.CATALOGUE) + i for i, quantity in enumerate(QUANTITIES)}
 LAW_FLAG = len(effects.CATALOGUE) + len(QUANTITIES)
 LAW_MEMORY_FLAG = LAW_FLAG + 1
@@ -47,14 +47,17 @@ HYDRAULICS_FLAG = LAW_MEMORY_FLAG + 1
 MEMORY_FLAG = HYDRAULICS_FLAG + 1
 
 HYDRAULICS = ("valve current", "line pressure", "chamber pressure", "piston rate")
-"""Quantities in eq. 1. Without effects and laws on them, its solution is exact (`flow`)."""
+"""Quantities in eq. 1."""
 
 # State vectors at the start of the step, at the current stage, and at the end of the step.
 START, STAGE, END = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
 # Rates of the state vector: at the current stage, at the first stage, and the sum of the two middle stages.
 RATE, FIRST, MIDDLE = _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE), _row(FULL_STATE_SIZE)
-# Pressure, its rate and piston state in the middle of the step, where they are exact.
+# Pressure, its rate and piston state in the middle of the step.
 MIDPOINT = _row(3)
+# What effects and laws add to their rates at the first stage, and the sum of its changes at the middle stages and its
+# change at the present one.
+FORCE, FORCE_MIDDLE, FORCE_LAST = _row(3), _row(3), _row(3)
 
 PRESSURE, PRESSURE_RATE, PISTON_STATE, INPUT_SPEED, OUTPUT_SPEED = (STAGE + i * LANES for i in range(STATE_SIZE))
 HEAT, CONTACT_TIME = (STAGE + (EFFECT_STATE_SIZE + i) * LANES for i in range(len(LAW_MEMORIES)))
@@ -91,8 +94,6 @@ PISTON_PRESSURE, PISTON_PRESSURE_RATE, PISTON_RETURN, PRESSURE_BIAS = (_row() fo
 TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR = _row(), _row(), _row()
 VALVE_TIME, EFFECT_TIME = _row(), _row()
 """Shortest time constants in s: of the delay of the current and the return of the piston, and of the effects."""
-EXACT = _row()
-"""1 where no effect and no law changes eq. 1, and 0 otherwise."""
 STIFFNESS = _row()
 """Rate in 1/s of the fastest decay of the speeds, as the last step showed it."""
 PISTON_FROM_PRESSURE, PISTON_FROM_RATE = _row(), _row()

@@ -14,7 +14,6 @@ from slipstick.clutch.lanes import (
     CURVES,
     DIRECTION,
     EFFECT_TIME,
-    EXACT,
     FILM_COEFFICIENT,
     FRICTION_COEFFICIENT,
     FULL_STATE_SIZE,
@@ -118,7 +117,6 @@ def load(b, i, vectors, coefficients, active_effects, point, conditions, conditi
     b[CURRENT_BIAS + i] = vectors[point, _BIAS]
     b[VALVE_TIME + i] = min(tau, vectors[point, _C2] / abs(vectors[point, _D2]))
     b[EFFECT_TIME + i] = active_effects.shortest_time_constant[point]
-    b[EXACT + i] = 0.0 if active_effects.changes_hydraulics[point] else 1.0
     b[STIFFNESS + i] = FIRST_STIFFNESS
     b[PISTON_PRESSURE + i] = vectors[point, _B2] / vectors[point, _C2]
     b[PISTON_PRESSURE_RATE + i] = vectors[point, _A2] / vectors[point, _C2]

@@ -4,7 +4,6 @@ from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
     DIRECTION,
     END,
-    EXACT,
     FIRST,
     LANES,
     MIDDLE,
@@ -21,8 +20,8 @@ from slipstick.clutch.lanes import (
 def sample(b, i, state_size, sample_times, first, end, row, samples):
     """Store the samples of lane i from number `first` up to the time `end` in s; returns the next number.
 
-    The states lie on the cubic dense output, and those that are exact on the polynomial of fifth degree through their
-    values and rates at the start, the middle and the end of the step.
+    Those of eq. 1 lie on the polynomial of fifth degree through their values and rates at the start, the middle and the
+    end of the step, and the others on the cubic dense output.
     """
     last = first
     while last < len(sample_times) and sample_times[last] <= end:
@@ -34,7 +33,7 @@ def sample(b, i, state_size, sample_times, first, end, row, samples):
     for s in range(state_size):
         k = s * LANES + i
         start, before, middle, after = b[START + k], step * b[FIRST + k], step * b[MIDDLE + k], step * b[RATE + k]
-        if b[EXACT + i] > 0.0 and s < 3:
+        if s < 3:
             whole, half = b[END + k] - start, b[MIDPOINT + k] - start
             c2 = 7.0 * whole + 16.0 * half - 6.0 * before - 4.0 * middle - after
             c3 = -34.0 * whole - 32.0 * half + 13.0 * before + 16.0 * middle + 5.0 * after

@@ -13,8 +13,8 @@ from slipstick.clutch.lanes import (
     DIRECTION,
     EFFECT_TIME,
     END_TIME,
-    EXACT,
     FIRST,
+    FORCE,
     INVERSE_GEAR,
     INVERSE_RAMP_WIDTH,
     LANES,
@@ -67,17 +67,22 @@ def _time_to(distance, speed, acceleration, limit):
 
 
 @inlined
-def _in_transient(b, i, is_exact):
+def _in_transient(b, i, has_laws, is_open):
     """Longest step in s while the pressure oscillates about its steady rise.
 
-    Of an oscillation that the Runge-Kutta method integrates, it loses (lambda h)^5 / 120 in a step, and of the change
-    of speed by a torque in proportion to the pressure, (lambda h)^5 / 2880 (Simpson's rule). The oscillation lasts
-    1 / (lambda h) steps, with lambda^2 = 6/tau^2.
+    Of the change of speed by a torque in proportion to the pressure, the Runge-Kutta method loses (lambda h)^5 / 2880
+    in a step (Simpson's rule), and of a pressure that it integrates itself, (lambda h)^5 / 120. The oscillation lasts
+    1 / (lambda h) steps, with lambda^2 = 6/tau^2. No torque follows the pressure while the plates are open.
     """
-    steady = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i] * b[SEGMENT_SLOPE + i]
+    stiffness = b[PRESSURE_STIFFNESS + i]
+    steady = b[PRESSURE_GAIN + i] / stiffness * b[SEGMENT_SLOPE + i]
     size = abs(b[FIRST + LANES + i]) + 0.5 * b[PRESSURE_DAMPING + i] * abs(b[FIRST + i] - steady)
-    share = 2880.0 if is_exact else 120.0
-    return math.sqrt(math.sqrt(share * PRESSURE_ERROR / (size * b[PRESSURE_STIFFNESS + i] + 1e-12)))
+    # The share of what effects add to pressure and piston rate, which changes as the pressure does.
+    valve, piston = abs(b[FORCE + LANES + i]), abs(b[FORCE + 2 * LANES + i])
+    added = max(valve / (valve + stiffness * (abs(b[START + i]) + 1.0)),
+                piston / (piston + abs(b[FIRST + 2 * LANES + i]) + 1e-9))
+    share = (0.0 if is_open else 1 / 2880) + (1.0 if has_laws else added) / 120
+    return math.sqrt(math.sqrt(PRESSURE_ERROR / (share * size * stiffness + 1e-12)))
 
 
 @inlined
@@ -113,13 +118,14 @@ def choose_steps(b, active, fine, coarse):
     """Set STEP and END_TIME in s of all lanes, from the rates at the start of the step."""
     # Laws have kinks. The rate of one that changes the travel of the piston is not known, so that the kinks of f_reg
     # cannot be predicted.
-    is_unpredicted = active[LAW_FLAG] & (active[_CLEARANCE] | active[_GAIN])
-    most = fine if is_unpredicted else 0.5 * coarse if active[LAW_FLAG] else coarse
+    has_laws = active[LAW_FLAG]
+    is_unpredicted = has_laws & (active[_CLEARANCE] | active[_GAIN])
+    most = fine if is_unpredicted else 0.5 * coarse if has_laws else coarse
     for i in range(LANES):
-        is_exact, width = b[EXACT + i] > 0.0, 1.0 / b[INVERSE_RAMP_WIDTH + i]
+        width = 1.0 / b[INVERSE_RAMP_WIDTH + i]
         position = b[PISTON_GAIN + i] * b[START + 2 * LANES + i] - b[CLEARANCE_CHANGE + i]
         onset = b[CONTACT_POSITION + i] - width
-        longest = most if is_exact & (position < onset) else min(most, _in_transient(b, i, is_exact))
+        longest = min(most, _in_transient(b, i, has_laws, position < onset))
         reach = 1.25 * longest  # the piston may accelerate
         step = min(longest, _to_kink(b, i, fine, position, onset, width, reach), _to_lock_up(b, i, reach))
         # The lower limit bounds the run time; where it applies, the solution may diverge.
