@@ -1,18 +1,23 @@
-"""What is imported, and machine code that is loaded or compiled, on first use, before the first request needs it."""
+"""What is imported, loaded, compiled or read on first use, before the first request needs it."""
 
 import gc
+from contextlib import suppress
 
 import numpy as np
 
+from service.routes.likelihood import LikelihoodRequest
+from slipstick.errors import SlipstickError
+from slipstick.inference import table_problem
+from slipstick.storage.library import Library
 from slipstick.table.axis import Axis
 from slipstick.table.interpolation import interpolate
 from slipstick.uncertainty import Inputs, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings, Output, expand, make_basis
-from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, converged
+from slipstick.uncertainty.likelihood import SAMPLES, Candidate, InferenceProblem, converged
 
 
-def warm() -> None:
-    """Compute one small likelihood and propagation with the methods that the default table uses.
+def warm(library: Library) -> None:
+    """Compute one small likelihood and propagation, and read the default table and the default recordings if there are.
 
     Likelihoods are computed on a lattice, and along lines.
     """
@@ -29,5 +34,12 @@ def warm() -> None:
         converged(problem, Candidate(inputs, 0.05), lattices=lattices)
     basis = make_basis(inputs.germs, ExpansionSettings())
     Output(expand(basis, model(inputs.at_germs(basis.nodes), None)), 0.05, 64, 1).density(times[:, 0])
-    standard_normals(2, 64, 1)
+    standard_normals(2, SAMPLES, 1)
+    with suppress(SlipstickError, OSError):  # a request that asks for them reports it
+        _default_problem(library)
     gc.freeze()  # the libraries stay as well, like what was imported at the start
+
+
+def _default_problem(library: Library) -> InferenceProblem:
+    table, recordings = (LikelihoodRequest.model_fields[name].default for name in ("table", "recordings"))
+    return table_problem(library.table(table), library.measured(recordings), "clip")
