@@ -5,7 +5,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from service.routes.likelihood import LikelihoodRequest
+from service.routes.likelihood import EXAMPLE, LikelihoodRequest
 from slipstick.errors import SlipstickError
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
@@ -17,9 +17,9 @@ from slipstick.uncertainty.likelihood import SAMPLES, Candidate, InferenceProble
 
 
 def warm(library: Library) -> None:
-    """Compute one small likelihood and propagation, and read the default table and the default recordings if there are.
+    """Compute small likelihoods, on a lattice and along lines, a small propagation, and the example of the likelihood.
 
-    Likelihoods are computed on a lattice, and along lines.
+    The example reads the default table and recordings, if there are any.
     """
     axes = tuple(Axis(name, np.linspace(0.5, 1.5, 3), 1.0, "1") for name in ("a", "b"))
     times = np.linspace(0.4, 0.6, 18).reshape(3, 3, 2)
@@ -35,11 +35,13 @@ def warm(library: Library) -> None:
     basis = make_basis(inputs.germs, ExpansionSettings())
     Output(expand(basis, model(inputs.at_germs(basis.nodes), None)), 0.05, 64, 1).density(times[:, 0])
     standard_normals(2, SAMPLES, 1)
-    with suppress(SlipstickError, OSError):  # a request that asks for them reports it
-        _default_problem(library)
+    with suppress(SlipstickError, OSError):  # a request reports it
+        _compute_example(library)
     gc.freeze()  # the libraries stay as well, like what was imported at the start
 
 
-def _default_problem(library: Library) -> InferenceProblem:
-    table, recordings = (LikelihoodRequest.model_fields[name].default for name in ("table", "recordings"))
-    return table_problem(library.table(table), library.measured(recordings), "clip")
+def _compute_example(library: Library) -> None:
+    request = LikelihoodRequest.model_validate(EXAMPLE)
+    table, first = library.table(request.table), request.candidates[0]
+    problem = table_problem(table, library.measured(request.recordings), request.outside)
+    converged(problem, Candidate(first.inputs(table), first.output_std))
