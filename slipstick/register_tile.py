@@ -2,7 +2,8 @@
 
 numba compiles a loop over columns to vector instructions, but loads and stores the sums in each step of the inner
 index. OpenBLAS keeps a tile of them in registers instead, which numba cannot be told to (Van Zee and van de Geijn,
-ACM Trans. Math. Softw. 41, 14, 2015).
+ACM Trans. Math. Softw. 41, 14, 2015). After a change of this file, empty the cache of numba, which watches only the
+files of the functions that it stores.
 """
 
 from typing import Any
