@@ -16,6 +16,8 @@ WORKDIR /app
 COPY slipstick ./slipstick
 COPY worker ./worker
 COPY service ./service
+# Otherwise every start compiles all modules, because the user of the image may not write beside them.
+RUN python -m compileall -q slipstick worker service
 # A new named volume mounted on /data is initialised with this content and its owner.
 COPY --chown=slipstick:slipstick tables/measured.h5 /data/tables/
 COPY --chown=slipstick:slipstick tables/heavy.toml /data/tables/

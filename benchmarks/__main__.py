@@ -3,6 +3,8 @@
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for every code; before numpy is imported
+os.environ.pop("OPENBLAS_CORETYPE", None)  # would keep numpy from instructions of this machine
+os.environ.pop("OPENBLAS_L2_SIZE", None)
 
 from importlib.metadata import version
 from importlib.util import find_spec

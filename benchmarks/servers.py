@@ -53,10 +53,10 @@ def service(tables: Path) -> Server:
     return _started(port, environment, "service")
 
 
-def bare(answers: Path) -> Server:
-    """A Starlette server whose routes return the files of the folder `answers`."""
+def bare(answers: Path, table: Path) -> Server:
+    """A Starlette server whose routes return the files of the folder `answers`, and /least points of this table."""
     port = _free_port()
-    return _started(port, dict(os.environ), "benchmarks.bare_server", str(port), str(answers))
+    return _started(port, dict(os.environ), "benchmarks.bare_server", str(port), str(answers), str(table))
 
 
 def umbridge(table: Path) -> Server:

@@ -5,7 +5,8 @@
 It writes serving.csv (four minutes). All servers run on this machine, one client at a time keeps a connection alive,
 and the rounds of the codes alternate. The service is `python -m service` with its default settings and the default
 table, which is built first, with an empty cache of numba. The bare server returns the same bytes from one Starlette
-route on the same HTTP server, and computes nothing: it is the floor. A ratio is formed in each round.
+route on the same HTTP server, and computes nothing: it is the floor. Another route of it does only what no answer of
+a point can do without, which shows whether a target can be reached. A ratio is formed in each round.
 """
 
 import argparse
@@ -28,8 +29,11 @@ from benchmarks.connection import Connection
 from benchmarks.results import write
 from benchmarks.servers import ROOT, Server, bare, service, umbridge
 
-HEADER = ("work", "code", "unit", "median", "least", "most", "this project / code", "least", "most", "target", "met")
+HEADER = ("work", "code", "unit", "median", "least", "most", "first of the work / code", "least", "most", "target",
+          "met")
 OURS = "this project"
+CEILING = "one point without checks, limits, log and metrics: the ceiling of this HTTP stack"
+LEAST = "bare Starlette route that reads JSON, interpolates and writes JSON"
 _JSON = "Content-Type: application/json\r\n"
 _NPY = "Content-Type: application/x-npy\r\nAccept: application/x-npy\r\n"
 _POINT = json.dumps({"table": "nominal", "points": [[1.013, 0.971]], "describe": False}).encode()
@@ -37,6 +41,8 @@ _UMBRIDGE = json.dumps({"name": "nominal", "input": [[1.013, 0.971]], "config": 
 _PICTURE, _OTHER_PICTURE = (
     json.dumps({"table": "nominal", "inputs": {"mean": [mean, 1.0], "std": [0.05, 0.05]},
                 "conditions": [0, 100, 200]}).encode() for mean in (1.0, 1.02))
+_CANDIDATE = json.dumps({"table": "nominal", "recordings": "measured", "per_condition": False, "candidates": [
+    {"mean": [1.0, 1.0], "std": [0.05, 0.08], "output_std": 0.01}]}).encode()
 _WARMING_SECONDS = 5.0
 """After which the service has imported what only computations need; a person takes longer to ask for a picture."""
 _COUNTED = 1000
@@ -53,7 +59,7 @@ def _array(points: int) -> bytes:
 
 def compared(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tuple[str, float]],
              rounds: int) -> list[Row]:
-    """Rows of the codes by name, of which `OURS` is the first; `targets` has ("at least" or "at most", ratio)."""
+    """Rows of the codes by name, with ratios of the first of them; `targets` has ("at least" or "at most", ratio)."""
     for run in codes.values():
         run()
     found = np.array([[run() for run in codes.values()] for _ in range(rounds)])
@@ -63,7 +69,7 @@ def compared(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tup
         target = targets.get(name)
         verdict = ("", "") if target is None else (
             f"{target[0]} {target[1]:g}", _met(float(np.median(ratios)), *target))
-        rows.append((work, name, unit, *_spread(found[:, column]), *(("", "", "") if name == OURS else _spread(ratios)),
+        rows.append((work, name, unit, *_spread(found[:, column]), *(_spread(ratios) if column else ("", "", "")),
                      *verdict))
     return rows
 
@@ -90,18 +96,22 @@ def over_http(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Ro
         point, points = request("/v1/evaluate", _POINT, _JSON), request("/v1/evaluate", _array(10_000), _NPY)
         (answers / "point.json").write_bytes(connection.exchange(point))
         (answers / "points.npy").write_bytes(connection.exchange(points))
-        floor, bridge = bare(answers), umbridge(tables / "nominal.h5")
+        floor, bridge = bare(answers, tables / "nominal.h5"), umbridge(tables / "nominal.h5")
         try:
             with floor.connected() as bare_one, bridge.connected() as bridge_one:
+                least = bare_one.request("/least", _POINT, _JSON)
+                assert json.loads(bytes(bare_one.exchange(least)))["shifting_time"] == json.loads(
+                    (answers / "point.json").read_bytes())["shifting_time"]
+                targets = {"bare Starlette route": ("at least", 0.8), "UM-Bridge's Python server": ("at least", 10.0)}
                 rates = compared("one point over HTTP, keep-alive", "requests/s", {
                     OURS: _rate(connection, point, 200),
                     "bare Starlette route": _rate(bare_one, bare_one.request("/point.json", _POINT, _JSON), 200),
                     "UM-Bridge's Python server": _rate(bridge_one, bridge_one.request("/Evaluate", _UMBRIDGE), 100),
                     "this project by UM-Bridge": _rate(connection, request("/umbridge/Evaluate", _UMBRIDGE), 100),
-                }, {"bare Starlette route": ("at least", 0.8), "UM-Bridge's Python server": ("at least", 10)},
-                                 rounds)
+                }, targets, rounds)
                 spent = compared("processor time of the server for one point", "ms", {
                     OURS: _spent(ours, connection, point),
+                    LEAST: _spent(floor, bare_one, least),
                     "bare Starlette route": _spent(floor, bare_one, bare_one.request("/point.json", _POINT, _JSON)),
                     "UM-Bridge's Python server": _spent(bridge, bridge_one, bridge_one.request("/Evaluate", _UMBRIDGE)),
                 }, {}, rounds)
@@ -110,10 +120,15 @@ def over_http(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Ro
                     "loopback copy by a bare Starlette route": _milliseconds(
                         bare_one, bare_one.request("/points.npy", _array(10_000), _NPY)),
                 }, {"loopback copy by a bare Starlette route": ("at most", 2)}, 3 * rounds)
+                ceiling = compared(CEILING, "requests/s", {
+                    LEAST: _rate(bare_one, least, 200),
+                    "bare Starlette route": _rate(bare_one, bare_one.request("/point.json", _POINT, _JSON), 200),
+                    "UM-Bridge's Python server": _rate(bridge_one, bridge_one.request("/Evaluate", _UMBRIDGE), 100),
+                }, targets, rounds)
         finally:
             floor.end()
             bridge.end()
-    return [*rates, *spent, *times]
+    return [*rates, *ceiling, *spent, *times]
 
 
 def _rate(connection: Connection, request: bytes, count: int) -> Run:
@@ -146,8 +161,8 @@ def _milliseconds(connection: Connection, request: bytes) -> Run:
 
 
 def starts(tables: Path, rounds: int) -> list[Row]:
-    """From the start of the process to the first answer of the health check, and two pictures after that."""
-    health, spent, pictures, others = [], [], [], []
+    """From the start of the process to the first answer of the health check; then two likelihoods and two pictures."""
+    health, spent, likelihoods, other_likelihoods, pictures, others = [], [], [], [], [], []
     for _ in range(rounds):
         begin = time.perf_counter()
         server = service(tables)
@@ -158,6 +173,9 @@ def starts(tables: Path, rounds: int) -> list[Row]:
                 spent.append(server.processor_seconds())
             time.sleep(_WARMING_SECONDS)
             with server.connected() as connection:
+                likelihood = _milliseconds(connection, connection.request("/v1/likelihood", _CANDIDATE, _JSON))
+                likelihoods.append(likelihood())
+                other_likelihoods.append(likelihood())
                 for body, found in ((_PICTURE, pictures), (_OTHER_PICTURE, others)):
                     picture = connection.request("/v1/propagate?format=svg", body, _JSON)
                     found.append(_milliseconds(connection, picture)() / 1e3)
@@ -165,6 +183,8 @@ def starts(tables: Path, rounds: int) -> list[Row]:
             server.end()
     return [single("start of the service, to its first answer", "s", health, 1.0),
             single("processor time of that start", "s", spent, None),
+            single("first likelihood of one candidate over REST", "ms", likelihoods, 2.0),
+            single("another likelihood of one candidate over REST", "ms", other_likelihoods, 2.0),
             single("first picture", "s", pictures, 0.5),
             single("another picture", "s", others, 0.2)]
 
@@ -231,10 +251,12 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     rounds = parser.parse_args().rounds
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # with it, every process would compile all modules of this project
     with tempfile.TemporaryDirectory(prefix="slipstick-serving-") as name:
         tables = Path(name) / "tables"
         tables.mkdir()
-        shutil.copy(ROOT / "tables" / "heavy.toml", tables)
+        for file in ("heavy.toml", "measured.h5"):
+            shutil.copy(ROOT / "tables" / file, tables)
         rows = first_use(tables, Path(name) / "cache", min(rounds, 3))
         rows += starts(tables, rounds)
         server = service(tables)

@@ -58,6 +58,8 @@ from slipstick.storage.library import Library
 _NOT_COMPRESSED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, npy.MEDIA_TYPE, "application/octet-stream")
 """Random digits of arrays hardly shrink, and events must not wait in a buffer."""
 _HEALTH_SECONDS = 1.0
+_QUIET_SECONDS = 0.2
+"""Time after the start in which the first request, such as a health check, does not compete with preparations."""
 _READING = 3
 """Number of requests that read at once. The interpreter runs one thread at a time: more threads only delay others."""
 _DESCRIPTION = """
@@ -110,13 +112,17 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         state = StateMetrics(table, heartbeats, app.state.computations, app.state.following)
         metrics.registry.register(state)
         removal = asyncio.create_task(remove_for_ever(client, configuration))
-        for early in (warm, app.state.drawings.prepare):
-            threading.Thread(target=early, daemon=True).start()
+        preparing = asyncio.get_running_loop().call_later(_QUIET_SECONDS, prepare)
         yield
+        preparing.cancel()
         removal.cancel()
         metrics.registry.unregister(state)
         engine.dispose()
         client.destroy()
+
+    def prepare() -> None:
+        for early in (partial(warm, app.state.library), app.state.drawings.prepare):
+            threading.Thread(target=early, daemon=True).start()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
                   lifespan=lifespan)

@@ -138,15 +138,18 @@ class JsonRoute(APIRoute):
                     response = await handler(strict_request)
             else:
                 await strict_request.body()
-                response = await _compute(handler, strict_request, getattr(request.app.state, places))
+                response = await compute(handler, strict_request, getattr(request.app.state, places))
             response.headers.update(headers_of(request))
             return response
 
         return strict
 
 
-async def _compute(handler: Handler, request: Request, computations: Computations) -> Response:
-    """Handle the request at a place among these `computations`; `request.state.client` learns if the client is gone."""
+async def compute(handler: Handler, request: Request, computations: Computations) -> Response:
+    """Handle the request, whose body was read, at a place among these `computations`.
+
+    `request.state.client` learns if the client is gone.
+    """
     client = request.state.client = Client(threading.Event())
     computing, task = False, asyncio.current_task()
     assert task is not None

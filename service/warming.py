@@ -1,20 +1,25 @@
-"""What is imported, and machine code that is loaded or compiled, on first use, before the first request needs it."""
+"""What is imported, loaded, compiled or read on first use, before the first request needs it."""
 
 import gc
+from contextlib import suppress
 
 import numpy as np
 
+from service.routes.likelihood import EXAMPLE, LikelihoodRequest
+from slipstick.errors import SlipstickError
+from slipstick.inference import table_problem
+from slipstick.storage.library import Library
 from slipstick.table.axis import Axis
 from slipstick.table.interpolation import interpolate
 from slipstick.uncertainty import Inputs, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings, Output, expand, make_basis
-from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, converged
+from slipstick.uncertainty.likelihood import SAMPLES, Candidate, InferenceProblem, converged
 
 
-def warm() -> None:
-    """Compute one small likelihood and propagation with the methods that the default table uses.
+def warm(library: Library) -> None:
+    """Compute small likelihoods, on a lattice and along lines, a small propagation, and the example of the likelihood.
 
-    Likelihoods are computed on a lattice, and along lines.
+    The example reads the default table and recordings, if there are any.
     """
     axes = tuple(Axis(name, np.linspace(0.5, 1.5, 3), 1.0, "1") for name in ("a", "b"))
     times = np.linspace(0.4, 0.6, 18).reshape(3, 3, 2)
@@ -29,5 +34,14 @@ def warm() -> None:
         converged(problem, Candidate(inputs, 0.05), lattices=lattices)
     basis = make_basis(inputs.germs, ExpansionSettings())
     Output(expand(basis, model(inputs.at_germs(basis.nodes), None)), 0.05, 64, 1).density(times[:, 0])
-    standard_normals(2, 64, 1)
+    standard_normals(2, SAMPLES, 1)
+    with suppress(SlipstickError, OSError):  # a request reports it
+        _compute_example(library)
     gc.freeze()  # the libraries stay as well, like what was imported at the start
+
+
+def _compute_example(library: Library) -> None:
+    request = LikelihoodRequest.model_validate(EXAMPLE)
+    table, first = library.table(request.table), request.candidates[0]
+    problem = table_problem(table, library.measured(request.recordings), request.outside)
+    converged(problem, Candidate(first.inputs(table), first.output_std))

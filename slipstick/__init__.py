@@ -5,5 +5,5 @@ docs/architecture.md shows the packages and the direction of the imports.
 """
 
 __all__ = ["blocks", "calibration", "clutch", "errors", "figure_data", "inference", "matrix_product", "pictures",
-           "recordings", "report", "storage", "study", "table", "uncertainty"]
+           "recordings", "register_tile", "report", "storage", "study", "table", "uncertainty"]
 __version__ = "0.1.0"

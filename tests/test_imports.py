@@ -18,7 +18,8 @@ ROOT = Path(__file__).parents[1]
 MAY_IMPORT = {
     "slipstick": "",
     "slipstick.errors": "",
-    "slipstick.matrix_product": "numpy numba",
+    "slipstick.matrix_product": "numpy numba slipstick.register_tile",
+    "slipstick.register_tile": "numba llvmlite",
     "slipstick.quantities": "numpy pint",
     "slipstick.bench": "numpy slipstick.errors slipstick.quantities slipstick.storage.sheet",
     "slipstick.clutch": "numpy scipy numba slipstick.errors slipstick.bench slipstick.clutch.effects",

@@ -10,8 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from service import npy
-from service.bodies import Handler, JsonRoute, require_media_type
-from service.computations import computes
+from service.bodies import Handler, JsonRoute, compute, require_media_type
 from service.csv_form import CSV, TableForm, condition_columns, csv_response, wants_csv
 from service.descriptions import Description, descriptions
 from service.problem_details import MalformedBody, error_responses
@@ -120,7 +119,6 @@ _REQUEST_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
 @router.post("", summary="Evaluate a table", openapi_extra=_REQUEST_BODY, response_model=EvaluateResponse,
              responses=error_responses(404, 408, 413, 415, 503) | {
                  200: {"content": {npy.MEDIA_TYPE: _BINARY, CSV: {"schema": {"type": "string"}}}}})
-@computes
 async def evaluate(request: Request, query: Annotated[NpyQuery, Query()]) -> Response:
     """Return the shifting times at the given points, by linear interpolation or by the surrogate.
 
@@ -143,11 +141,14 @@ async def evaluate(request: Request, query: Annotated[NpyQuery, Query()]) -> Res
         options, points = _read(media_type, body, query)
         return _answer(request, query, options, points, open_table(library, options.table, options.bench))
 
-    return await run_in_threadpool(answer)
+    return await compute(lambda _: run_in_threadpool(answer), request, request.app.state.computations)
 
 
 def _quick(options: EvaluateOptions, points: int, library: Library) -> Table | None:
-    """The table, if the answer takes less time than the way into a thread, so that it holds up no other request."""
+    """The table, if the answer takes less time than the way into a thread, so that it holds up no other request.
+
+    It takes no place among the computations either: to watch whether the client is gone would take as long.
+    """
     if points > 1 or options.conditions is not None or options.bench is not None:
         return None
     table = library.table_in_memory(options.table)

@@ -132,7 +132,7 @@ class LikelihoodResponse(BaseModel):
     candidates: list[CandidateLikelihood] = Field(description="Likelihoods, in the order of the candidates.")
 
 
-_EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False, "candidates": [
+EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False, "candidates": [
     {"mean": [1.0, 1.0], "std": [0.05, 0.08], "output_std": 0.01},
     {"mean": [1.0, 1.0], "mixing": [[0.05, 0.0], [0.03, 0.06]], "output_std": 0.02}]}
 
@@ -140,7 +140,7 @@ _EXAMPLE = {"table": "nominal", "recordings": "measured", "per_condition": False
 @router.post("", summary="Compute the likelihood of recordings", response_model=LikelihoodResponse,
              responses=error_responses(404, 408, 413, 415, 503) | CSV_RESPONSE)
 @computes
-def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
+def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[EXAMPLE])], library: LibraryDependency,
                settings: SettingsDependency, client: ClientDependency, request: Request,
                form: TableFormQuery = None) -> Response:
     """Compute the log10 likelihood of the measured shifting times under each candidate (eq. 7 of the paper).

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import scipy
-from scipy.special import bdtrik, smirnovi
 
 from slipstick.pictures import theme
 from slipstick.pictures.output import Output
@@ -54,7 +53,7 @@ def distance(values: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
     """
     n = len(values)
     furthest = max(np.max(np.arange(1, n + 1) / n - values), np.max(values - np.arange(n) / n))
-    return float(furthest), float(smirnovi(n, (1 - level) / 2))
+    return float(furthest), float(scipy.special.smirnovi(n, (1 - level) / 2))
 
 
 def transformed(prediction: Mapping[str, Any]) -> np.ndarray:
@@ -85,7 +84,7 @@ def verdict(values: np.ndarray, output: Output) -> str:
 def _histogram(values: np.ndarray) -> Spec:
     counts, edges = np.histogram(values, _BINS, (0, 1))
     n = len(values)
-    low, high = (math.ceil(bdtrik(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+    low, high = (math.ceil(scipy.special.bdtrik(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     bars = [{"from": theme.rounded(first), "to": theme.rounded(last), "count": int(count)}
             for first, last, count in zip(edges[:-1], edges[1:], counts, strict=True)]
     x: Spec = {"field": "from", "type": "quantitative", "title": "predicted probability below what was measured",

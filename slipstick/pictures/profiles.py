@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from scipy.special import chdtri
+import scipy
 
 from slipstick.pictures import theme
 from slipstick.pictures.multiples import Unknown, ticks, unknown
@@ -44,7 +44,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
 
 def threshold(level: float) -> float:
     """Return the drop of the profile at the ends of an interval, in decades: half the chi-square quantile (Wilks)."""
-    return float(chdtri(1, 1 - level) / 2 / math.log(10))
+    return float(scipy.special.chdtri(1, 1 - level) / 2 / math.log(10))
 
 
 def _panel(interval: Mapping[str, Any], shown: Unknown, index: int) -> Spec:

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from scipy.special import expit
+import scipy
 
 from slipstick.study.result import CountedNames
 
@@ -31,7 +31,7 @@ def confidence(findings: float | np.ndarray, errors: float | np.ndarray, without
 
     It follows from all lists but `without`, whose names are predicted.
     """
-    return np.asarray(expit(_evidence(findings, errors) @ _coefficients(without)))
+    return np.asarray(scipy.special.expit(_evidence(findings, errors) @ _coefficients(without)))
 
 
 @cache
@@ -40,7 +40,7 @@ def _coefficients(without: str) -> np.ndarray:
     rows = np.concatenate([its for which, its in names().items() if which != without])
     evidence, at = _evidence(rows[:, 0], rows[:, 1]), np.zeros(3)
     for _ in range(_STEPS):
-        expected = expit(evidence @ at)
+        expected = scipy.special.expit(evidence @ at)
         information = (evidence.T * (expected * (1 - expected))) @ evidence
         at = at + np.linalg.solve(information, evidence.T @ (rows[:, 2] - expected))
     return at

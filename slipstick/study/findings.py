@@ -3,7 +3,7 @@
 from typing import Literal
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.worth import worth
@@ -58,7 +58,7 @@ def _places(fit: SimulationFit, term: str) -> list[int]:
 
 def _law(settings: StudySettings, law: LawPoints, effect: str, values: np.ndarray) -> Law:
     """The law with its band, and the formula of the effect with the coefficients `values` (p,) beside it, if any."""
-    error = float(ndtri((1 + settings.level) / 2)) * law.std
+    error = float(scipy.special.ndtri((1 + settings.level) / 2)) * law.std
     its = formula(effect, values.tolist(), law) if len(values) else None
     return Law(None if law.x is None else law.x.tolist(), law.x_unit, law.change.tolist(),
                (law.change - error).tolist(), (law.change + error).tolist(), law.unit, law.relative, law.up_to,
@@ -73,7 +73,8 @@ def _confirmation(settings: StudySettings, after: SimulationFit, at: list[int], 
     how: Literal["formula", "measured law"] = "formula" if is_formula else "measured law"
     if not at:
         return Confirmation(how, [], False)
-    deviation, wide, coefficients = np.sqrt(np.diag(after.covariance)), float(ndtri((1 + settings.level) / 2)), []
+    deviation, coefficients = np.sqrt(np.diag(after.covariance)), []
+    wide = float(scipy.special.ndtri((1 + settings.level) / 2))
     for place in at:
         one, value, error = after.block.terms.unknowns[place], float(after.values[place]), float(deviation[place])
         bound = min(value - one.lower, one.upper - value) < _AT_BOUND * one.span

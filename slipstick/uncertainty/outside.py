@@ -1,7 +1,7 @@
 """The probability that the inputs lie outside the domain of a model, a box."""
 
 import numpy as np
-from scipy.special import ndtr
+import scipy
 
 from slipstick.uncertainty.inputs import Inputs
 
@@ -34,4 +34,4 @@ def _outside(inputs: Inputs, index: int, edges: np.ndarray) -> float:
     if inputs.marginal_std[index] == 0:
         return float(not edges[0] <= inputs.mean[index] <= edges[1])
     low, high = inputs.scores(index, edges)
-    return float(ndtr(low) + ndtr(-high))
+    return float(scipy.special.ndtr(low) + scipy.special.ndtr(-high))

@@ -1,24 +1,54 @@
+import shutil
 import subprocess
 import sys
+import time
+from pathlib import Path
 
+import pytest
+
+from service.settings import Settings
 from service.warming import warm
+from slipstick.errors import BadTable
+from slipstick.storage import library
+from slipstick.storage.library import Library
 from slipstick.table import interpolation
 from slipstick.uncertainty.likelihood import lattice, pieces
+from tests.service.conftest import Serving
 
 SLOW = ("chaospy", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage", "scipy.interpolate")
+WARM = "from pathlib import Path; from slipstick.storage.library import Library; warm(Library(Path('none')))"
 LOADED = f"import sys; print([name for name in {SLOW} if name in sys.modules])"
 
 
-def test_what_a_likelihood_needs_is_compiled_ahead() -> None:
-    warm()
+def test_what_a_likelihood_needs_is_compiled_ahead(tmp_path: Path) -> None:
+    warm(Library(tmp_path))
     for function in (interpolation._interpolate, lattice._add, pieces.sum_pieces):
         assert function.signatures
 
 
 def test_the_start_does_not_wait_for_libraries_that_a_propagation_needs_and_warming_imports_them() -> None:
-    code = f"import service.server; {LOADED}; from service.warming import warm; warm(); {LOADED}"
+    code = f"import service.server; {LOADED}; from service.warming import warm; {WARM}; {LOADED}"
     start, warmed = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
                                    check=True).stdout.splitlines()
     assert start == "[]"
     assert "chaospy" in warmed
     assert "scipy.stats" in warmed
+
+
+def test_the_default_table_and_recordings_are_read_soon_after_the_start(shelf: Path, serving: Serving,
+                                                                        tmp_path: Path) -> None:
+    tables = Path(shutil.copytree(shelf, tmp_path / "tables"))
+    recordings, table = library._open_recordings.cache_info().misses, Library(tables).table_in_memory
+    assert table("nominal") is None
+    with serving(Settings(tables=tables, jobs=f"sqlite:///{tmp_path}/jobs.sqlite")):
+        end = time.monotonic() + 60
+        while table("nominal") is None or library._open_recordings.cache_info().misses == recordings:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+
+
+def test_a_damaged_default_table_is_left_to_the_request_that_asks_for_it(tmp_path: Path) -> None:
+    (tmp_path / "nominal.h5").write_bytes(b"no table")
+    warm(Library(tmp_path))
+    with pytest.raises(BadTable):
+        Library(tmp_path).table("nominal")

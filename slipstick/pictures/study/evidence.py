@@ -5,7 +5,7 @@ The intervals are those of the numbers in the report: of a gain or a lead in its
 
 import math
 
-from scipy.special import ndtri
+import scipy
 
 from slipstick.pictures import theme
 from slipstick.pictures.study.words import effect_title, within
@@ -22,7 +22,6 @@ CAPTION = ("Top: gain of every finding in likelihood, and its lead over each riv
 
 CERTAIN = 100.0
 """Standard errors above which no number is given: each engagement counts at most three."""
-_HALF = float(ndtri(0.95))
 _ROW = 32  # px
 _LABEL = 300  # px
 _GAIN, _LEAD, _SHORT = "gain", "lead over a rival", "below the threshold"
@@ -62,8 +61,9 @@ def _gains(result: StudyResult, settings: StudySettings) -> Spec:
 
 def _row(label: str, value: float, least: float, series: str) -> Spec:
     value = max(-CERTAIN, min(value, CERTAIN))
-    return {"label": label, "value": theme.rounded(value), "low": theme.rounded(value - _HALF),
-            "high": theme.rounded(value + _HALF), "least": least, "series": series if value >= least else _SHORT}
+    half = float(scipy.special.ndtri(0.95))
+    return {"label": label, "value": theme.rounded(value), "low": theme.rounded(value - half),
+            "high": theme.rounded(value + half), "least": least, "series": series if value >= least else _SHORT}
 
 
 def _name(rival: Candidate) -> str:

@@ -26,7 +26,6 @@ Rule = Literal["tensor", "regression"]
 LARGEST = 20_000_000
 """Largest number of entries of a projection matrix, terms times nodes."""
 _MOST_WORK = 10**10  # largest terms^2 times nodes, a regression of some seconds
-_ROWS = 512  # germs per block of an evaluation, whose polynomials and times remain in the cache of a core
 _OVERSAMPLING = 2  # samples per term: a higher order is a better use of runs than three (benchmarks/sparse_rules.csv)
 _LEAST_SLACK = 1e-9  # lower limit of 1 - leverage: at a leverage of 1 the leave-one-out error is undefined
 
@@ -152,11 +151,7 @@ class Expansion:
 
     def at(self, germs: np.ndarray) -> np.ndarray:
         """The polynomial at the germs (m, d): shape (m, n), s."""
-        values = np.empty((len(germs), self.coefficients.shape[1]))
-        for first in range(0, len(germs), _ROWS):
-            block = slice(first, first + _ROWS)
-            matrix_product(self.basis.at(germs[block]), self.coefficients, values[block])
-        return values
+        return self.basis.polynomials.sum(self.coefficients, germs)
 
 
 def expand(basis: Basis, times: np.ndarray) -> Expansion:

@@ -7,7 +7,7 @@ tail.
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.special import betainc, betaincc, gammainc, gammaincc, ndtri
+import scipy
 
 from slipstick.uncertainty.chaos import cornish_fisher
 from slipstick.uncertainty.chaos.cornish_fisher import FARTHEST
@@ -61,15 +61,15 @@ def to_score(family: Family, values: np.ndarray, mean: float, std: float, suppor
     if family == "gamma":
         shape = (mean / std) ** 2
         scaled = np.maximum(values, 0.0) * shape / mean
-        below, above = gammainc(shape, scaled), gammaincc(shape, scaled)
+        below, above = scipy.special.gammainc(shape, scaled), scipy.special.gammaincc(shape, scaled)
     elif family == "beta":
         a, b = beta_shape(mean, std, support)
         standard = np.clip((values - support[0]) / (support[1] - support[0]), 0.0, 1.0)
-        below, above = betainc(a, b, standard), betaincc(a, b, standard)
+        below, above = scipy.special.betainc(a, b, standard), scipy.special.betaincc(a, b, standard)
     else:
         below = np.clip(0.5 + (values - mean) / (np.sqrt(12.0) * std), 0.0, 1.0)
         above = 1 - below
-    score = np.clip(np.where(below < 0.5, ndtri(below), -ndtri(above)), -FARTHEST, FARTHEST)
+    score = np.clip(np.where(below < 0.5, scipy.special.ndtri(below), -scipy.special.ndtri(above)), -FARTHEST, FARTHEST)
     return score
 
 

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
-from scipy.special import betainccinv, betaincinv, gammainccinv, gammaincinv, ndtr
+import scipy
 
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.uncertainty.chaos import cornish_fisher
@@ -94,18 +94,19 @@ class Germ:
         if self.cornish_fisher_moments is not None:
             return cornish_fisher.quantile(normals, *self.cornish_fisher_moments)
         germs: np.ndarray = normals
-        tail = ndtr(-np.abs(normals))
+        special, below = scipy.special, normals < 0
+        tail = special.ndtr(-np.abs(normals))
         match self.name:
             case "legendre":
                 germs = np.sqrt(3.0) * np.sign(normals) * (1.0 - 2.0 * tail)
             case "laguerre":
                 (k,) = self.shape
-                germs = (np.where(normals < 0, gammaincinv(k, tail), gammainccinv(k, tail)) - k) / np.sqrt(k)
+                germs = (np.where(below, special.gammaincinv(k, tail), special.gammainccinv(k, tail)) - k) / np.sqrt(k)
             case "jacobi":
                 a, b = self.shape
                 n = a + b
                 std = np.sqrt(a * b / (n + 1)) / n
-                germs = (np.where(normals < 0, betaincinv(a, b, tail), betainccinv(a, b, tail)) - a / n) / std
+                germs = (np.where(below, special.betaincinv(a, b, tail), special.betainccinv(a, b, tail)) - a / n) / std
         return germs
 
 

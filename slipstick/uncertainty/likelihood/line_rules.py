@@ -10,7 +10,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import roots_legendre
+import scipy
 
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood.lines import Lines
@@ -123,7 +123,7 @@ def _composite(breaks: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray
 
 @lru_cache(maxsize=_MOST_NODES)
 def _gauss_legendre(count: int) -> tuple[np.ndarray, np.ndarray]:
-    roots, weights = roots_legendre(count)
+    roots, weights = scipy.special.roots_legendre(count)
     return roots, weights
 
 

@@ -16,7 +16,6 @@ import math
 
 import numba
 import numpy as np
-from scipy.special import erfcx
 
 from slipstick.uncertainty.likelihood.exponential import exponential
 
@@ -25,7 +24,6 @@ LANES = 32
 _NEGLIGIBLE = 32.0  # natural log below the largest integrand at which a piece contributes less than about 1e-13
 _ROOT_TWO_PI = math.sqrt(2 * math.pi)
 _SCALE = 5.0  # with t = 5 / (5 + x), R(x) / t is a polynomial of degree 18 in t, with a relative error of 3e-14
-_DEGREE = 18
 (TIME, TOP, PER_DENSITY, START, END, OFFSET, SLOPE, PER_TOTAL, CENTRE, PEAK, AT_START, AT_END, HIGHEST, WIDTH, MASS,
  MEAN, SPREAD, RESIDUAL, MISFIT, TILT, BY_START, BY_END, WORK) = range(0, 23 * LANES, LANES)
 """First indices in the work array of a block, which is flat because the compiler then knows the distance of two rows.
@@ -35,20 +33,17 @@ _DEGREE = 18
   itself), the largest ln f on it, w, the integral of f, mean and variance of z, mean squared residual, mean residual,
   b times the variance of z, and the derivatives of ln p with respect to the times at its ends.
 """
+_R = (
+    0.1999999999999956, 0.20000000000340704, 0.19199999957401287, 0.1760000213052966, 0.15295943087898908,
+    0.12480937105534806, 0.09410459649721398, 0.0650621281438599, 0.03328107238389512, 0.03692440208473474,
+    -0.05974561306893056, 0.15321166293793617, -0.29862297921882663, 0.4118189198013984, -0.4317971781680459,
+    0.31528201542402573, -0.14601953406082957, 0.03845380481920744, -0.004407983077199836,
+)
+"""Coefficients of R(x) / t, lowest degree first: its interpolation in the Chebyshev points of 0 < t < 1.
 
-
-def _mills_coefficients() -> tuple[float, ...]:
-    """Coefficients of the polynomial R(x) / t in t = scale / (scale + x), lowest degree first."""
-    def ratio(share: np.ndarray) -> np.ndarray:
-        t = (share + 1) / 2
-        x = _SCALE * (1 / t - 1)
-        return np.asarray(math.sqrt(math.pi / 2) * erfcx(x / math.sqrt(2)) / t)
-
-    series = np.polynomial.Chebyshev.interpolate(ratio, _DEGREE, [-1, 1]).convert(kind=np.polynomial.Polynomial)
-    return tuple(series(np.polynomial.Polynomial([-1.0, 2.0])).coef.tolist())
-
-
-_R = _mills_coefficients()
+`test_the_coefficients_interpolate_the_mills_ratio` computes them. Here they would need SciPy's special functions, whose
+import takes a tenth of the start of the service.
+"""
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})

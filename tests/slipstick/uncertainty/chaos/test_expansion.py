@@ -180,8 +180,13 @@ def test_invalid_settings_raise() -> None:
         make_basis((HERMITE,) * 7, ExpansionSettings(8))
 
 
-def test_matrix_product_agrees_with_numpy() -> None:
+@pytest.mark.parametrize("order", [0, 1, 8])
+@pytest.mark.parametrize("count", [1, 7, 95, 96, 105, 300])
+def test_the_sum_of_the_polynomials_is_the_product_with_the_coefficients(order: int, count: int) -> None:
+    """Block by block, and bit for bit."""
+    basis = make_basis((HERMITE, Germ("legendre")), ExpansionSettings(order))
     random = np.random.default_rng(1)
-    left, right = random.standard_normal((101, 45)), random.standard_normal((45, 33))
-    np.testing.assert_allclose(matrix_product(left, right), left @ right, atol=1e-12)
-    np.testing.assert_allclose(matrix_product(left.T[:45, :45], right), left.T[:45, :45] @ right, atol=1e-12)
+    germs, coefficients = random.uniform(-1, 1, (count, 2)), random.standard_normal((len(basis.degrees), 33))
+    sums = basis.polynomials.sum(np.asfortranarray(coefficients), np.asfortranarray(germs))
+    np.testing.assert_array_equal(sums, matrix_product(basis.at(germs), coefficients))
+    np.testing.assert_allclose(sums, basis.at(germs) @ coefficients, atol=1e-12)

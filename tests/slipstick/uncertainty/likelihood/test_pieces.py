@@ -25,6 +25,17 @@ def test_the_mills_ratio_is_that_of_scipy() -> None:
     np.testing.assert_allclose(ratios, np.sqrt(np.pi / 2) * erfcx(x / np.sqrt(2)), rtol=1e-13)
 
 
+def test_the_coefficients_interpolate_the_mills_ratio() -> None:
+    """In the Chebyshev points of the shares -1 to 1, which are then taken to t from 0 to 1."""
+    def ratio(share: np.ndarray) -> np.ndarray:
+        t = (share + 1) / 2
+        return np.sqrt(np.pi / 2) * erfcx(pieces._SCALE * (1 / t - 1) / np.sqrt(2)) / t
+
+    series = np.polynomial.Chebyshev.interpolate(ratio, len(pieces._R) - 1, [-1, 1])
+    polynomial = series.convert(kind=np.polynomial.Polynomial)(np.polynomial.Polynomial([-1.0, 2.0]))
+    np.testing.assert_allclose(pieces._R, polynomial.coef, rtol=1e-9)
+
+
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
 @pytest.mark.parametrize("name", ["_place", "_integrate", "_moments", "_differentiate"])
 def test_the_loops_are_compiled_to_vector_instructions(name: str) -> None:
