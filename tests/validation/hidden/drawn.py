@@ -1,4 +1,4 @@
-"""Draws the benches `drawn01` to `drawn24`, whose numbers nobody has chosen; run once for the first twelve and once for all.
+"""Draws the benches `drawn01` to `drawn24`, whose numbers nobody has chosen; run once for each twelve.
 
     python -m tests.validation.hidden.drawn
 
