@@ -1,18 +1,21 @@
-"""The lists `FRESH`, `LATER`, `FURTHER` and `BEYOND` of the simulated test benches are as their README states."""
+"""The lists from `FRESH` to `ABROAD` of the simulated test benches are as their README states."""
 
 from collections import Counter
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case
-from hidden.cases import BEYOND, FRESH, FURTHER, LATER
+from hidden.cases import ABROAD, BEYOND, FRESH, FURTHER, LATER
 from hidden.effect import Effect
 from hidden.eighth import EIGHTH
 from hidden.fifth import FIFTH
 from hidden.fourth import FOURTH
 from hidden.limits import read as read_limits
+from hidden.ninth import NINTH
 from hidden.pairs import LISTED, listed, pair
 from hidden.plan import LARGEST_STRENGTH
+from hidden.plan_abroad import ABROAD as QUOTA_OF_ABROAD
 from hidden.plan_beyond import BEYOND as QUOTA_OF_BEYOND
 from hidden.plan_fresh import FRESH as QUOTA_OF_FRESH
 from hidden.plan_further import FURTHER as QUOTA_OF_FURTHER
@@ -23,16 +26,41 @@ from hidden.sixth import SIXTH
 from hidden.third import THIRD
 
 EARLIER = (*EFFECTS.values(), *UNSEEN, *THIRD, *FOURTH)
-LISTS = pytest.mark.parametrize(("cases", "quota"), [(FRESH, QUOTA_OF_FRESH), (LATER, QUOTA_OF_LATER),
-                                                     (FURTHER, QUOTA_OF_FURTHER), (BEYOND, QUOTA_OF_BEYOND)],
-                                ids=["fresh", "later", "further", "beyond"])
 KINDS = (True, False), (False, False), (False, True)  # of `Quota.alone`: listed pair, over a further channel
+
+
+@dataclass(frozen=True)
+class Stated:
+    """Numbers of nulls, of single effects of each kind, and of pairs in one block and not in one; multiples of limits.
+
+    `repeated` is the number of pairs that an earlier case has on another bench. `sizes` are the numbers of cases with
+    27, 54 and all runs, where every bench has more than 54.
+    """
+
+    nulls: int = 20
+    alone: tuple[int, int, int] = (50, 10, 4)
+    pairs: int = 6
+    repeated: int = 0
+    sizes: tuple[int, int, int] | None = (10, 67, 19)
+    least: float = 1.5
+    most: float = 40.0
+
+
+OF_BEYOND = Stated(nulls=22, alone=(54, 10, 2), pairs=4, sizes=None)
+OF_ABROAD = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=2, sizes=None, least=3.0, most=60.0)
+LISTS = pytest.mark.parametrize(
+    ("cases", "quota", "stated"),
+    [(FRESH, QUOTA_OF_FRESH, Stated()), (LATER, QUOTA_OF_LATER, Stated()), (FURTHER, QUOTA_OF_FURTHER, Stated()),
+     (BEYOND, QUOTA_OF_BEYOND, OF_BEYOND), (ABROAD, QUOTA_OF_ABROAD, OF_ABROAD)],
+    ids=["fresh", "later", "further", "beyond", "abroad"])
 
 
 @pytest.mark.parametrize(("effects", "earlier", "kinds"), [(FIFTH, EARLIER, (36, 9, 3)),
                                                            (SIXTH, (*EARLIER, *FIFTH), (33, 10, 5)),
                                                            (SEVENTH, (*EARLIER, *FIFTH, *SIXTH), (33, 10, 5)),
-                                                           (EIGHTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH), (24, 7, 3))])
+                                                           (EIGHTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH), (24, 7, 3)),
+                                                           (NINTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH),
+                                                            (25, 7, 3))])
 def test_a_set_of_effects_has_new_ones_of_all_or_of_different_listed_pairs(
         effects: tuple[Effect, ...], earlier: tuple[Effect, ...], kinds: tuple[int, int, int]) -> None:
     own = {effect.name for effect in effects}
@@ -43,16 +71,18 @@ def test_a_set_of_effects_has_new_ones_of_all_or_of_different_listed_pairs(
 
 
 @LISTS
-def test_a_list_has_its_own_effects_on_their_benches_in_complete_worlds(cases: dict[str, Case], quota: Quota) -> None:
-    assert len(cases) == 96
+def test_a_list_has_its_own_effects_on_their_benches_in_complete_worlds(
+        cases: dict[str, Case], quota: Quota, stated: Stated) -> None:
+    assert len(cases) == stated.nulls + sum(stated.alone) + 2 * stated.pairs == len(quota.counts)
     slots = [(name, case.bench) for case in cases.values() for name in case.effects]
     assert len(set(slots)) == len(slots)
     assert all(bench in quota.benches[name] for name, bench in slots)
-    assert sum(not case.effects for case in cases.values()) == (22 if cases is BEYOND else 20)
+    assert sum(not case.effects for case in cases.values()) == stated.nulls
     assert all(getattr(case.drawn_world, name) for case in cases.values() for name in INGREDIENTS)
     sizes = Counter(case.count if case.count in (27, 54) else len(case.setup.profile) - case.count
                     for case in cases.values())
-    assert sizes == {27: 10, 54: 67, 0: 19} or cases is BEYOND
+    assert stated.sizes is None or sizes == dict(zip((27, 54, 0), stated.sizes, strict=True))
+    assert set(sizes) == {27, 54, 0}
     assert all(case.count <= len(case.setup.profile) for case in cases.values())
 
 
@@ -68,28 +98,38 @@ def test_eight_cases_of_the_list_beyond_are_on_each_drawn_bench() -> None:
     assert {alone[effect.name] for effect in EIGHTH if listed(effect)} == {2, 3}
 
 
+def test_twelve_cases_of_the_list_abroad_are_on_each_bench_drawn_later() -> None:
+    benches = [f"drawn{number}" for number in range(13, 25)]
+    assert Counter(case.bench for case in ABROAD.values()) == dict.fromkeys(benches, 12)
+    alone = [(next(iter(case.effects)), case.bench) for case in ABROAD.values() if len(case.effects) == 1]
+    assert Counter(bench for name, bench in alone if listed(LAWS[name])) == dict.fromkeys(benches, 7)
+    assert set(Counter(name for name, _ in alone if listed(LAWS[name])).values()) == {3, 4}
+
+
 @LISTS
-def test_a_list_has_the_stated_single_effects_and_pairs(cases: dict[str, Case], quota: Quota) -> None:
+def test_a_list_has_the_stated_single_effects_and_pairs(
+        cases: dict[str, Case], quota: Quota, stated: Stated) -> None:
     alone = [LAWS[next(iter(case.effects))] for case in cases.values() if len(case.effects) == 1]
-    assert Counter(map(kind, alone)) == dict(zip(KINDS, (54, 10, 2) if cases is BEYOND else (50, 10, 4), strict=True))
+    assert Counter(map(kind, alone)) == dict(zip(KINDS, stated.alone, strict=True))
     assert {effect for effect in quota.effects if listed(effect)} <= set(alone)
     pairs = [[LAWS[name] for name in case.effects] for case in cases.values() if len(case.effects) == 2]
     assert Counter(first.block == second.block for first, second in pairs) == dict.fromkeys(
-        (True, False), 4 if cases is BEYOND else 6)
+        (True, False), stated.pairs)
     assert all(pair(first) != pair(second) for first, second in pairs)
-    assert len({frozenset(map(pair, both)) for both in pairs}) == len(pairs)
+    assert len({frozenset(map(pair, both)) for both in pairs}) == len(pairs) - stated.repeated
 
 
 @LISTS
-def test_strengths_of_a_list_span_the_stated_range(cases: dict[str, Case], quota: Quota) -> None:
+def test_strengths_of_a_list_span_the_stated_range(cases: dict[str, Case], quota: Quota, stated: Stated) -> None:
     limits, multiples = read_limits(), []
     for case in cases.values():
         for name, strength in case.effects.items():
             assert strength <= LARGEST_STRENGTH * LAWS[name].typical * 1.01
             if len(case.effects) == 1 and listed(LAWS[name]):
                 multiples.append(strength / limits[name, case.bench])
-    assert 1 < min(multiples) < 2 < 35 < max(multiples) <= 40.2
-    assert np.median(multiples) == pytest.approx(np.sqrt(1.5 * 40), rel=0.35)
+    least, most = stated.least, stated.most
+    assert least / 1.5 < min(multiples) < 1.3 * least < 0.87 * most < max(multiples) <= 1.005 * most
+    assert np.median(multiples) == pytest.approx(np.sqrt(least * most), rel=0.35)
 
 
 def kind(effect: Effect) -> tuple[bool, bool]:

@@ -6,7 +6,7 @@ from hidden.nominal import HEAVY
 from hidden.responses import RESPONSES
 from hidden.valve import play, plays
 
-NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse")  # on a ramp by a time of its own
+NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -74,6 +74,23 @@ def test_a_flat_hose_lags_at_low_values_only() -> None:
     late = (ramp - RESPONSES["collapse"](ramp, 0.01, "input_speed", HEAVY))[0] / 100
     assert late[150] == pytest.approx(0.05, rel=0.1)
     assert late[500] == pytest.approx(0.0005, abs=0.0011)
+
+
+def test_a_slow_clock_delays_in_proportion_to_time() -> None:
+    ramp = 60 * HEAVY.time[None]
+    late = (ramp - RESPONSES["clock"](ramp, 0.01, "input_speed", HEAVY))[0] / 60
+    np.testing.assert_allclose(late[[0, 100, 200, 400]], [0, 0.005, 0.01, 0.02], atol=1e-6)
+
+
+def test_a_greasy_port_sticks_within_a_band_and_slips_through_it() -> None:
+    ramps = 60 * np.abs(HEAVY.time - 1)[None]
+    missing = np.abs(ramps - RESPONSES["slip"](ramps, 0.02, "input_speed", HEAVY))
+    band = 165 / 0.2 * 0.02
+    assert np.max(missing) == pytest.approx(band, abs=60 * HEAVY.period)
+    assert np.min(missing[0, 200:450]) == pytest.approx(band / 8, rel=0.2)
+    step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
+    slipping = RESPONSES["slip"](step, 0.01, "input_speed", HEAVY)[0]
+    assert np.interp(165 * (1 - np.exp(-2)), slipping, HEAVY.time) == pytest.approx(0.51, abs=1.1 * HEAVY.period)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -10,7 +10,7 @@ import pytest
 from hidden import INGREDIENTS, Case, World, draw, generate, simulate, truth, write
 from hidden.bad_runs import KINDS, BadRun, corrupt, stick
 from hidden.bad_runs import draw as draw_bad_runs
-from hidden.drawn import SEED, Chance, admissible, nominal, text
+from hidden.drawn import SEEDS, Chance, admissible, nominal, text
 from hidden.equations import _converter_torque
 from hidden.nominal import BRISK, CHOSEN, COMPACT, DRAWN, GIANT, HEAVY, LIGHT, SETUPS, SLOW, Setup
 from hidden.run import SIGNALS, observe
@@ -25,7 +25,7 @@ HERE = Path(__file__).parent
 NOMINAL = Case(shift="none", scatter=0, count=90, bench="compact")
 FEW = replace(NOMINAL, count=5)
 OTHERS = [setup for setup in SETUPS.values() if setup not in (HEAVY, COMPACT)]
-SOME_DRAWN = [SETUPS[name] for name in ("drawn02", "drawn04", "drawn08")]
+SOME_DRAWN = [SETUPS[name] for name in ("drawn02", "drawn04", "drawn08", "drawn13", "drawn18", "drawn22")]
 BENCHES = pytest.mark.parametrize("bench", [setup.name for setup in (*CHOSEN, *SOME_DRAWN)])
 
 
@@ -47,7 +47,7 @@ def test_shifting_times_of_the_compact_bench_agree_with_the_reference() -> None:
 
 @pytest.mark.parametrize(("setup", "earliest", "latest"), [(BRISK, 0.25, 1.4), (GIANT, 0.4, 2.8), (LIGHT, 0.25, 0.8),
                                                            (SLOW, 0.25, 2.7),
-                                                           *((setup, 0.1, 2.4) for setup in SOME_DRAWN)],
+                                                           *((setup, 0.09, 2.4) for setup in SOME_DRAWN)],
                          ids=lambda value: getattr(value, "name", ""))
 def test_shifting_times_agree_with_those_of_the_bench_file(setup: Setup, earliest: float, latest: float) -> None:
     bench = bench_file(setup)
@@ -94,13 +94,15 @@ def test_a_file_with_a_world_can_be_opened_and_has_the_stated_conditions(bench: 
 
 def test_the_drawn_benches_are_the_first_admissible_draws_of_a_stated_size() -> None:
     drawn = [setup for setup in OTHERS if setup not in CHOSEN]
-    assert [setup.name for setup in drawn] == [f"drawn{number:02}" for number in range(1, 13)]
+    assert [setup.name for setup in drawn] == [f"drawn{number:02}" for number in range(1, 25)]
     assert all(24 <= len(setup.profile) <= 72 and 1 <= setup.repeats <= 4 for setup in drawn)
     assert all(0.001 <= setup.period <= 0.01 for setup in drawn)
-    content, repeats = text("drawn01", Chance([SEED, 1, 1]))
-    assert content == (DRAWN / "drawn01.toml").read_text()
-    assert admissible(drawn[0], nominal(drawn[0]))
-    assert repeats == drawn[0].repeats
+    for number in (1, 13):
+        setup = SETUPS[f"drawn{number:02}"]
+        content, repeats = text(setup.name, Chance([SEEDS[number], number, 1]))
+        assert content == (DRAWN / f"{setup.name}.toml").read_text()
+        assert admissible(setup, nominal(setup))
+        assert repeats == setup.repeats
 
 
 def test_a_world_without_deviations_changes_nothing() -> None:

@@ -1,5 +1,5 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER` and `BEYOND` for judging it.
+`FURTHER`, `BEYOND` and `ABROAD` for judging it.
 """
 
 import csv
@@ -44,5 +44,6 @@ FRESH = read(_DATA / "fresh.csv")
 LATER = read(_DATA / "later.csv")
 FURTHER = read(_DATA / "further.csv")
 BEYOND = read(_DATA / "beyond.csv")
+ABROAD = read(_DATA / "abroad.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
-         "later": LATER, "further": FURTHER, "beyond": BEYOND}
+         "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD}

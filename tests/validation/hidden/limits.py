@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import BEYOND
+from .cases import ABROAD, BEYOND
 from .eighth import EIGHTH
 from .fifth import BENCHES as OF_FIFTH
 from .fourth import FOURTH
+from .ninth import NINTH
 from .nominal import BRISK
 from .run import SIGNALS
 from .seventh import BENCHES as OF_SEVENTH
@@ -33,10 +34,10 @@ def read() -> dict[tuple[str, str], float]:
 
 
 def used() -> Iterator[tuple[str, str]]:
-    """Yield each effect with each bench on which a list may have it, or has it in the case of `BEYOND`."""
+    """Yield each effect with each bench on which a list may have it, or has it in the case of `BEYOND` and `ABROAD`."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
-    benches |= {effect.name: () for effect in EIGHTH}
-    for case in BEYOND.values():
+    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH)}
+    for case in (*BEYOND.values(), *ABROAD.values()):
         for name in case.effects:
             benches[name] = *benches[name], case.bench
     for name in LAWS:

@@ -1,8 +1,8 @@
 """Draws a list of cases that has so many nulls, single effects and pairs of effects on each bench.
 
 The cases of an effect are on different benches; those of a kind are alone about equally often, if possible each once.
-Strengths of single effects are evenly spaced in the logarithm of their multiple of the limits of limits.py: 1.5 to 40
-for listed pairs, 2 to 40 for others, 5 to 40 over a further channel. Those of two effects are 3 to 40 times the limits.
+Strengths of single effects are evenly spaced in the logarithm of their multiple of the limits of limits.py, and those
+of two effects are drawn evenly in it.
 """
 
 from collections import Counter
@@ -18,9 +18,7 @@ from .nominal import SETUPS
 from .pairs import listed, pair
 from .plan import Row, capped
 
-LEAST = (1.5, 2.0, 5.0)  # multiples of the limit, for the kinds of `Quota.alone`
-MOST = 40.0
-COUNTS = (27,) * 10 + (54,) * 67 + (0,) * 19  # of the runs of 96 cases, in a drawn order; 0 are all of the bench
+COUNTS = (27,) * 10 + (54,) * 67 + (0,) * 19  # of the runs of 96 cases
 Slot = tuple[Effect, str]  # an effect and the bench of its case
 
 
@@ -30,7 +28,9 @@ class Quota:
 
     `benches` are those on which a case may have each of the `effects`. `tempted` are the temptations of nulls, `plain`
     is the number of other nulls, and `alone` those of single effects of listed pairs, of others, and over a further
-    channel. `pairs` tells for each case with two effects whether both are in the same block.
+    channel. `pairs` tells for each case with two effects whether both are in the same block. Strengths are from `least`
+    times the limit, for each kind of `alone`, or from `least_of_two`, to `most` times it. `counts` are the numbers of
+    runs of the cases, in any order; 0 are all of the bench.
     """
 
     effects: tuple[Effect, ...]
@@ -39,6 +39,10 @@ class Quota:
     plain: Mapping[str, int]
     alone: Mapping[str, tuple[int, int, int]]
     pairs: Mapping[str, tuple[bool, ...]]
+    least: tuple[float, float, float] = (1.5, 2.0, 5.0)
+    least_of_two: float = 3.0
+    most: float = 40.0
+    counts: tuple[int, ...] = COUNTS
 
 
 def cases(quota: Quota, random: np.random.Generator) -> Iterator[Row]:
@@ -53,15 +57,15 @@ def cases(quota: Quota, random: np.random.Generator) -> Iterator[Row]:
         together = _pairs(quota, {slot for slots in alone for slot in slots}, random)
     both_slots = [(effect, bench) for bench, both in together for effect in both]
     limits = complete((effect.name, bench) for slots in (*alone, both_slots) for effect, bench in slots)
-    for slots, least in zip(alone, LEAST, strict=True):
-        multiples = random.permutation(np.geomspace(least, MOST, len(slots)))
+    for slots, least in zip(alone, quota.least, strict=True):
+        multiples = random.permutation(np.geomspace(least, quota.most, len(slots)))
         for (effect, bench), multiple in zip(slots, multiples, strict=True):
             drawn.append((bench, "any", {effect.name: capped(effect, multiple * limits[effect.name, bench])}))
     for bench, both in together:
-        multiples = np.exp(random.uniform(np.log(3), np.log(MOST), 2))
+        multiples = np.exp(random.uniform(np.log(quota.least_of_two), np.log(quota.most), 2))
         drawn.append((bench, "any", {effect.name: capped(effect, multiple * limits[effect.name, bench])
                                      for effect, multiple in zip(both, multiples, strict=True)}))
-    for (bench, world, strengths), count in zip(drawn, random.permutation(COUNTS), strict=True):
+    for (bench, world, strengths), count in zip(drawn, random.permutation(quota.counts), strict=True):
         most = len(SETUPS[bench].profile)
         yield bench, world, min(int(count) or most, most), strengths
 

@@ -179,6 +179,23 @@ def lead(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nda
     return late + 3 * (change - lagged(change, 2 * strength * _slowness(setup), setup))
 
 
+def slip(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Stick until the range in 0.2 s times `strength` is missing, then lag by half of `strength` until an eighth is."""
+    band = size(name, setup) * strength / 0.2
+    share = 1 - np.exp(-setup.period / (0.5 * strength * _slowness(setup)))
+    filtered, slipping = signal.copy(), np.zeros(len(signal), bool)
+    for k in range(1, signal.shape[1]):
+        difference = signal[:, k] - filtered[:, k - 1]
+        slipping = np.abs(difference) > np.where(slipping, band / 8, band)
+        filtered[:, k] = filtered[:, k - 1] + np.where(slipping, share, 0) * difference
+    return filtered
+
+
+def clock(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Delay in proportion to time, by `strength` at 0.4 s, as a recorder whose clock is set at the command and slow."""
+    return np.array([np.interp(setup.time * (1 - strength / 0.4), setup.time, row) for row in signal])
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -209,4 +226,4 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "rise": rise, "average": average, "carry": carry, "window": window, "creep": creep, "strain": strain,
              "friction": friction, "switch": switch, "turns": turns, "changes": changes,
              "sludge": sludge, "band": band, "adapt": adapt, "echo": echo,
-             "collapse": collapse, "lead": lead}
+             "collapse": collapse, "lead": lead, "slip": slip, "clock": clock}
