@@ -71,7 +71,7 @@ def script_error() -> float:
 
 
 class CatalogueProcess:
-    """The ensemble in a separate process, compiled with the `full` or the `bare` catalogue, or with `three` active effects."""
+    """The ensemble in a separate process: with the `full` or the `bare` catalogue, or with `three` active effects."""
 
     def __init__(self, catalogue: str) -> None:
         self.process = subprocess.Popen([sys.executable, "-m", "benchmarks.catalogue", catalogue], text=True,

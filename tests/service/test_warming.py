@@ -15,7 +15,8 @@ from slipstick.table import interpolation
 from slipstick.uncertainty.likelihood import lattice, pieces
 from tests.service.conftest import Serving
 
-SLOW = ("chaospy", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage", "scipy.interpolate")
+SLOW = ("chaospy", "scipy.special", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage",
+        "scipy.interpolate")
 WARM = "from pathlib import Path; from slipstick.storage.library import Library; warm(Library(Path('none')))"
 LOADED = f"import sys; print([name for name in {SLOW} if name in sys.modules])"
 

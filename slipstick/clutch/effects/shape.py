@@ -10,7 +10,6 @@ from typing import Literal, get_args
 
 import numpy as np
 import scipy
-from scipy.special import chdtri
 
 from slipstick.errors import InvalidValue, UnknownName
 
@@ -102,7 +101,7 @@ def _is_met(inequalities: np.ndarray, differences: np.ndarray, covariance: np.nd
     forces, _ = scipy.optimize.nnls((inequalities @ directions * std).T, -(directions.T @ differences) / std)
     violated = int(np.sum(forces > 0))
     distance = std * (forces @ inequalities @ directions)
-    return violated == 0 or bool(distance @ distance <= chdtri(violated, level))
+    return violated == 0 or bool(distance @ distance <= scipy.special.chdtri(violated, level))
 
 
 def _check(x: np.ndarray, change: np.ndarray, covariance: np.ndarray | None, level: float) -> None:
