@@ -1,6 +1,6 @@
 """Engagements with errors of the recording, which are set aside before anything is asked."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -22,9 +22,10 @@ _BELIEVED = 3.0
 """Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
 
 
-def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
-    """Engagements (n,) far worse than the others: an effect depends on conditions, and acts on more than a few."""
-    return _misfit(chi_square, settings) > 1
+def outlying(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.ndarray:
+    """Engagements (n,) far worse than the others in one of some blocks, the worst first."""
+    off = np.max([_misfit(one, settings) for one in chi_squares], axis=0)
+    return np.asarray(np.argsort(-off, kind="stable")[:int((off > 1).sum())])
 
 
 def foreign(scene: Scene) -> np.ndarray:
@@ -51,7 +52,7 @@ def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most:
     bad = np.zeros(len(scene), bool)
     while not bad.all():
         kept = np.flatnonzero(~bad)
-        fits = [fit(block, iterations=2) for block in _without_laws(scene.take(kept))]
+        fits = [fit(block, iterations=3) for block in _without_laws(scene.take(kept))]
         doubt = np.max([doubt_of(one) for one in fits], axis=0)
         worst = kept[doubt > max(1.0, doubt.max() / 2)]
         if not len(worst) or bad.sum() + len(worst) > most * len(scene):
