@@ -25,7 +25,7 @@ from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, is_unexplained
-from slipstick.naming.set_aside import foreign, implausible, outlying
+from slipstick.naming.set_aside import bare, foreign, implausible, outlying
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
 from slipstick.recordings import Recordings
@@ -64,8 +64,9 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     began, settings = time.perf_counter(), settings or NamingSettings()
     ask(Asked("engagements"))
     whole = scene_of(bench, recordings, settings)
-    believed = np.flatnonzero(~foreign(whole))
-    kept = believed[~implausible(whole.take(believed))]
+    plain = bare(whole)
+    believed = np.flatnonzero(~foreign(whole, plain))
+    kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
     start = begin(whole.take(kept), ask)
     fits, findings = forward(start.fits, settings, ask)
     # What laws explain is no error of a recording, and was no noise.
