@@ -16,7 +16,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.benches import BENCHES
-from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.block import Pair
 from slipstick.naming.closing import evidence_of, fits_with_pairs, settled, shows_closing
 from slipstick.naming.evidence import gains, table
@@ -31,14 +30,6 @@ from tests.validation.hidden.case import Case, bad_runs_of, simulate
 
 FIVE_ERRORS = 12.5
 """Nats of a difference of five standard errors."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Noiseless(Scene):
-    """Signals without noise that are weighted as if they had it: their residuals do not show it."""
-
-    def with_noise(self, name: str, left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Scene:
-        return self
 
 
 @dataclass(frozen=True)
@@ -83,7 +74,8 @@ def without_noise(case: Case) -> Scene:
     noise = begin(Scene.of(bench, recordings, NamingSettings()).take(good), lambda *_: None).noise
     exact = Recordings(recordings.conditions, run.lock_time, Signals(signals.time, **run.readings),
                        further=recordings.further)
-    return replace(_Noiseless.of(bench, exact, NamingSettings()), noise=noise).take(good)
+    # Residuals do not show a noise that signals do not have.
+    return replace(Scene.of(bench, exact, NamingSettings()), noise=noise, noise_is_known=True).take(good)
 
 
 def in_limits(nats: float) -> float:

@@ -19,6 +19,9 @@ Noise = tuple[float, float]
 _LAGS = (1, 2, 4, 8)
 """Samples between those of a second difference. Correlations from 0.5 to 0.95 show in these; over more samples a
 torque that is built up is no longer slow."""
+_BEGIN = 0.9
+"""Largest magnitude of an autocorrelation to begin a fit with. Beyond it second differences hardly depend on the
+correlation: fits that began at 0.999 ended there, with a power at low frequencies that was 50,000 times too high."""
 HIGHEST = 0.999
 """Largest magnitude of an autocorrelation: a random walk has 1, whose variance is infinite."""
 _LEAST = 0.1
@@ -69,7 +72,8 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
     most = float(np.arctanh(HIGHEST))
     least = float(np.log(_LEAST * np.sqrt(observed[0] / _filtered(_taps(1), -1.0))))
     bounds = (least, -most), (np.inf, most)
-    begun = np.clip([np.log(noise.std), np.arctanh(noise.correlation)], *bounds)
+    correlation = float(np.clip(noise.correlation, -_BEGIN, _BEGIN))
+    begun = np.clip([0.5 * np.log(observed[0] / _filtered(_taps(1), correlation)), np.arctanh(correlation)], *bounds)
     found = scipy.optimize.least_squares(off, begun, bounds=bounds).x
     return float(np.exp(found[0])), float(np.tanh(found[1]))
 
@@ -78,6 +82,30 @@ def power(noise: Noise) -> float:
     """Power at low frequencies, in the square of the unit: the sum of all autocovariances."""
     std, rho = noise
     return std**2 * (1 + rho) / (1 - rho) if rho < 1 else np.inf
+
+
+def added(one: Noise, other: Noise) -> Noise:
+    """The sum of two autoregressive processes, as one of the same variance and first lag."""
+    (std, rho), (more, its) = one, other
+    variance = std**2 + more**2
+    return float(np.sqrt(variance)), float((std**2 * rho + more**2 * its) / variance)
+
+
+def in_common(left: np.ndarray, groups: np.ndarray) -> Noise:
+    """What rows (n, k) of one of the `groups` (n,) leave in common, which is no noise: products of different rows.
+
+    The noise of different rows is independent, so that none is in these, however well its own variance is known.
+    """
+    variance, lagged, count = 0.0, 0.0, 0
+    for group in np.unique(groups):
+        rows = left[groups == group]
+        total, size = rows.sum(axis=0), len(rows)
+        variance += float(total @ total - (rows**2).sum())
+        lagged += float(total[1:] @ total[:-1] - (rows[:, 1:] * rows[:, :-1]).sum())
+        count += size * (size - 1) * len(total)
+    if not variance > 0:
+        return 0.0, 0.0
+    return float(np.sqrt(variance / count)), float(np.clip(lagged / variance, 0.0, HIGHEST))
 
 
 def _variance(left: np.ndarray, counted: np.ndarray, lag: int) -> float:

@@ -86,7 +86,7 @@ def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
     An offset is in the unit of the signal. A gain is a share of the signal, and one that grows with the signal up
     to its `largest` value, if none is given that of `signal`. Lags are those of first-order sensors, at multiples of
     `scale` in s. Where `finer`, a gain is a share of the signal that is linear between `gain_points`, and a lag may
-    also be a mere delay by each of the times, or grow with the signal.
+    also be a mere delay by each of the times, or depend on the signal.
     """
     if on == "offset":
         return np.ones_like(signal)[:, None]
@@ -100,9 +100,20 @@ def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
         if not finer:
             return np.asarray(late)
         delays = [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags(scale)]
-        share = np.abs(signal) / largest
-        return np.concatenate([late, np.stack(delays, axis=1), late * share[:, None]], axis=1)
+        return np.concatenate([np.stack(delays, axis=1), varying(late, np.abs(signal) / largest, lag_points(finer))],
+                              axis=1)
     raise KeyError(on)
+
+
+def varying(late: np.ndarray, x: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Columns (n, m l, k) of `late` ones (n, l, k) whose size is linear over x (n, k) between m `knots`."""
+    columns = hats(x, knots)[:, :, None] * late[:, None]
+    return np.asarray(columns.reshape(len(late), -1, late.shape[-1]))
+
+
+def lag_points(finer: int) -> np.ndarray:
+    """Points of a `finer` lag of a sensor, over the largest signal."""
+    return np.linspace(0, 1, doubled(2, finer - 1))
 
 
 def gain_points(finer: int) -> np.ndarray:

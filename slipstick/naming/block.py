@@ -80,7 +80,7 @@ _FINEST = 2
 """How many times the resolution of a law is doubled at most: from 9 to 33 knots over a signal."""
 _NOT_OVER_SIGNALS = ("offset", "past current", "twist", "direction")
 """Dependences of laws that are a few numbers, and that have no resolution."""
-NOT_FINER = ("converter torque", "lag"), ("contact pressure", "lag"), ("output torque sensor", "lag")
+NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
 """Lags without a resolution. Those of the friction and of the torque sensor are the same in full contact, and one with
 more columns than the other would win; while the plates close, the torque rises faster than many columns can be known.
 """
@@ -93,7 +93,7 @@ def finest(block: Block, pair: Pair) -> int:
         return 0
     if quantity.endswith("sensor") and on not in ("gain", "lag", "time"):
         return 0
-    return 1 if on == "lag" else _FINEST
+    return _FINEST
 
 
 class SearchedBlock(Block, Protocol):

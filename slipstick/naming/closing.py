@@ -1,16 +1,18 @@
 """Which pairs the closing piston asks for, by fits with the law of each that promises something."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, finest
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import gains, table
+from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
-from slipstick.naming.selection import Finding, is_enough, is_unexplained, priced, rivals
+from slipstick.naming.selection import Finding, is_enough, is_unexplained, leads, priced, rivals
 from slipstick.naming.settings import NamingSettings
 
 _QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
@@ -61,37 +63,90 @@ def evidence_of(fit: CurvedFit) -> float:
     return float(fit.evidence.sum())
 
 
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A pair fitted in full: its priced `gain` (n,) in evidence, and the `fit`, with a law `finer` so many times."""
+
+    pair: Pair
+    gain: np.ndarray
+    fit: CurvedFit
+    finer: int
+
+
 def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, least: float = 0.0,
             ask: Ask = lambda _: None) -> tuple[CurvedFit, list[Finding]]:
     """Add pairs of the piston to the fit `start` while they gain more than `least` nats."""
     now, findings = start, list[Finding]()
-    for _ in range(_MOST):
+    while len(findings) < _MOST:
         tried = _tried(block, now, settings, ask)
-        enough = [one for one in tried if is_enough(one[0], settings)]
+        enough = [one for one in tried if is_enough(one.gain, settings)]
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
-            other = enough[0][2]
+            other = enough[0].fit
             points = retimed(block, other.points, other.shared, now.held)
             again = max(fit_curved(block, now.laws, points=points, coefficients=now.coefficients, shared=other.shared),
                         from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
-                tried = _tried(block, now, settings, ask, [pair for _, pair, _ in enough])
-                enough = [one for one in tried if is_enough(one[0], settings)]
+                tried = _tried(block, now, settings, ask, [one.pair for one in enough])
+                enough = [one for one in tried if is_enough(one.gain, settings)]
         further = settings.further * sum(one.nats for one in findings)
-        if not enough or enough[0][0].sum() < max(least, further):
+        if not enough or enough[0].gain.sum() < max(least, further):
             break
-        gain, pair, now = enough[0]
-        findings.append(Finding(("clutch",), pair, gain, rivals(gain, [(g, p) for g, p, _ in enough[1:]], settings)))
+        best = enough[0]
+        finer = _finer(block, now, settings, best.gain)
+        if finer is not None:
+            now = finer
+            continue
+        now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
+        tied = rivals(best.gain, [(one.gain, one.pair) for one in enough[1:]], settings)
+        findings.append(Finding(("clutch",), best.pair, best.gain, tied))
     return now, findings
 
 
 def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
-           pairs: Sequence[Pair] | None = None) -> list[tuple[np.ndarray, Pair, CurvedFit]]:
-    """Gain, pair and fit of those of the `pairs` that promise most, the largest gain first."""
-    tried = [(priced(one.evidence - now.evidence, one.leverage(pair)), pair, one)
-             for pair, one in fits_with_pairs(block, now, settings, pairs, ask).items()]
-    return sorted(tried, key=lambda one: -float(one[0].sum()))
+           pairs: Sequence[Pair] | None = None) -> list[_Tried]:
+    """Those of the `pairs` that promise most, the largest gain first.
+
+    Few knots do not follow a strong law that bends often: it has more where they gain enough.
+    """
+    tried, before = list[_Tried](), block.finer
+    for pair, one in fits_with_pairs(block, now, settings, pairs, ask).items():
+        finer = before.get(pair, 0)
+        found = _Tried(pair, priced(one.evidence - now.evidence, one.leverage(pair)), one, finer)
+        while settings.further * found.gain.sum() > settings.nats and found.finer < finest(block, pair):
+            block.finer = {**before, pair: found.finer}
+            its = _resolved(block, found.fit, [pair])
+            more = _Tried(pair, priced(its.evidence - now.evidence, its.leverage(pair)), its, found.finer + 1)
+            if not is_enough(more.gain - found.gain, settings):
+                break
+            found = more
+        block.finer = before
+        tried.append(found)
+    return sorted(tried, key=lambda one: -float(one.gain.sum()))
+
+
+def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray) -> CurvedFit | None:
+    """The fit with finer laws of the piston, if it does as well as a further law that gains `further` (n,)."""
+    before = block.finer
+    laws = [law for law in now.laws if shows_closing(law) and before.get(law, 0) < finest(block, law)]
+    if not laws:
+        return None
+    found = _resolved(block, now, laws)
+    price = np.sum([found.leverage(law) - now.leverage(law) for law in laws], axis=0)
+    gain = priced(found.evidence - now.evidence, price)
+    if is_enough(gain, settings) and not leads(further, gain, settings):
+        return found
+    block.finer = before
+    return None
+
+
+def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> CurvedFit:
+    """The fit from `now` on where these of its laws have twice the resolution, which the block keeps."""
+    coarse = {law: block.law(law) for law in laws}
+    block.finer = {**block.finer, **{law: block.finer.get(law, 0) + 1 for law in laws}}
+    begun = {law: refined(its, now.coefficients[law], block.law(law)) for law, its in coarse.items()}
+    return fit_curved(block, now.laws, start=now, coefficients=begun, iterations=10)
 
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 import numpy as np
 import scipy
 
+from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming.bases import hats
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.piston import OWN, ClutchBlock, last_of
 from slipstick.naming.scene import Scene
@@ -56,17 +58,19 @@ class OnsetBlock(ClutchBlock):
         return float(np.median((self.measured - film)[:, quiet]))
 
     def _onset(self) -> np.ndarray:
-        """First sample (n,) whose torque exceeds half of that in full contact, alpha g z / (z - l) p."""
-        value, noise = self.scene.value, self.scene.noise[self.signal][0]
-        full = (value("gear_ratio") * value("friction_coefficient") * value("contact_position")
-                / (value("contact_position") - value("contact_length")) * 1e5 * np.maximum(self.pressure, 0))
+        """First sample (n,) whose torque exceeds half of that in full contact."""
+        noise, full = self.scene.noise[self.signal][0], self.torque_per_bar * np.maximum(self.pressure, 0)
         torque = scipy.ndimage.gaussian_filter1d(self.measured, _AVERAGED, axis=1)
         loaded = (torque > _HALF * full) & (torque > _VISIBLE * noise) & (self.scene.time > _QUIET)
         return np.where(loaded.any(axis=1), np.argmax(loaded, axis=1), len(self.scene.time))
 
 
 class ContactBlock(ClutchBlock):
-    """The clutch in full contact, where the piston drops out; its parameter is the friction coefficient."""
+    """The clutch in full contact, where the piston drops out; its parameter is the friction coefficient.
+
+    What the valve block leaves of the pressure is the same in all engagements with a profile, so that no noise could
+    stand for it: it is a function of time that they share, as large as what is left.
+    """
 
     name = "contact"
     random: tuple[str, ...] = ("friction_coefficient",)
@@ -80,6 +84,37 @@ class ContactBlock(ClutchBlock):
         self.counted = self.counted & (self.in_contact.full > wait)
         self.widest = np.array([0.2])
         self.random_std = np.array([np.inf])
+        self._unknown = self._of_profiles()
+        self._off = np.zeros(self._unknown.shape[1])
+        self.fixed = ("clock", *(f"pressure {i}" for i in range(len(self._off))))
+        self.fixed_std = np.array([scene.step, *[scene.pressure_error[0]] * len(self._off)])
+
+    def at(self, shared: np.ndarray) -> None:
+        """Set the clock, in s, and the errors (m,) of the pressure in bar: the `shared` values (1 + m,)."""
+        super().at(shared[:1])
+        self._off = shared[1:]
+
+    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        """Torque (n, k) in N m as the sensor reads it, at `points` (n, 1)."""
+        return np.asarray(super().base(points, laws) + self._off @ self._unknown)
+
+    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+        """Changes (n, p, k) in N m/s with the clock, and in N m/bar with the errors of the pressure."""
+        return np.concatenate([super().shared_columns(points, laws, predicted), self._unknown], axis=1)
+
+    def noise(self, points: np.ndarray) -> BlockNoise:
+        """That of the sensor: pressure and speeds are those that other blocks explain."""
+        return BlockNoise(*self.scene.noise[self.signal])
+
+    def _of_profiles(self) -> np.ndarray:
+        """Changes (n, m, k) in N m of the torque with errors of the pressure over time, for each current profile."""
+        scene, seen = self.scene, self.counted.any(axis=0)
+        if not (scene.pressure_error[0] > 0 and seen.any()):
+            return np.zeros((len(scene), 0, len(scene.time)))
+        knots = np.linspace(scene.time[seen][0], scene.time[seen][-1], scene.settings.finer_knots)
+        over, profiles = hats(scene.time[None], knots)[0], scene.recordings.conditions.current_profile
+        columns = np.concatenate([(profiles == one)[:, None, None] * over for one in np.unique(profiles)], axis=1)
+        return np.asarray(self.torque_per_bar * columns[:, (columns * self.counted[:, None]).any(axis=(0, 2))])
 
     def pairs(self) -> list[Pair]:
         """Laws of what acts in full contact."""

@@ -27,7 +27,7 @@ import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Pair, SearchedBlock
-from slipstick.naming.fit import BlockFit, gram_of, predict
+from slipstick.naming.fit import BlockFit, gram_of, predict, reduced
 from slipstick.naming.grams import REACH, Gram, estimate, marginalise, solve
 
 _OWN_DAMPINGS = (0.0, 0.003, 0.03, 0.3, 3.0)
@@ -80,8 +80,7 @@ class CurvedFit(BlockFit):
     @property
     def chi2(self) -> np.ndarray:
         """Reduced chi-square (n,) of the engagements, of the residuals themselves and not of the linear model's."""
-        counts = self.block.counted.sum(axis=1)
-        return np.asarray(self.squares / np.maximum(counts - len(self.block.random), 1))
+        return reduced(self.block, self.squares)
 
 
 @dataclass(frozen=True, eq=False)

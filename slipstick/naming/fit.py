@@ -9,7 +9,7 @@ add up.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,12 +22,16 @@ LAW_PRECISION = 1 / 3**2
 _LOOSE = 0.3
 """Standard deviation, relative to nominal, of the prior of a parameter that is to be calibrated."""
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
-_STEPS = 12
+_STEPS = 20
 """Most steps; nearly all fits settle before."""
-_SETTLED, _SETTLED_NATS = 1e-5, 0.05
-"""Changes of relative parameters, or of the likelihood, at which a fit ends: no decision depends on them."""
-_RISE = 0.03
-"""Share by which the sum of squares may rise in a step: random effects give up squares for likelihood."""
+_SETTLED = 0.05
+"""Change of the likelihood in nats, or rise that the linear model promises, at which a fit ends: no decision depends on
+it."""
+_LOWER = 1.0
+"""Nats by which a step may lower the likelihood: variances are those of the restricted likelihood."""
+_FEW = 10
+"""Degrees of freedom below which an engagement has no chi-square. Engagements that never come to full contact had one
+of 0 there, which hid what the others left."""
 _AT_ONCE = 8
 """Engagements whose columns are whitened at a time, so that they stay in the cache."""
 _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gains and times keep their sign
@@ -73,8 +77,13 @@ class BlockFit:
     @property
     def chi2(self) -> np.ndarray:
         """Reduced chi-square (n,) of the engagements."""
-        counts = self.block.counted.sum(axis=1)
-        return np.asarray(self.fitted.squares / np.maximum(counts - len(self.block.random), 1))
+        return reduced(self.block, self.fitted.squares)
+
+
+def reduced(block: Block, squares: np.ndarray) -> np.ndarray:
+    """Reduced chi-square (n,) of sums of squares (n,), 1 for engagements of which too few samples count to tell."""
+    freedom = block.counted.sum(axis=1) - len(block.random)
+    return np.asarray(np.where(freedom < _FEW, 1.0, squares / np.maximum(freedom, 1)))
 
 
 def predict(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws) -> np.ndarray:
@@ -205,67 +214,98 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
                  iterations: int = _STEPS) -> list[BlockFit]:
     """Fit several blocks with `laws` each, from other fits on. Those that blocks share have the same coefficients.
 
-    A step that makes it worse is halved. The noise is that of the start where there is one, so that the likelihoods of
-    a fit and of those that go on from it can be compared.
+    Steps that lower the likelihood are halved: the columns of a wrong model may lead away from where it is best. The
+    noise is that of the start where there is one, so that the likelihoods of a fit and of those that go on from it can
+    be compared.
     """
     everything = list(dict.fromkeys(law for its in laws for law in its))
     laws = [tuple(law for law in everything if law in its) for its in laws]  # the order of coefficients in `joined`
-    points = [np.zeros((len(block.measured), len(block.random))) if start is None else start.points
-              for block, start in zip(blocks, starts, strict=True)]
-    shared = [np.zeros(len(block.fixed)) if start is None else start.shared
-              for block, start in zip(blocks, starts, strict=True)]
+    now = _State.begun(blocks, starts, everything)
     variance = np.concatenate([np.full(len(block.random), _FIRST) if start is None
                                else np.maximum(start.fitted.variance, 1e-8)
                                for block, start in zip(blocks, starts, strict=True)])
     widest = np.concatenate([block.widest for block in blocks])
-    known = {law: c for start in starts if start is not None for law, c in start.coefficients.items()}
-    values = {law: known[law] for law in everything if law in known}
-
-    def predicted() -> tuple[list[_Place], float]:
-        places = []
-        for block, its, own, common, start in zip(blocks, laws, points, shared, starts, strict=True):
-            held = [(law, values[law]) for law in its if law in values]
-            now = predict(block, own, common, held)
-            places.append(_Place(own, common, now, block.noise(own) if start is None else start.noise))
-        return places, sum(_squares(block, place.predicted, place.noise)
-                           for block, place in zip(blocks, places, strict=True))
-
-    best: list[BlockFit] | None = None
-    least, likely, allowed = np.inf, -np.inf, 2 * sum(len(block.measured) for block in blocks)
+    best: tuple[float, _State, list[BlockFit]] | None = None
+    is_best = True
     for _ in range(iterations):
-        places, cost = predicted()
-        if best is not None and not cost < (1 + _RISE) * least + allowed:
-            points = [0.5 * (own + one.points) for own, one in zip(points, best, strict=True)]
-            shared = [0.5 * (common + one.shared) for common, one in zip(shared, best, strict=True)]
-            before = {law: c for one in best for law, c in one.coefficients.items()}
-            values = {law: 0.5 * (c + before[law]) for law, c in values.items()}
-            continue
-        parts = [linearised(block, place.points, place.shared, [(law, values[law]) for law in its if law in values],
-                            place.noise, place.predicted, its)
+        places = [_Place(own, common, predict(block, own, common, now.held(its)),
+                         block.noise(own) if start is None else start.noise)
+                  for block, its, own, common, start in zip(blocks, laws, now.points, now.shared, starts, strict=True)]
+        parts = [linearised(block, place.points, place.shared, now.held(its), place.noise, place.predicted, its)
                  for block, its, place in zip(blocks, laws, places, strict=True)]
         joint = joined(parts, everything)
         fitted = estimate(joint.gram, variance)
-        variance, least = np.clip(fitted.variance, _LEAST, widest**2), cost
-        alone = [fitted] if len(parts) == 1 else _alone(parts, joint, fitted)
-        now = {law: values[law] if law in values else np.zeros(len(at)) for law, at in joint.places.items()}
-        best = _fits(blocks, laws, places, now, alone)
-        values = {law: fitted.coefficients[at] for law, at in joint.places.items()}
-        change = 0.0
-        for b, one in enumerate(alone):
-            q = one.gram.random
-            moved = np.clip(one.coefficients[:q] + one.each, _LOWEST, _HIGHEST)
-            change = max(change, float(np.abs(moved - points[b]).max(initial=0)))
-            points[b], shared[b] = moved, one.coefficients[q:q + parts[b].shared]
-        rise, likely = float(fitted.likelihood.sum()) - likely, float(fitted.likelihood.sum())
-        if change < _SETTLED or abs(rise) < _SETTLED_NATS:
+        now = now.complete(joint.places)
+        here = fitted.at(now.common)
+        is_best = best is None or here.posterior > best[0] - _LOWER
+        if not is_best and best is not None:
+            now = now.halfway(best[1])
+            continue
+        rise = np.inf if best is None else abs(here.posterior - best[0])
+        variance = np.clip(fitted.variance, _LEAST, widest**2)
+        alone = [here] if len(parts) == 1 else _alone(parts, joint, here)
+        best = here.posterior, now, _fits(blocks, laws, places, now.values, alone)
+        if min(rise, fitted.posterior - here.posterior) < _SETTLED:
             break
+        now = now.stepped(fitted, [one.gram.random for one in parts], joint.places)
     assert best is not None
-    places, cost = predicted()
-    if cost < (1 + _RISE) * least + allowed:
-        return _fits(blocks, laws, places, values, [one.fitted for one in best])
-    for its in best:
-        predict(its.block, its.points, its.shared, its.held)  # the block holds what was predicted last
-    return best
+    if not is_best:
+        for its in best[2]:
+            predict(its.block, its.points, its.shared, its.held)  # the block holds what was predicted last
+    return best[2]
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Where a fit of blocks is: `means` (q,), `points` (n, q) and `shared` (p,) of each, and `values` of the laws."""
+
+    means: list[np.ndarray]
+    points: list[np.ndarray]
+    shared: list[np.ndarray]
+    values: dict[Pair, np.ndarray]
+
+    @classmethod
+    def begun(cls, blocks: Sequence[Block], starts: Sequence[BlockFit | None], laws: Sequence[Pair]) -> "_State":
+        """Where the `starts` end, at nominal values where there is none."""
+        each = list(zip(blocks, starts, strict=True))
+        known = {law: c for start in starts if start is not None for law, c in start.coefficients.items()}
+        return cls([np.zeros(len(block.random)) if start is None else start.fitted.coefficients[:len(block.random)]
+                    for block, start in each],
+                   [np.zeros((len(block.measured), len(block.random))) if start is None else start.points
+                    for block, start in each],
+                   [np.zeros(len(block.fixed)) if start is None else start.shared for block, start in each],
+                   {law: known[law] for law in laws if law in known})
+
+    @property
+    def common(self) -> np.ndarray:
+        """The coefficients of the joint linear model."""
+        return np.concatenate([*self.means, *self.shared, *self.values.values()])
+
+    def held(self, laws: Sequence[Pair]) -> Laws:
+        """Those of some `laws` that have values."""
+        return [(law, self.values[law]) for law in laws if law in self.values]
+
+    def complete(self, places: Mapping[Pair, np.ndarray]) -> "_State":
+        """With values of 0 for those laws of the joint model at `places` that have none yet."""
+        return replace(self, values={law: self.values.get(law, np.zeros(len(at))) for law, at in places.items()})
+
+    def stepped(self, fitted: Fitted, random: Sequence[int], places: Mapping[Pair, np.ndarray]) -> "_State":
+        """Where the joint linear model puts it, with so many `random` columns in each block."""
+        ends = np.cumsum([*random, *(len(common) for common in self.shared)])
+        parts = np.split(fitted.coefficients[:ends[-1]], ends[:-1])
+        means, shared = parts[:len(random)], parts[len(random):]
+        each = np.split(fitted.each, ends[:len(random) - 1], axis=1)
+        return _State(means, [np.clip(mean + its, _LOWEST, _HIGHEST) for mean, its in zip(means, each, strict=True)],
+                      shared, {law: fitted.coefficients[at] for law, at in places.items()})
+
+    def halfway(self, other: "_State") -> "_State":
+        """Between this and the `other` one."""
+        def middle(some: list[np.ndarray], others: list[np.ndarray]) -> list[np.ndarray]:
+            return [0.5 * (one + its) for one, its in zip(some, others, strict=True)]
+
+        return _State(middle(self.means, other.means), middle(self.points, other.points),
+                      middle(self.shared, other.shared),
+                      {law: 0.5 * (c + other.values[law]) for law, c in self.values.items()})
 
 
 def _fits(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place],
@@ -273,8 +313,3 @@ def _fits(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], places: Seq
     return [BlockFit(block, tuple(its), place.points, place.shared, {law: values[law] for law in its}, one,
                      place.predicted, place.noise)
             for block, its, place, one in zip(blocks, laws, places, fitted, strict=True)]
-
-
-def _squares(block: Block, predicted: np.ndarray, noise: BlockNoise) -> float:
-    """Sum of squared whitened residuals."""
-    return float((whitened((block.measured - predicted)[:, None], block.counted, noise) ** 2).sum())

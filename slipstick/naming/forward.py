@@ -1,4 +1,4 @@
-"""Which pairs of quantity and dependence the recordings ask for, one after the other: forward selection."""
+"""Which pairs of quantity and dependence the recordings ask for: forward selection, and then backward."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -52,7 +52,26 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             closed |= {name for name in finding.blocks if len(fits[name].laws) >= settings.most}
         if not touched:
             break
-    return fits, findings
+    return _backward(fits, findings, settings)
+
+
+def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
+              settings: NamingSettings) -> tuple[dict[str, BlockFit], list[Finding]]:
+    """Without those findings whose loss later ones make good: the earlier first, because it was chosen without them."""
+    fits, kept = dict(fits), list(findings)
+    for finding in findings:
+        later = kept[kept.index(finding) + 1:]
+        if not any(set(one.blocks) & set(finding.blocks) for one in later):
+            continue
+        order = _sharing(fits, finding.blocks)
+        laws = [tuple(law for law in fits[name].laws if law != finding.pair) for name in order]
+        found = dict(zip(order, fit_together([fits[name].block for name in order], laws,
+                                             [fits[name] for name in order]), strict=True))
+        price = np.sum([fits[name].leverage(finding.pair) for name in finding.blocks], axis=0)
+        if not is_enough(priced(-_rise(fits, found), price), settings):
+            fits |= found
+            kept.remove(finding)
+    return fits, kept
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
@@ -108,10 +127,12 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
             ask(one)
             known[one.pair] = found = _tried(fits, one, fits[one.blocks[0]].block.finer.get(one.pair, 0))
             # An error of a sensor has few numbers. Where it is strong, it must compete with the freedom of others.
-            if _is_fault(one.pair) and not found.finer and settings.further * found.rise.sum() > settings.nats:
-                finer = _tried(fits, one, 1)
-                if is_enough(finer.rise - found.rise, settings):
-                    known[one.pair] = finer
+            most = finest(fits[one.blocks[0]].block, one.pair) if _is_fault(one.pair) else 0
+            while found.finer < most and settings.further * found.rise.sum() > settings.nats:
+                finer = _tried(fits, one, found.finer + 1)
+                if not is_enough(finer.rise - found.rise, settings):
+                    break
+                known[one.pair] = found = finer
         return known[one.pair]
 
     those = sorted((tried(one) for one in (best, *near)), key=lambda one: -float(one.rise.sum()))
@@ -129,8 +150,10 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
 
 
 def _is_fault(pair: Pair) -> bool:
-    """Whether a pair is an error of a sensor whose law can be finer."""
-    return pair[0].endswith("sensor") and pair[1] in ("gain", "lag", "time") and pair not in NOT_FINER
+    """Whether a pair is an error of a sensor, or the lag of the converter, whose law has few numbers but can be finer.
+    """
+    return (pair[0].endswith("sensor") or pair[1] == "lag") and pair[1] in ("gain", "lag", "time") and (
+        pair not in NOT_FINER)
 
 
 def _tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> _Tried:

@@ -13,7 +13,7 @@ The variances are estimated by restricted maximum likelihood (Patterson and Thom
 scoring steps that never lower it. A variance may be zero.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -75,6 +75,18 @@ class Fitted:
     def likelihood(self) -> np.ndarray:
         """Log-likelihood (n,) of the engagements in nats, up to a constant of the data."""
         return likelihood(self.marginal, self.logdet, self.coefficients)
+
+    @property
+    def posterior(self) -> float:
+        """Log-likelihood of all engagements in nats with the prior of the coefficients, up to a constant."""
+        off = self.coefficients - self.gram.target
+        return float(self.likelihood.sum() - 0.5 * self.gram.precision @ off**2)
+
+    def at(self, coefficients: np.ndarray) -> "Fitted":
+        """The same linear model at other `coefficients` (c - 1,), with the random effects that follow."""
+        q = self.gram.random
+        spread, _ = _integrated(self.gram.products[:, :q, :q], self.variance)
+        return replace(self, coefficients=coefficients, each=_predicted(self.gram, spread, coefficients))
 
     @property
     def squares(self) -> np.ndarray:
@@ -157,14 +169,17 @@ def estimate(gram: Gram, variance: np.ndarray, fixed: bool = False) -> Fitted:
 
     Estimated variances are at most the squares of `widest` of the gram.
     """
-    q = gram.random
     if not fixed:
         variance = _most_likely(gram, variance)
     marginal, logdet, spread = marginalise(gram, variance)
     coefficients, covariance, *_ = solve(gram, marginal.sum(axis=0))
-    pull = gram.products[:, :q, -1] - gram.products[:, :q, :-1] @ coefficients
-    each = (spread @ pull[..., None])[..., 0]
-    return Fitted(gram, coefficients, covariance, variance, marginal, logdet, each)
+    return Fitted(gram, coefficients, covariance, variance, marginal, logdet, _predicted(gram, spread, coefficients))
+
+
+def _predicted(gram: Gram, spread: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Random effects (n, q) at these coefficients (c - 1,), with covariances `spread` (n, q, q) given the data."""
+    pull = gram.products[:, :gram.random, -1] - gram.products[:, :gram.random, :-1] @ coefficients
+    return np.asarray((spread @ pull[..., None])[..., 0])
 
 
 class _Restricted(NamedTuple):

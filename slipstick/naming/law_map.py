@@ -58,6 +58,14 @@ def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = Fals
     return replace(law, at_levels=bool(np.isin(values, knots).all()))
 
 
+def refined(coarse: LawMap, coefficients: np.ndarray, fine: LawMap) -> np.ndarray:
+    """Coefficients of the `fine` law that has the values of a `coarse` one, between whose points it is linear."""
+    assert coarse.x is not None
+    assert fine.x is not None
+    values = np.interp(fine.x, coarse.x, coarse.onto @ coefficients)
+    return np.asarray(np.linalg.lstsq(fine.onto, values, rcond=None)[0])
+
+
 def unit_of(depends_on: str, scene: Scene) -> str:
     """The unit of what a law over one of `scene.of_runs` depends on."""
     return scene.channels[depends_on][1] if depends_on in scene.channels else _X_UNITS[depends_on]
@@ -85,7 +93,10 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
         return single(1.0, UNITS[sensor])
     if on == "lag":
         times = bases.lags(scene.lag)
-        return single(np.concatenate([times, times, 0.5 * times]) if finer else times, "s")  # at half of the range
+        if not finer:
+            return single(times, "s")
+        middle = bases.hats(np.array([[0.5]]), bases.lag_points(finer))[0, :, 0]  # at half of the range
+        return single(np.concatenate([times, np.outer(middle, times).ravel()]), "s")
     if on == "gain":
         share = bases.gain_points(finer) if finer else np.linspace(0, 1, _GAIN_POINTS)
         onto = np.eye(len(share)) if finer else np.stack([np.ones_like(share), share], axis=1)

@@ -23,6 +23,7 @@ from slipstick.naming.mechanics import (
     drifting_columns,
     level_columns,
     lock_spike,
+    steepness,
     true_torque,
     with_walk,
 )
@@ -33,6 +34,7 @@ _OF_BRAKE = ("output speed", "time", "run order", "output position")
 """What the brake torque may depend on beside further channels."""
 _AGAINST = ("load torque", "brake torque")
 """Quantities whose laws act on the load: in N m, and as a share of the brake torque of each engagement."""
+SENSOR = "output speed sensor"
 _FROM_ZERO = ("output speed", "pressure")
 """Signals near whose zero laws change fastest; the knots are closer there."""
 
@@ -65,14 +67,15 @@ class LoadBlock:
         self._kick = scene.smooth["output_torque"].max() / self.inertia  # rad/s^2
         self._moving = np.ones((len(scene), len(scene.time) - 1), bool)
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
-        self._read = scene.smooth["output_torque"]
+        self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
         self._speed = self.clean(np.zeros((len(scene), len(self.random))))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Output speed (n, k) in rad/s at `points` (n, 5)."""
         torque = self.torque - (self.brake * (1 + points[:, 1]))[:, None]
         self._speed = reference = self.clean(points, laws)
-        self._read = true_torque(self.scene, laws, self.finer.get(TORQUE_GAIN, 0))
+        self._read = true_torque(self.scene, laws, self.finer)
+        self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque + coefficients @ self._torque(pair)
@@ -80,14 +83,13 @@ class LoadBlock:
         speed = relaxed(self.scene.time, torque / inertia[:, None], self.viscous * (1 + points[:, 0]) / inertia,
                         np.zeros(len(torque)), least=0.0)
         self._moving = speed[:, 1:] > 0
-        for pair, coefficients in laws:
-            if _is_reading(pair):
-                speed = speed + coefficients @ self._reading(pair, reference)
+        speed = speed + self.scene.error(reference, laws, SENSOR, self.finer)
         return np.asarray(speed + np.einsum("nq,nqk->nk", points[:, 3:], self._kicks(points)))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """The speed (n, k) in rad/s from the torque without noise, and without kicks."""
-        torque = self.scene.smooth["output_torque"]
+        """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without kicks.
+        """
+        torque = true_torque(self.scene, laws, self.finer)
         for pair, coefficients in laws:
             if pair[0] in _AGAINST:
                 torque = torque + coefficients @ self._torque(pair)
@@ -113,6 +115,7 @@ class LoadBlock:
         brake = np.broadcast_to(-self.brake[:, None], speed.shape)
         net = self.scene.smooth["output_torque"] - self.brake[:, None] - self.viscous * speed
         own = self._respond(points, np.stack([viscous, brake, net], axis=1))
+        own = self.scene.as_read(own, speed, laws, SENSOR, self.finer)
         clock = bases.late(speed, self.scene.time)
         fixed = np.concatenate([clock[:, None], own[:, 2:3] * self._inertias[:, :, None],
                                 own[:, 1:2] * self._brakes[:, :, None]], axis=1)
@@ -140,7 +143,8 @@ class LoadBlock:
         """
         if _is_reading(pair):
             return self._reading(pair, self._speed)
-        return self._respond(points, self._torque(pair))
+        torque = self._torque(pair) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
+        return self.scene.as_read(self._respond(points, torque), self._speed, laws, SENSOR, self.finer)
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: a load torque is against the motion, an error is what a sensor reads too much."""
@@ -207,4 +211,4 @@ class LoadBlock:
 
 
 def _is_reading(pair: Pair) -> bool:
-    return pair[0] == "output speed sensor"
+    return pair[0] == SENSOR

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 import scipy
 
+from slipstick.blocks.sensor_noise import added
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
@@ -49,10 +50,9 @@ class LockBlock:
         return np.asarray(total)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
-        """That of both sensors: the sum of two autoregressive processes, as one of the same variance and first lag."""
-        (std, rho), (other, its) = self.scene.noise["input_speed"], self.scene.noise["output_speed"]
-        own, other = std**2, (self.scene.gear * other) ** 2
-        return BlockNoise(float(np.sqrt(own + other)), (own * rho + other * its) / (own + other))
+        """That of both sensors."""
+        other, its = self.scene.noise["output_speed"]
+        return BlockNoise(*added(self.scene.noise["input_speed"], (self.scene.gear * other, its)))
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes (n, 1, k) in rad/s with the gear ratio, and (n, 1, k) in rad/s^2 with the clock."""

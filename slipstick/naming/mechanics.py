@@ -1,6 +1,6 @@
 """What the two blocks share that integrate the measured torque: the load and the input shaft."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,7 +16,9 @@ CONDITIONS_WITHIN = 0.02
 TORQUE_GAIN = "output torque sensor", "gain"
 """The pair of a gain error of the sensor that drives both blocks."""
 _ROUNDS = 6
-"""Rounds in which the torque under a gain error of its sensor is found: an error of 30 % is then known to 0.02 %."""
+"""Rounds in which the torque under errors of its sensor is found: an error of 30 % is then known to 0.02 %."""
+_STEP = 1e-4
+"""Step of the finite difference of an error of the torque sensor, over the largest torque."""
 _FEW = 4
 """Engagements that a stated level needs on average, to have an error of its own."""
 
@@ -52,19 +54,30 @@ def lock_spike(scene: Scene) -> np.ndarray:
     return spike
 
 
-def true_torque(scene: Scene, laws: Sequence[tuple[Pair, np.ndarray]], finer: int) -> np.ndarray:
-    """Torque (n, k) in N m without noise and without the gain error of its sensor that is among `laws`.
+def true_torque(scene: Scene, laws: Sequence[tuple[Pair, np.ndarray]], finer: Mapping[Pair, int]) -> np.ndarray:
+    """Torque (n, k) in N m without noise and without the errors of its sensor that are among `laws`.
 
     The torque that reads as the smooth one is found by iteration. From lock-up on the smooth one is that of rigidly
     coupled shafts, without errors of a sensor.
     """
     torque = smooth = scene.smooth["output_torque"]
-    coefficients = dict(laws).get(TORQUE_GAIN)
-    if coefficients is not None:
+    if any(pair[0] == TORQUE_GAIN[0] for pair, _ in laws):
         slipping = scene.time < scene.recordings.measured_time[:, None]
         for _ in range(_ROUNDS):
-            torque = smooth - slipping * (coefficients @ scene.reading(*TORQUE_GAIN, torque, finer))
+            torque = smooth - slipping * scene.error(torque, laws, TORQUE_GAIN[0], finer)
     return torque
+
+
+def steepness(scene: Scene, torque: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]],
+              finer: Mapping[Pair, int]) -> np.ndarray:
+    """Change (n, k) of the reading of a `torque` (n, k) with this, where `true_torque` is found from it; else 1.
+
+    It is that of the gain errors among `laws`. What a law adds to an error moves the true torque, and the error there.
+    """
+    gains, h = [(pair, c) for pair, c in laws if pair == TORQUE_GAIN], _STEP * scene.largest(TORQUE_GAIN[0])
+    lower, higher = (scene.error(torque + step, gains, TORQUE_GAIN[0], finer) for step in (0.0, h))
+    slipping = scene.time < scene.recordings.measured_time[:, None]
+    return np.asarray(1 + slipping * (higher - lower) / h)
 
 
 def with_walk(predicted: np.ndarray, measured: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:

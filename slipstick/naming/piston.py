@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from slipstick.bench import parameters
+from slipstick.blocks.sensor_noise import added
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases
 from slipstick.naming.block import Laws, Pair
@@ -100,8 +101,9 @@ class ClutchBlock:
         return Contact(np.minimum(_run_length(touching), left) * step, time)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
-        """That of the sensor: pressure and speeds are those that other blocks explain."""
-        return BlockNoise(*self.scene.noise[self.signal])
+        """That of the sensor, and what the error of the explained pressure makes of the torque in full contact."""
+        error, its = self.scene.pressure_error
+        return BlockNoise(*added(self.scene.noise[self.signal], (self.torque_per_bar * error, its)))
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in N m (n, q, k) with the parameters, and (n, p, k) in N m/s with the clock."""
@@ -133,7 +135,7 @@ class ClutchBlock:
             return self._error(pair, self.base(at, laws))
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
-        base = self.base(points, laws)
+        base = self._closed(points, laws, self.end)[0]
         if law.kind in ADDED:
             added = bases.delayed(law.basis, self.clock / self.scene.step)
             if law.kind in _FACTORS and not any(self._law(other).kind == "reading" for other in known):
@@ -144,9 +146,16 @@ class ClutchBlock:
                      for column in added.transpose(1, 0, 2)]
         else:
             held = known.get(pair, np.zeros(law.size))
-            moved = [self.base(points, list({**known, pair: held + step}.items()))
+            moved = [self._closed(points, list({**known, pair: held + step}.items()), self.end)[0]
                      for step in _LAW_STEP * np.eye(law.size)]
         return np.stack([(one - base) / _LAW_STEP for one in moved], axis=1)
+
+    @property
+    def torque_per_bar(self) -> float:
+        """Torque of the plates in full contact in N m, for each bar: alpha g z / (z - l)."""
+        value = self.scene.value
+        return 1e5 * (value("gear_ratio") * value("friction_coefficient") * value("contact_position")
+                      / (value("contact_position") - value("contact_length")))
 
     def _all(self, points: np.ndarray) -> np.ndarray:
         """Relative changes (n, 7) of the parameters `OWN`."""

@@ -20,6 +20,8 @@ PAIRS: tuple[Pair, ...] = (
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 
+CLOSING = ("film torque", "clearance", "piston rate")
+"""Quantities whose laws over signals show only while the plates close."""
 ADDED = ("chamber", "gain", "clearance", "friction", "film", "rate_extra")
 """Inputs of the kernel that are signals (n, k), to which laws add."""
 _CHAMBER = 0.1
@@ -82,8 +84,9 @@ class Loading:
     finer: Mapping[Pair, int]
 
     def knots(self, pair: Pair) -> int:
-        """Number of knots of the law of a pair over a signal that runs through its range."""
-        return bases.doubled(self.fine, self.finer.get(pair, 0))
+        """Number of knots of the law of a pair over a signal: fewer where only the closing of the plates shows it."""
+        fewest = self.scene.settings.knots if pair[0] in CLOSING else self.fine
+        return bases.doubled(fewest, self.finer.get(pair, 0))
 
     def is_same(self, other: "Loading") -> bool:
         """Whether both hold the same arrays, so that laws over them are the same."""
@@ -108,7 +111,7 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return _between(pair, given)
     if quantity == "friction coefficient":
         return _friction(pair, given)
-    count = scene.settings.knots
+    count = given.knots(pair)
     values = np.eye(count)
     if quantity == "film torque":
         knots = bases.evenly(scene.slip, given.counted & (given.in_contact.full == 0), count)

@@ -3,13 +3,16 @@
 Columns of a linear model are computed from smooth signals: a column that shares noise with the residual is biased.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 import scipy
 
 from slipstick.bench import Bench, parameters
+from slipstick.bench.converter import Converter
 from slipstick.blocks.input import curves_of
 from slipstick.blocks.sensor_noise import Noise, noise_of, sensor_noise
 from slipstick.blocks.whitening import BlockNoise
@@ -37,6 +40,9 @@ _ERRORS_OVER: dict[str, tuple[str, ...]] = {
 pressed by what they are mounted in, read other signals too."""
 NOT_TOLD_FROM_GAIN = ("pressure sensor",)
 """Sensors whose constant gain error a parameter of their block replaces: only that it changes with the signal shows."""
+_LOSSES = ("input_coulomb", "input_viscous", "output_viscous", "input_inertia")
+_OF_SIGNAL, _STEP = ("gain", "lag"), 1e-4
+"""Errors of a sensor that depend on its own signal, and the step of finite differences in it."""
 _TYPICAL = 0.1
 """Share of the largest friction torque that is the unit of torques that laws add, so that coefficients are about 1."""
 
@@ -46,8 +52,9 @@ class Scene:
     """`recordings` of n engagements on a `bench`, and what is known about their signals so far.
 
     `smooth` maps each measured signal to (n, k) without noise, `noise` to the standard deviation and autocorrelation of
-    its sensor. Laws have the knots of the `settings`. `base` (20,) are the nominal parameters. `order` (n,) is the run
-    order among all recordings, where some of them are set aside.
+    its sensor, which is not estimated again where `noise_is_known`. Laws have the knots of the `settings`. `base`
+    (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some are set aside.
+    `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation.
     """
 
     bench: Bench
@@ -57,6 +64,8 @@ class Scene:
     noise: dict[str, Noise]
     base: np.ndarray
     order: np.ndarray | None = None
+    noise_is_known: bool = False
+    pressure_error: Noise = 0.0, 0.0
 
     @classmethod
     def of(cls, bench: Bench, recordings: Recordings, settings: NamingSettings) -> "Scene":
@@ -101,6 +110,8 @@ class Scene:
 
         Samples count where `counted` (n, k).
         """
+        if self.noise_is_known:
+            return self
         return replace(self, noise={**self.noise, name: noise_of(left, counted, noise)})
 
     def measured(self, name: str) -> np.ndarray:
@@ -111,20 +122,24 @@ class Scene:
         """The nominal value of a parameter."""
         return float(self.base[parameters.index(name)])
 
-    def model_torque(self, predicted: np.ndarray) -> np.ndarray:
+    def model_torque(self, predicted: np.ndarray, relative: Mapping[str, np.ndarray] = MappingProxyType({}),
+                     converter: Converter | None = None) -> np.ndarray:
         """Output torque (n, k) in N m without noise: as `predicted` up to lock-up, then that of rigidly coupled shafts.
 
         The blocks that integrate the torque compute their columns from it, because those from the measured torque would
-        share noise with their residuals.
+        share noise with their residuals. The shafts have the parameters (n,) `relative` to nominal and to what the
+        conditions state, and this `converter`, where blocks have found them.
         """
         conditions, torque = self.recordings.conditions, predicted.copy()
         lock = np.searchsorted(self.time, self.recordings.measured_time).astype(np.int64)
-        losses = np.array([*(self.value(name) for name in ("input_coulomb", "input_viscous", "output_viscous",
-                                                           "input_inertia")), self.gear])
+        losses = np.array([*(self.value(name) * (1 + float(np.mean(relative.get(name, 0.0)))) for name in _LOSSES),
+                           self.gear])
+        motor, inertia, brake = (getattr(conditions, name) * (1 + relative.get(name, 0.0))
+                                 for name in ("motor_speed", "load_inertia", "brake_torque"))
         # After lock-up the shafts turn together, so that either speed will do.
         speed = self.smooth["input_speed"] if self.has("input_speed") else self.gear * self.smooth["output_speed"]
-        couple(self.time, lock, speed, conditions.motor_speed, conditions.load_inertia,
-               conditions.brake_torque, self.given_torque, losses, curves_of(self.bench.physics.curves), torque)
+        couple(self.time, lock, speed, motor, inertia, brake, self.given_torque, losses,
+               curves_of(converter or self.bench.physics.curves), torque)
         return torque
 
     def errors_of(self, sensor: str) -> list[Pair]:
@@ -147,6 +162,25 @@ class Scene:
             return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
         basis = np.asarray(sensor_basis(on, signal, self.time, self.lag, self.largest(sensor), finer))
         return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
+
+    def error(self, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
+              finer: Mapping[Pair, int]) -> np.ndarray:
+        """What a `sensor` of a `signal` (n, k) reads too much by those of the `laws` that are its errors, (n, k)."""
+        read = [c @ self.reading(*pair, signal, finer.get(pair, 0)) for pair, c in laws if pair[0] == sensor]
+        return np.asarray(np.sum([np.zeros(signal.shape), *read], axis=0))
+
+    def as_read(self, change: np.ndarray, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
+                finer: Mapping[Pair, int]) -> np.ndarray:
+        """Changes (n, m, k) of a `signal` (n, k) as the `sensor` with these laws reads them.
+
+        Where its error depends on the signal, columns without it would lead a fit astray.
+        """
+        errors = [(pair, c) for pair, c in laws if pair[0] == sensor and pair[1] in _OF_SIGNAL]
+        if not errors:
+            return change
+        error = self.error(signal, errors, sensor, finer)
+        moved = [self.error(signal + _STEP * one, errors, sensor, finer) for one in change.transpose(1, 0, 2)]
+        return np.asarray(change + np.stack([(one - error) / _STEP for one in moved], axis=1))
 
     def error_knots(self, on: str, finer: int = 0) -> np.ndarray:
         """Knots (m,) of errors of sensors over time or over another signal, from 0 on, in its unit."""

@@ -1,6 +1,6 @@
 """Engagements with errors of the recording, which are set aside before anything is asked."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -22,28 +22,39 @@ _BELIEVED = 3.0
 """Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
 
 
-def outlying(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
-    """Engagements (n,) far worse than the others: an effect depends on conditions, and acts on more than a few."""
-    return _misfit(chi_square, settings) > 1
+def outlying(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.ndarray:
+    """Engagements (n,) far worse than the others in one of some blocks, the worst first."""
+    off = np.max([_misfit(one, settings) for one in chi_squares], axis=0)
+    return np.asarray(np.argsort(-off, kind="stable")[:int((off > 1).sum())])
 
 
-def foreign(scene: Scene) -> np.ndarray:
+def foreign(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:
     """Engagements (n,) with a signal that its block does not explain at all, such as a swapped channel.
 
-    No effect does that, so that they may be many. If they are most, the bench is another one, and none is meant.
+    No effect does that, so that they may be many. If they are most, the bench is another one, and none is meant. The
+    `fits` are those of `bare`, if they are known.
     """
-    bad = _worst_first(scene, lambda one: _unexplained(one) / (1 - _EXPLAINED), most=1.0)
+    bad = _worst_first(scene, lambda one: _unexplained(one) / (1 - _EXPLAINED), 1.0, fits)
     return bad if bad.mean() < 0.5 else np.zeros(len(scene), bool)
 
 
-def implausible(scene: Scene) -> np.ndarray:
-    """Engagements (n,) that are outlying in a block without laws, or have parameters that are; not too many."""
+def implausible(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:
+    """Engagements (n,) that are outlying in a block without laws, or have parameters that are; not too many.
+
+    The `fits` are those of `bare`, if they are known.
+    """
     settings = scene.settings
     return _worst_first(scene, lambda one: np.maximum(_misfit(one.chi2, settings), _unbelievable(one, settings)),
-                        settings.most_outlying)
+                        settings.most_outlying, fits)
 
 
-def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most: float) -> np.ndarray:
+def bare(scene: Scene) -> list[BlockFit]:
+    """The blocks that are linear in their parameters, fitted without laws, and not to the end."""
+    return [fit(block, iterations=3) for block in _without_laws(scene)]
+
+
+def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most: float,
+                 fits: Sequence[BlockFit]) -> np.ndarray:
     """Engagements (n,) with a doubt above 1 in a block without laws, a share of `most` at most.
 
     The worst are left out before the others are judged, because they distort what all engagements share.
@@ -51,8 +62,8 @@ def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most:
     bad = np.zeros(len(scene), bool)
     while not bad.all():
         kept = np.flatnonzero(~bad)
-        fits = [fit(block, iterations=2) for block in _without_laws(scene.take(kept))]
-        doubt = np.max([doubt_of(one) for one in fits], axis=0)
+        its = fits if fits and not bad.any() else bare(scene.take(kept))
+        doubt = np.max([doubt_of(one) for one in its], axis=0)
         worst = kept[doubt > max(1.0, doubt.max() / 2)]
         if not len(worst) or bad.sum() + len(worst) > most * len(scene):
             break

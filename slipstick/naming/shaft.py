@@ -29,6 +29,7 @@ from slipstick.naming.mechanics import (
     TORQUE_GAIN,
     drifting_columns,
     lock_spike,
+    steepness,
     true_torque,
     with_walk,
 )
@@ -51,6 +52,7 @@ _LAGS = np.array([0.2, 0.6, 2.0, 6.0])
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
 _LEAST = 1e-6
+SENSOR = "input speed sensor"
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
 _FROM_ZERO = ("output speed", "pressure")
 """Signals near whose zero laws change fastest; the knots are closer there."""
@@ -109,7 +111,7 @@ class InputBlock:
         self._ratios = np.linspace(self._curves[0, 0], self._curves[0, -1], _POINTS)
         self._hats = bases.hats(self._ratios[None], self._knots)[0]
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
-        self._read = scene.smooth["output_torque"]
+        self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
         nominal = np.zeros((len(scene), len(self.random)))
         self._speed = self.clean(nominal)
         self._about = self._linearised(nominal)
@@ -122,20 +124,20 @@ class InputBlock:
         """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
         self._speed = reference = self.clean(points, laws)
         torque = self.torque / self.scene.gear
-        self._read = true_torque(self.scene, laws, self.finer.get(TORQUE_GAIN, 0))
+        self._read = true_torque(self.scene, laws, self.finer)
+        self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque - coefficients @ self._torque(pair, reference)
         speed = self._integrated(points, torque - points[:, 4, None] * self._kick * self._spike)
         self._about = self._linearised(points)
-        for pair, coefficients in laws:
-            if _is_reading(pair):
-                speed = speed + coefficients @ self._reading(pair, reference)
+        speed = speed + self.scene.error(reference, laws, SENSOR, self.finer)
         return np.asarray(speed + self._shared[0] * bases.late(reference, self.scene.time))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """The speed (n, k) in rad/s from the torque without noise, and without a kick."""
-        torque = self.scene.smooth["output_torque"] / self.scene.gear
+        """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without a kick.
+        """
+        torque = true_torque(self.scene, laws, self.finer) / self.scene.gear
         for pair, coefficients in laws:
             if pair[0] == "input torque":
                 torque = torque - coefficients @ self._given_by(pair)
@@ -172,10 +174,12 @@ class InputBlock:
         factor = 1 + self._shared[-_CONVERTER_KNOTS:] @ hats
         sag, converter = -about.motor * about.pump, (about.converter / factor)[:, None] * hats
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
+        own = np.concatenate([own, start[:, None]], axis=1)
+        own, fixed = (self.scene.as_read(one, speed, laws, SENSOR, self.finer) for one in (own, fixed))
         clock = bases.late(speed, self.scene.time)
         fixed = np.concatenate([clock[:, None], fixed[:, :1], own[:, 3:4] * self._levels[:, :, None], fixed[:, 1:]],
                                axis=1)
-        return np.concatenate([own, start[:, None]], axis=1), fixed
+        return own, fixed
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""
@@ -207,7 +211,10 @@ class InputBlock:
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
-        return self._reading(pair, self._speed) if _is_reading(pair) else self._respond(self._torque(pair, self._speed))
+        if _is_reading(pair):
+            return self._reading(pair, self._speed)
+        torque = self._torque(pair, self._speed) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
+        return self.scene.as_read(self._respond(torque), self._speed, laws, SENSOR, self.finer)
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
@@ -218,11 +225,23 @@ class InputBlock:
         if quantity.endswith("sensor"):
             return of_sensor(pair, scene, self.finer.get(pair, 0))
         if quantity == "converter torque":
-            return single(scene.lag * _LAGS, "s") if on == "lag" else over_runs(pair, scene, relative=True)
+            return self._mean_lag() if on == "lag" else over_runs(pair, scene, relative=True)
         unit = scene.typical_torque / scene.gear
         if on in scene.of_runs:
             return over_runs(pair, scene, unit, centred=False)
         return over(pair, self._knots_of(pair), -unit * np.eye(fineness(self, pair)))
+
+    def _mean_lag(self) -> LawMap:
+        """The lag of the converter in s: the mean of the impulse response, and over time while the plates slip."""
+        times, finer, scene = self.scene.lag * _LAGS, self.finer.get(_LAG, 0), self.scene
+        if not finer:
+            return single(times, "s")
+        mean = bases.hats(scene.abscissa("time"), self._instants(finer)).transpose(0, 2, 1)[scene.slipping].mean(axis=0)
+        return single(np.outer(mean, times).ravel(), "s")
+
+    def _instants(self, finer: int) -> np.ndarray:
+        """Knots in s of a `finer` lag of the converter, over the time in which plates slip."""
+        return np.asarray(self.scene.recordings.measured_time.max() * bases.gain_points(finer))
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
@@ -233,8 +252,10 @@ class InputBlock:
         if pair == _LAG:
             torque = self._converter(speed, self.motor[:, None])
             lags = self.scene.value("current_delay") * _LAGS
-            return np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],
+            late = np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],
                             axis=1)
+            finer = self.finer.get(pair, 0)
+            return bases.varying(late, self.scene.abscissa("time"), self._instants(finer)) if finer else late
         return self._given_by(pair)
 
     def _given_by(self, pair: Pair) -> np.ndarray:
@@ -319,4 +340,4 @@ class InputBlock:
 
 
 def _is_reading(pair: Pair) -> bool:
-    return pair[0] == "input speed sensor"
+    return pair[0] == SENSOR

@@ -4,13 +4,14 @@ The valve comes first, then the closing piston for when the plates meet, load an
 A block can be asked if the signals that it needs were measured.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 import scipy
 
-from slipstick.blocks.sensor_noise import Noise
+from slipstick.blocks.sensor_noise import Noise, in_common, noise_of
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.closing import settled
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
@@ -19,10 +20,11 @@ from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.forward import forward
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
+from slipstick.naming.parameters import converter_of, parameters_of
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
-from slipstick.naming.selection import Finding
+from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
@@ -67,11 +69,17 @@ def begin(scene: Scene, ask: Ask) -> Start:
     can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
     if "valve" in can:
         ask(Asked("valve", ("valve",)))
-        scene, valve_block, bare = _fitted(ValveBlock, scene)
+        scene, _ = _first(ValveBlock, scene)
+        valve_block = ValveBlock(scene)
+        bare = fit(valve_block)
         fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
         pressure = valve_block.pressure(valve[1].points, valve[1].held)
-        scene = scene.explained("pressure", pressure)
+        left, profiles = valve_block.measured - valve[1].predicted, scene.recordings.conditions.current_profile
+        # Only where it lacks something: an error that is estimated where there is none costs friction laws power.
+        lacks = valve[1].laws or is_unexplained(valve[1].chi2, valve[1].chi2, scene.settings)
+        scene = replace(scene.explained("pressure", pressure),
+                        pressure_error=in_common(left, profiles) if lacks else (0.0, 0.0))
     if "clutch" in can:
         ask(Asked("onset", ("clutch",)))
         rough = _rough(scene, pressure)
@@ -81,17 +89,28 @@ def begin(scene: Scene, ask: Ask) -> Start:
         closing_piston = _onset(scene, pressure, rough)
     fits = {}
     if "load" in can or "input" in can:
-        scene = scene.explained("output_torque", scene.model_torque(_torque(scene, closing_piston)))
+        torque = _torque(scene, closing_piston)
+        scene = scene.explained("output_torque", scene.model_torque(torque))
     if "load" in can:
         ask(Asked("load", ("load",)))
-        scene, load_block, load = _fitted(LoadBlock, scene)
-        fits["load"] = load
+        scene, fits["load"] = _first(LoadBlock, scene)
     if "input" in can:
         ask(Asked("input", ("input",)))
-        scene, _, fits["input"] = _fitted(InputBlock, scene)
+        scene, fits["input"] = _first(InputBlock, scene)
+    if fits:  # what the shafts say of their parameters moves the torque from lock-up on
+        found = parameters_of(fits), converter_of(fits, scene.bench.physics.curves)
+        scene = scene.explained("output_torque", scene.model_torque(torque, *found))
+    if "load" in can:
+        load_block = LoadBlock(scene)
+        fits["load"] = fit(load_block)
+        scene = _explained(scene, load_block, fits["load"])
+    if "input" in can:
+        input_block = InputBlock(scene)
+        fits["input"] = fit(input_block)
+        scene = _explained(scene, input_block, fits["input"])
     if "lock" in can:
         ask(Asked("lock", ("lock",)))
-        fits["lock"] = fit(LockBlock(scene, load_block.clean(load.points)))
+        fits["lock"] = fit(LockBlock(scene, load_block.clean(fits["load"].points)))
     if closing_piston is not None:
         ask(Asked("contact", ("contact",)))
         onset = closing_piston.onset
@@ -100,18 +119,14 @@ def begin(scene: Scene, ask: Ask) -> Start:
     return Start(valve, findings, closing_piston, fits, scene.noise)
 
 
-def _fitted(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
-    """A block and its fit without laws, and the scene with the noise of its signal that a first fit leaves.
+def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
+    """A first fit of a block, and the scene with what it says of its signal: the noise that it leaves, and the speed.
 
     Laws of torques over a speed depend on the one that the first fit explains. The smoothed measured one shares noise
     with the residual, which strongly correlated noise turns into laws.
     """
-    block = kind(scene)
-    first = fit(block)
-    scene = _explained(_with_noise(scene, first), block, first)
-    block = kind(scene)
-    found = fit(block)
-    return _explained(scene, block, found), block, found
+    found = fit(block := kind(scene))
+    return _explained(_with_noise(scene, found), block, found), found
 
 
 def _explained(scene: Scene, block: Linear, found: BlockFit) -> Scene:
@@ -123,12 +138,27 @@ def _explained(scene: Scene, block: Linear, found: BlockFit) -> Scene:
 
 def _with_noise(scene: Scene, *found: BlockFit) -> Scene:
     """The scene with the noise of a signal that blocks leave, each where it counts."""
-    block = found[0].block
-    left, counted = np.zeros_like(block.measured), np.zeros_like(block.counted)
-    for one in found:
-        left = np.where(one.block.counted, one.block.measured - one.predicted, left)
-        counted = counted | one.block.counted
-    return scene.with_noise(block.signal, left, counted, found[0].noise)
+    return scene.with_noise(found[0].block.signal, *_left(found), found[0].noise)
+
+
+def _left(found: Sequence[BlockFit]) -> tuple[np.ndarray, np.ndarray]:
+    """What blocks of a signal leave and where it counts, in rows of their own.
+
+    Where one block follows another what is left jumps, because each has parameters of its own.
+    """
+    return (np.concatenate([one.block.measured - one.predicted for one in found]),
+            np.concatenate([one.block.counted for one in found]))
+
+
+def noise_left(start: Start, fits: Mapping[str, BlockFit]) -> dict[str, Noise]:
+    """The noise of each signal that blocks leave with the laws of `fits`: that without them contains what they explain.
+    """
+    leave = [[fits[name]] for name in ("load", "input") if name in fits]
+    if start.valve is not None:
+        leave.append([start.valve[1]])
+    if start.closing is not None:
+        leave.append([start.closing.onset, fits["contact"]])
+    return {its[0].block.signal: noise_of(*_left(its), its[0].noise) for its in leave}
 
 
 def _rough(scene: Scene, pressure: np.ndarray) -> CurvedFit:

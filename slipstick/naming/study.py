@@ -4,13 +4,14 @@ Laws are added to valve, load, input, lock and full contact, then to the closing
 """
 
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipstick.bench import Bench
 from slipstick.bench.converter import Converter
-from slipstick.blocks.sensor_noise import Noise
+from slipstick.blocks.sensor_noise import Noise, power
 from slipstick.errors import InvalidValue
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Pair
@@ -24,11 +25,14 @@ from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, is_unexplained
-from slipstick.naming.set_aside import foreign, implausible, outlying
+from slipstick.naming.set_aside import bare, foreign, implausible, outlying
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.start import Start, begin
+from slipstick.naming.start import Start, begin, noise_left
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
+
+_SAME = 0.2
+"""Difference of the logarithm of power up to which a noise is the same: estimates are as good as that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,14 +64,19 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     began, settings = time.perf_counter(), settings or NamingSettings()
     ask(Asked("engagements"))
     whole = scene_of(bench, recordings, settings)
-    believed = np.flatnonzero(~foreign(whole))
-    kept = believed[~implausible(whole.take(believed))]
+    plain = bare(whole)
+    believed = np.flatnonzero(~foreign(whole, plain))
+    kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
     start = begin(whole.take(kept), ask)
-    bad = np.any([outlying(one, settings) for one in start.chi_squares or [np.zeros(len(kept))]], axis=0)
-    if bad.any() and len(kept) - bad.sum() >= (1 - settings.most_outlying) * len(believed):
-        kept = kept[~bad]
-        start = begin(whole.take(kept), ask)
     fits, findings = forward(start.fits, settings, ask)
+    # What laws explain is no error of a recording, and was no noise.
+    most = int(settings.most_outlying * len(believed)) - (len(believed) - len(kept))
+    bad = outlying([one.chi2 for one in fits.values()] + start.chi_squares[len(fits):], settings)[:most]
+    noise = noise_left(start, fits)
+    if len(bad) or _differ(noise, start.noise):
+        kept = np.delete(kept, bad)
+        start = begin(replace(whole.take(kept), noise=noise, noise_is_known=True), ask)
+        fits, findings = forward(start.fits, settings, ask)
     before = {key: one.chi2 for key, one in start.fits.items()}
     everything, more = dict(fits), list[Finding]()
     if start.valve is not None:
@@ -81,6 +90,11 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   measured(everything), parameters_of(everything), clocks_of(everything),
                   converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
+
+
+def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:
+    """Whether the power of a noise differs from the other one by so much that laws may be other ones as well."""
+    return any(abs(np.log(power(noise[name]) / power(other[name]))) > _SAME for name in noise)
 
 
 def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> Scene:
@@ -109,15 +123,15 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
     ask(Asked("clutch", ("clutch",)))
     block = start.closing.block
     block.fine, block.finer = contact.block.fine, contact.block.finer
-    points = start.closing.onset.points.copy()
+    points, clock = start.closing.onset.points.copy(), contact.shared[:1]
     points[:, 0] = contact.points[:, 0]
-    clutch = settled(block, points, contact.shared, contact.laws, contact.coefficients)
+    clutch = settled(block, points, clock, contact.laws, contact.coefficients)
     if contact.laws:
         window = OnsetBlock(block.scene, block.pressure, laws=contact.held, finer=block.finer)
         window.fine, window.in_contact = block.fine, block.in_contact
-        found = search(window, contact.shared, contact.held)
+        found = search(window, clock, contact.held)
         found[:, 0] = contact.points[:, 0]
-        again = settled(block, found, contact.shared, contact.laws, contact.coefficients)
+        again = settled(block, found, clock, contact.laws, contact.coefficients)
         clutch = max(clutch, again, key=evidence_of)
     if start.valve[1].chi2.mean() > settings.strong:  # the piston integrates the error of the pressure
         return clutch, []

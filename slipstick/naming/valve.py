@@ -34,7 +34,10 @@ _SHORTEST = 0.1
 
 
 class ValveBlock:
-    """Pressure from the current profiles; its parameters are the delay, bias and gain of the valve."""
+    """Pressure from the current profiles; its parameters are the delay, bias and gain of the valve.
+
+    `base` keeps the pressure without errors of its sensor, and `basis` refers to its last call.
+    """
 
     name, signal = "valve", "pressure"
     random: tuple[str, ...] = ("current_delay", "current_bias", "current_gain")
@@ -54,6 +57,8 @@ class ValveBlock:
         profiles = zip(conditions.profile_time, conditions.profile_current, strict=True)
         self.current = np.array([np.interp(self.times, *one) for one in profiles])[conditions.current_profile]
         self.clock = 0.0
+        self._scaling = {("line pressure", on) for on in scene.of_runs}
+        self._full = self._true = scene.smooth[self.signal]
         self._places = [parameters.index(name) for name in self.random]
 
     def at(self, shared: np.ndarray) -> None:
@@ -65,11 +70,13 @@ class ValveBlock:
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
-        base = total = self._own(self._slowed(points, laws)[0], self.clock)
+        self._full = self._own(self._slowed(points, laws)[0], self.clock)
         for pair, coefficients in laws:
-            if pair[0] != "valve delay":
-                total = total + coefficients @ self.basis(pair, points, laws, base)
-        return total
+            if pair[0] not in ("valve delay", "pressure sensor") and pair not in self._scaling:
+                self._full = self._full + coefficients @ self._added(pair, points, laws)
+        # The line pressure scales what the current demands, and the sensor reads what comes of both.
+        self._true = self._full * self._scale(laws)
+        return np.asarray(self._true + self.scene.error(self._true, laws, "pressure sensor", self.finer))
 
     def pressure(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Pressure (n, k) in bar without the errors of its sensor and of its clock."""
@@ -84,12 +91,14 @@ class ValveBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes (n, 3, k) of the pressure in bar with each parameter, and (n, 1, k) in bar/s with the clock."""
-        points, factor = self._slowed(points, laws)
-        base = self._own(points, self.clock)
-        own = [(self._own(points + _STEP * unit, self.clock) - base) / _STEP for unit in np.eye(3)]
-        h = _CLOCK_STEP * self.scene.step
-        clock = (self._own(points, self.clock + h) - self._own(points, self.clock - h)) / (2 * h)
-        own[0] = own[0] * factor[:, None]
+        now, h = self.clock, _CLOCK_STEP * self.scene.step
+        own = [(self.base(points + _STEP * unit, laws) - predicted) / _STEP for unit in np.eye(3)]
+        self.clock = now + h
+        late = self.base(points, laws)
+        self.clock = now - h
+        clock = (late - self.base(points, laws)) / (2 * h)
+        self.clock = now
+        self.base(points, laws)  # to which the columns of laws refer
         return np.stack(own, axis=1), clock[:, None]
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
@@ -104,19 +113,32 @@ class ValveBlock:
                   for on in self.scene.of_runs)]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Changes (n, m, k) in bar of the pressure with the coefficients of a law; `predicted` (n, k) is the pressure.
+        """Changes (n, m, k) in bar of the pressure with the coefficients of a law.
 
         Currents are in A, the line pressure, the delay and the bias relative.
         """
+        if pair[0] == "pressure sensor":
+            return self.scene.reading(*pair, self._true, self.finer.get(pair, 0))
+        if pair in self._scaling:
+            change = self._full[:, None] * self.scene.between(pair[1])[:, :, None]
+        else:
+            change = self._added(pair, points, laws) * self._scale(laws)[:, None]
+        return self.scene.as_read(change, self._true, laws, "pressure sensor", self.finer)
+
+    def _scale(self, laws: Laws) -> np.ndarray:
+        """The factor (n, 1) of the line pressure over what is constant in an engagement."""
+        scale = [c @ self.scene.between(pair[1]).T for pair, c in laws if pair in self._scaling]
+        return np.asarray(1 + np.sum([np.zeros(len(self.current)), *scale], axis=0))[:, None]
+
+    def _added(self, pair: Pair, points: np.ndarray, laws: Laws) -> np.ndarray:
+        """Changes (n, m, k) in bar of the pressure with the coefficients of a law, before it is scaled and read."""
         scene, (quantity, on) = self.scene, pair
-        if quantity == "pressure sensor":
-            return scene.reading(quantity, on, predicted, self.finer.get(pair, 0))
         if on in scene.of_runs:
-            # A line pressure times the prediction: the gain's own column leaves out the other laws.
-            column = (predicted if quantity == "line pressure"
-                      else self.columns(points, laws, predicted)[0][:, _BETWEEN[quantity]])
+            slowed = self._slowed(points, laws)[0]
+            step = _STEP * np.eye(3)[_BETWEEN[quantity]]
+            column = (self._own(slowed + step, self.clock) - self._own(slowed, self.clock)) / _STEP
             if quantity == "valve delay":  # a change of the delay of each engagement, and not of the nominal one
-                column = column * ((1 + points[:, 0]) / self._slowed(points, laws)[1])[:, None]
+                column = column * (1 + points[:, :1])
             return np.asarray(column[:, None] * scene.between(on)[:, :, None])
         points = self._slowed(points, laws)[0]
         gain = self._vectors(points)[:, self._places[2], None, None]

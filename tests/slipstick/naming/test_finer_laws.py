@@ -16,7 +16,9 @@ from slipstick.naming import mechanics
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.fit import fit
 from slipstick.naming.forward import _uneven, forward
+from slipstick.naming.law_map import refined
 from slipstick.naming.measured import law_points
+from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.selection import Finding
 from slipstick.naming.settings import NamingSettings
@@ -57,7 +59,7 @@ def test_two_laws_are_still_two() -> None:
 
 
 @pytest.mark.parametrize(("pair", "times"), [
-    (OVER_SPEED, 2), (("load torque", "run order"), 0), (GAIN, 2), (("output speed sensor", "lag"), 1),
+    (OVER_SPEED, 2), (("load torque", "run order"), 0), (GAIN, 2), (("output speed sensor", "lag"), 2),
     (("output speed sensor", "offset"), 0), (("output speed sensor", "time"), 2),
     (("output torque sensor", "pressure"), 0)])
 def test_laws_over_signals_and_some_errors_of_sensors_can_be_finer(pair: Pair, times: int) -> None:
@@ -107,6 +109,23 @@ def test_a_strong_gain_error_of_the_torque_sensor_is_a_function_of_the_true_torq
     size = smooth["output_torque"].max() / torque.max()
     close = np.abs(law.change - 0.3 * size * law.x / law.x[-1])[seen].max() < 0.02
     assert close == right
+
+
+@pytest.mark.parametrize("pair", [("piston rate", "piston rate"), ("piston rate", "pressure"),
+                                  ("piston rate", "piston position"), ("clearance", "pressure"),
+                                  ("film torque", "slip"), ("chamber pressure", "input speed")])
+def test_a_law_of_the_piston_is_the_same_at_twice_the_resolution(pair: Pair) -> None:
+    block, laws, predicted = block_of("clutch", plain()), [], []
+    assert isinstance(block, ClutchBlock)
+    points = np.zeros((COUNT, len(block.random)))
+    c = 0.3 * np.random.default_rng(1).standard_normal(block.size(pair))
+    for finer in (0, 1):
+        block.finer = {pair: finer}
+        laws.append(block.law(pair))
+        predicted.append(block.base(points, [(pair, c if not finer else refined(laws[0], c, laws[1]))]))
+    assert laws[1].onto.shape[1] > 1.5 * laws[0].onto.shape[1]
+    changed = np.abs(predicted[0] - block.base(points)).max()
+    assert np.abs(predicted[1] - predicted[0]).max() < 0.02 * changed
 
 
 def test_what_all_engagements_have_in_common_is_part_of_a_law_of_the_torque_over_the_runs() -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.fit import fit, fit_together
-from slipstick.naming.forward import forward
+from slipstick.naming.forward import _backward, forward
+from slipstick.naming.selection import Finding
 from slipstick.naming.settings import NamingSettings
 
 Pair = tuple[str, str]
@@ -29,7 +31,7 @@ class Line:
     offered: tuple[Pair, ...]
     shown: np.ndarray = field(default_factory=lambda: np.ones(1))
     signal: str = "any"
-    scene: Any = None
+    scene: Any = field(default_factory=lambda: SimpleNamespace(of_runs=()))
     fine: int = 9
     finer: Mapping[Pair, int] = field(default_factory=dict)
     random: tuple[str, ...] = ("slope",)
@@ -126,3 +128,17 @@ def test_the_leverage_on_a_law_is_the_share_of_each_engagement_in_what_is_known_
     assert both.leverage(FIRST).sum() == pytest.approx(1, abs=0.1)  # the prior tells the rest
     together = fit_together(list(two({SENSOR: 0.1}, {SENSOR: 0.1}).values()), [(SENSOR,)] * 2, [None] * 2)
     assert sum(one.leverage(SENSOR).sum() for one in together) == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize(("true", "left"), [({FIRST: 0.3}, [FIRST]), ({FIRST: 0.3, SENSOR: 0.3}, [SENSOR, FIRST])])
+def test_a_finding_that_a_later_one_replaces_is_dropped(true: dict[Pair, float], left: list[Pair]) -> None:
+    blocks = two(true, {SENSOR: true.get(SENSOR, 0.0)})
+    its = {"a": (SENSOR, FIRST), "b": (SENSOR,)}
+    found = fit_together(list(blocks.values()), list(its.values()), [None] * 2)
+    fits = dict(zip(blocks, found, strict=True))
+    findings = [Finding(("a", "b"), SENSOR, np.ones(36)), Finding(("a",), FIRST, np.ones(36))]
+    after, kept = _backward(fits, findings, NamingSettings())
+    assert [one.pair for one in kept] == left
+    assert list(after["b"].laws) == [law for law in left if law == SENSOR]
+    alone = _backward(fits, findings[:1], NamingSettings())[1]
+    assert [one.pair for one in alone] == [SENSOR]  # what no later one follows was tested when it was chosen

@@ -1,0 +1,52 @@
+"""Where more engagements are bad than may be set aside, the worst are, and what the findings explain is not bad."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.model import Model
+from slipstick.naming import study
+from slipstick.naming.study import Naming, name
+from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.signals import SIGNAL_UNITS
+from tests.benches import HEAVY
+from tests.slipstick.naming.engagements import scene_of
+
+COUNT, BAD = 24, [3, 8, 15]
+MOST = 2
+"""A tenth of the engagements, in whole ones."""
+
+
+@cache
+def recordings() -> Recordings:
+    """Output speeds that lose a tenth for a while after lock-up, as if belts slipped, in too many engagements."""
+    recorded = scene_of(HEAVY, Model(HEAVY.physics), COUNT, seed=1).recordings
+    assert recorded.signals is not None
+    values = {signal: recorded.signals[signal].copy() for signal in SIGNAL_UNITS}
+    time = recorded.signals.time
+    for row in BAD:
+        since = recorded.measured_time[row] + 0.1
+        values["output_speed"][row] *= np.where((time > since) & (time < since + 0.2), 0.9, 1.0)
+    return replace(recorded, signals=Signals(time, *values.values()))
+
+
+def named() -> Naming:
+    """The naming of these recordings."""
+    return name(HEAVY, recordings())
+
+
+def test_the_worst_are_set_aside_and_nothing_is_named() -> None:
+    found = named()
+    assert len(found.set_aside) == MOST
+    assert set(found.set_aside) < set(BAD)
+    assert found.findings == ()
+
+
+def test_without_this_none_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    left = named().chi_square["load"]
+    monkeypatch.setattr(study, "outlying", lambda *_: np.zeros(0, int))
+    found = named()
+    assert found.set_aside == ()
+    assert found.chi_square["load"] > 5 * left
