@@ -18,6 +18,7 @@ from slipstick.blocks.sensor_noise import Noise, noise_of, sensor_noise
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.effects.effect import DEPENDENCES
 from slipstick.naming.bases import between, between_knots, doubled, from_zero, hats, sensor_basis
+from slipstick.naming.release import released
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings, Signals
@@ -27,6 +28,8 @@ Pair = tuple[str, str]
 
 _TIMER_NOISE = 0.003
 """Noise in s of the measured shifting time where the bench states none: one sample of a usual recording."""
+_KERNEL = 4
+"""Standard deviations of the smoothing kernel within which smooth signals still show the jump at lock-up."""
 _ERRORS, _SAMPLES = 4, 2
 """Margin about lock-up, where the torque jumps: in standard errors of the shifting time, and in samples."""
 _TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
@@ -301,8 +304,13 @@ class Scene:
 
     @property
     def locked(self) -> np.ndarray:
-        """Samples (n, k) that are certainly after lock-up."""
-        return np.asarray(self.time > (self.recordings.measured_time + self.margin)[:, None])
+        """Samples (n, k) that are certainly after lock-up, and before the plates may slip again."""
+        locked = np.asarray(self.time > (self.recordings.measured_time + self.margin)[:, None])
+        if not self.has("output_torque", "pressure"):
+            return locked
+        torque, pressure = self.smooth["output_torque"], self.smooth["pressure"]
+        settled = self.recordings.measured_time + self.margin + _KERNEL * self.settings.smoothing * self.step
+        return np.asarray(locked & ~released(torque, pressure, self.slipping, self.time > settled[:, None]))
 
     @property
     def slip(self) -> np.ndarray:
