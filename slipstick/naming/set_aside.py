@@ -23,7 +23,9 @@ _BELIEVED = 3.0
 
 
 def outlying(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.ndarray:
-    """Engagements (n,) far worse than the others in one of some blocks, the worst first."""
+    """Engagements (n,) far worse than the others in one of some blocks, the worst first; none without blocks."""
+    if not chi_squares:
+        return np.zeros(0, int)
     off = np.max([_misfit(one, settings) for one in chi_squares], axis=0)
     return np.asarray(np.argsort(-off, kind="stable")[:int((off > 1).sum())])
 
