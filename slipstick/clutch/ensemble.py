@@ -1,7 +1,8 @@
 """Simulation of many engagements at once: shifting times, and signals at sample times.
 
-The compiled integrator consists of `driver` (main loop), `integrator` (step), `hydraulics` and `driveline` (equations,
-with all effects of the catalogue). `reference` is the slow, readable reference implementation.
+The compiled integrator consists of `driver` (main loop), `integrator`, `steps`, `events` and `sampling` (one step),
+`flow` (the solution of eq. 1), `hydraulics` and `driveline` (equations, with all effects of the catalogue). `reference`
+is the slow, readable reference implementation.
 """
 
 import math
@@ -39,7 +40,7 @@ _MAX_SAMPLE_VALUES = 2_000_000
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Maximum steps in s: `fine` where f_reg may change, `coarse` elsewhere."""
+    """Steps in s: at most `coarse`, and at least `fine` unless a time constant is shorter (`steps`)."""
 
     fine: float
     coarse: float

@@ -36,9 +36,8 @@ NO_EVENT, LOCKS, STOPS, STARTS, RELEASES, DIVERGES = range(6)
 def mark_events(b):
     """Set EVENT to 1 where a step ends at a breakpoint of the current, and to 2 where it contains a located event.
 
-    Located events end a discrete state, or mark divergence. Returns the sum of EVENT over the lanes.
+    Located events end a discrete state, or mark divergence.
     """
-    total = 0
     for i in range(LANES):
         input_speed, output_speed = b[END + 3 * LANES + i], b[END + 4 * LANES + i]
         slip = input_speed * b[INVERSE_GEAR + i] - output_speed
@@ -50,10 +49,7 @@ def mark_events(b):
         size = abs(input_speed) + abs(output_speed) + abs(b[END + i]) + abs(b[END + LANES + i])
         is_bounded = size + abs(b[END + 2 * LANES + i]) < DIVERGENCE_LIMIT
         mark = 2.0 if (locks | releases | stops | starts | (not is_bounded)) else 0.0
-        mark = max(mark, 1.0) if b[END_TIME + i] >= b[SEGMENT_END + i] else mark
-        b[EVENT + i] = mark
-        total += int(mark)
-    return total
+        b[EVENT + i] = max(mark, 1.0) if b[END_TIME + i] >= b[SEGMENT_END + i] else mark
 
 
 @kernel

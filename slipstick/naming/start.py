@@ -101,13 +101,9 @@ def begin(scene: Scene, ask: Ask) -> Start:
         found = parameters_of(fits), converter_of(fits, scene.bench.physics.curves)
         scene = scene.explained("output_torque", scene.model_torque(torque, *found))
     if "load" in can:
-        load_block = LoadBlock(scene)
-        fits["load"] = fit(load_block)
-        scene = _explained(scene, load_block, fits["load"])
+        scene, load_block, fits["load"] = _again(LoadBlock, scene)
     if "input" in can:
-        input_block = InputBlock(scene)
-        fits["input"] = fit(input_block)
-        scene = _explained(scene, input_block, fits["input"])
+        scene, _, fits["input"] = _again(InputBlock, scene)
     if "lock" in can:
         ask(Asked("lock", ("lock",)))
         fits["lock"] = fit(LockBlock(scene, load_block.clean(fits["load"].points)))
@@ -117,6 +113,12 @@ def begin(scene: Scene, ask: Ask) -> Start:
         wait = LONG_WAIT if onset.chi2.mean() > scene.settings.strong else WAIT
         fits["contact"] = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
     return Start(valve, findings, closing_piston, fits, scene.noise)
+
+
+def _again(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
+    """A block of a scene whose noise is known and its fit, and the scene with the speed that it explains."""
+    found = fit(block := kind(scene))
+    return _explained(scene, block, found), block, found
 
 
 def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
