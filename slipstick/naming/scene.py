@@ -57,7 +57,8 @@ class Scene:
     `smooth` maps each measured signal to (n, k) without noise, `noise` to the standard deviation and autocorrelation of
     its sensor, which is not estimated again where `noise_is_known`. Laws have the knots of the `settings`. `base`
     (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some are set aside.
-    `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation.
+    `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation;
+    `pressure_modes` (n, r, k) in bar is how far the pressure of each engagement is known, as `ValveBlock.modes` has it.
     """
 
     bench: Bench
@@ -69,6 +70,7 @@ class Scene:
     order: np.ndarray | None = None
     noise_is_known: bool = False
     pressure_error: Noise = 0.0, 0.0
+    pressure_modes: np.ndarray | None = None
 
     @classmethod
     def of(cls, bench: Bench, recordings: Recordings, settings: NamingSettings) -> "Scene":
