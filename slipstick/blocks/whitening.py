@@ -5,10 +5,11 @@ the block integrates a noisy input, the integrated noise x of that input:
 
     y_t = x_t + v_t,   x_{t+1} = decay_t x_t + onto_t u_t,   x_0 = 0,   v and u stationary, first-order autoregressive
 
-The innovations of the Kalman filter of this system, divided by their standard deviations, are independent with unit
-variance: products of whitened columns are products under the inverse covariance of y (Durbin and Koopman, Time Series
-Analysis by State Space Methods, section 4.3). The filter is linear, so that it is applied to residuals and to the
-columns of a linear model alike.
+What is known of an input may also be uncertain along some modes, functions of time that add to y with independent
+standard normal weights: constant states of the same system. The innovations of its Kalman filter, divided by their
+standard deviations, are independent with unit variance: products of whitened columns are products under the inverse
+covariance of y (Durbin and Koopman, Time Series Analysis by State Space Methods, section 4.3). The filter is linear, so
+that it is applied to residuals and to the columns of a linear model alike.
 """
 
 from dataclasses import dataclass, replace
@@ -32,12 +33,13 @@ class BlockNoise:
     input_correlation: float = 0.0
     decay: np.ndarray | None = None
     onto: np.ndarray | None = None
+    modes: np.ndarray | None = None
 
     def of(self, rows: slice) -> "BlockNoise":
         """The noise of some of the n engagements."""
-        if self.decay is None or self.onto is None:
-            return self
-        return replace(self, decay=self.decay[rows], onto=self.onto[rows])
+        of_each = {name: values[rows] for name in ("decay", "onto", "modes")
+                   if (values := getattr(self, name)) is not None}
+        return replace(self, **of_each)
 
 
 def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:
@@ -46,6 +48,11 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     Samples that are not counted are missing, not zero: the noise goes on over them.
     """
     n, p, k = columns.shape
+    if noise.modes is not None:
+        plain = replace(noise, modes=None)
+        out, modes = whitened(columns, counted, plain), whitened(noise.modes[:, :, :k], counted, plain)
+        _without_modes(out, counted, modes)
+        return out
     if noise.correlation == 0 and noise.decay is None:  # the samples are independent already
         return columns * (counted / noise.std)[:, None]
     out = np.zeros((n, p, k))
@@ -76,6 +83,40 @@ def _autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped
                     weight = following if known[t] == rho else 1 / (std * np.sqrt(1 - known[t] * known[t]))
                     out[i, j, t] = (columns[i, j, t] - known[t] * before) * weight
                     before = columns[i, j, t]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _without_modes(white, counted, modes):  # type: ignore[no-untyped-def]
+    """Make rows of unit variance of `white` (n, p, k), in which `modes` (n, r, k) of unit variance are left."""
+    n, p, k = white.shape
+    r = modes.shape[1]
+    gain, scale = np.zeros((k, r)), np.zeros(k)
+    for i in range(n):
+        covariance = np.eye(r)  # of the weights, given the samples so far
+        for t in range(k):
+            if counted[i, t]:
+                variance = 1.0
+                for a in range(r):
+                    gain[t, a] = 0.0
+                    for b in range(r):
+                        gain[t, a] += covariance[a, b] * modes[i, b, t]
+                    variance += gain[t, a] * modes[i, a, t]
+                for a in range(r):
+                    for b in range(r):
+                        covariance[a, b] -= gain[t, a] * gain[t, b] / variance
+                for a in range(r):
+                    gain[t, a] /= variance
+                scale[t] = 1 / np.sqrt(variance)
+        for j in range(p):
+            weight = np.zeros(r)
+            for t in range(k):
+                if counted[i, t]:
+                    innovation = white[i, j, t]
+                    for a in range(r):
+                        innovation -= weight[a] * modes[i, a, t]
+                    for a in range(r):
+                        weight[a] += gain[t, a] * innovation
+                    white[i, j, t] = innovation * scale[t]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -12,7 +12,7 @@ import scipy
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.bases import hats
 from slipstick.naming.block import Laws, Pair
-from slipstick.naming.piston import OWN, ClutchBlock, last_of
+from slipstick.naming.piston import OWN, ClutchBlock, Late, last_of
 from slipstick.naming.scene import Scene
 
 _AFTER = 0.02
@@ -34,13 +34,13 @@ class OnsetBlock(ClutchBlock):
 
     name = "onset"
 
-    def __init__(self, scene: Scene, pressure: np.ndarray, after: float = _AFTER,
+    def __init__(self, scene: Scene, pressure: np.ndarray, late: Late | None = None, after: float = _AFTER,
                  contact: np.ndarray | None = None, laws: Laws = (), finer: Mapping[Pair, int] | None = None) -> None:
         """`contact` (n, k) in s is the time in contact, from an earlier fit: the window then ends after it begins.
 
         `laws` are those that the block will have, `finer` as it says: an offset among them is not taken off as well.
         """
-        super().__init__(scene, pressure)
+        super().__init__(scene, pressure, late)
         self.finer = finer or {}
         self.measured = self.measured - self._zero([(pair, c) for pair, c in laws if pair[0] == "output torque sensor"])
         first = self._onset()
@@ -75,12 +75,12 @@ class ContactBlock(ClutchBlock):
     name = "contact"
     random: tuple[str, ...] = ("friction_coefficient",)
 
-    def __init__(self, scene: Scene, pressure: np.ndarray, points: np.ndarray, laws: Laws = (),
+    def __init__(self, scene: Scene, pressure: np.ndarray, points: np.ndarray, late: Late | None = None,
                  wait: float = WAIT) -> None:
-        """`points` (n, 7) and `laws` are those of the clutch or onset block."""
-        super().__init__(scene, pressure)
+        """`points` (n, 7) are those of the clutch or onset block."""
+        super().__init__(scene, pressure, late)
         self._piston = points[:, 1:].copy()
-        self.in_contact = ClutchBlock(scene, pressure).contact(points, laws)
+        self.in_contact = ClutchBlock(scene, pressure).contact(points)
         self.counted = self.counted & (self.in_contact.full > wait)
         self.widest = np.array([0.2])
         self.random_std = np.array([np.inf])
@@ -88,6 +88,7 @@ class ContactBlock(ClutchBlock):
         self._off = np.zeros(self._unknown.shape[1])
         self.fixed = ("clock", *(f"pressure {i}" for i in range(len(self._off))))
         self.fixed_std = np.array([scene.step, *[scene.pressure_error[0]] * len(self._off)])
+        self.know(points[:, :1])
 
     def at(self, shared: np.ndarray) -> None:
         """Set the clock, in s, and the errors (m,) of the pressure in bar: the `shared` values (1 + m,)."""
@@ -103,8 +104,8 @@ class ContactBlock(ClutchBlock):
         return np.concatenate([super().shared_columns(points, laws, predicted), self._unknown], axis=1)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
-        """That of the sensor: pressure and speeds are those that other blocks explain."""
-        return BlockNoise(*self.scene.noise[self.signal])
+        """That of the sensor, and how far the pressure is known: what it lacks are shared values."""
+        return BlockNoise(*self.scene.noise[self.signal], modes=self.modes)
 
     def _of_profiles(self) -> np.ndarray:
         """Changes (n, m, k) in N m of the torque with errors of the pressure over time, for each current profile."""

@@ -84,9 +84,13 @@ class Fitted:
 
     def at(self, coefficients: np.ndarray) -> "Fitted":
         """The same linear model at other `coefficients` (c - 1,), with the random effects that follow."""
+        return replace(self, coefficients=coefficients, each=_predicted(self.gram, self.spread, coefficients))
+
+    @property
+    def spread(self) -> np.ndarray:
+        """Covariances (n, q, q) of the random effects given the data and the coefficients."""
         q = self.gram.random
-        spread, _ = _integrated(self.gram.products[:, :q, :q], self.variance)
-        return replace(self, coefficients=coefficients, each=_predicted(self.gram, spread, coefficients))
+        return _integrated(self.gram.products[:, :q, :q], self.variance)[0]
 
     @property
     def squares(self) -> np.ndarray:

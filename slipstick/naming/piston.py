@@ -4,7 +4,7 @@ The pressure is that of the valve block, without noise: the piston integrates it
 parameters, so that start values are searched (`search`) and its columns are finite differences.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import scipy
@@ -32,28 +32,35 @@ _CLOCK_STEP = 1e-5
 _FACTORS = ("friction", "film")
 """Kinds of laws that change factors of the torque."""
 _EMPTY = np.zeros(0)
+Late = Callable[[float], np.ndarray]
+"""The pressure (n, k) in bar of so many s before each sample."""
 
 
 class ClutchBlock:
     """Output torque of slipping plates; its parameters are those of friction and of the closing piston.
 
-    `in_contact`, on which laws depend, is without contact until a fit of the piston sets it.
+    `in_contact`, on which laws depend, is without contact until a fit of the piston sets it. `modes` (n, r, k) in N m
+    are how far the torque is known, because the pressure is.
     """
 
     name, signal = "clutch", "output_torque"
     random: tuple[str, ...] = OWN
     fixed: tuple[str, ...] = ("clock",)
 
-    def __init__(self, scene: Scene, pressure: np.ndarray) -> None:
-        """`pressure` (n, k) in bar is that of the valve block."""
+    def __init__(self, scene: Scene, pressure: np.ndarray, late: Late | None = None) -> None:
+        """`pressure` (n, k) in bar is that of the valve block, and `late` what it was some time before.
+
+        Without `late` it is linear between two samples.
+        """
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
         self.measured = scene.measured(self.signal)
-        self.pressure = pressure
+        self.pressure, self.late = pressure, late
         self.change = np.gradient(pressure, scene.time, axis=1)
         self.slip = np.maximum(scene.smooth["input_speed"] / scene.gear - scene.smooth["output_speed"], 0.0)
         self.counted = scene.slipping
         self.in_contact = Contact(np.zeros(pressure.shape), np.zeros(pressure.shape))
+        self.modes: np.ndarray | None = None
         self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
         self._set(0.0)
         self.end = last_of(self.counted)
@@ -74,8 +81,15 @@ class ClutchBlock:
 
     def _set(self, clock: float) -> None:
         self.clock, self._sums = clock, None
+        self._inputs = (*self._pressed(clock), bases.delayed(self.slip, clock / self.scene.step))
+
+    def _pressed(self, clock: float) -> tuple[np.ndarray, np.ndarray]:
+        """The pressure in bar of `clock` s before, and its derivative in bar/s, (n, k) each."""
+        if clock and self.late is not None:
+            pressure = self.late(clock)
+            return pressure, np.gradient(pressure, self.scene.time, axis=1)
         late = clock / self.scene.step
-        self._inputs = tuple(bases.delayed(one, late) for one in (self.pressure, self.change, self.slip))
+        return bases.delayed(self.pressure, late), bases.delayed(self.change, late)
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m as the sensor reads it, at `points` (n, q); 0 after the samples that are counted."""
@@ -103,7 +117,21 @@ class ClutchBlock:
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor, and what the error of the explained pressure makes of the torque in full contact."""
         error, its = self.scene.pressure_error
-        return BlockNoise(*added(self.scene.noise[self.signal], (self.torque_per_bar * error, its)))
+        sensor = added(self.scene.noise[self.signal], (self.torque_per_bar * error, its))
+        return BlockNoise(*sensor, modes=self.modes)
+
+    def know(self, points: np.ndarray) -> None:
+        """Set `modes` to the changes of the torque at `points` (n, q) with the modes of the pressure."""
+        if self.scene.pressure_modes is None:
+            return
+        now, torque = self._inputs, self.base(points)
+        moved = []
+        for mode in self.scene.pressure_modes.transpose(1, 0, 2):
+            its = mode, np.gradient(mode, self.scene.time, axis=1)
+            late = (bases.delayed(one, self.clock / self.scene.step) for one in its)
+            self._inputs = (*(one + more for one, more in zip(now[:2], late, strict=True)), now[2])
+            moved.append(self.base(points) - torque)
+        self._inputs, self.modes = now, np.stack(moved, axis=1)
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in N m (n, q, k) with the parameters, and (n, p, k) in N m/s with the clock."""

@@ -18,7 +18,7 @@ from slipstick.blocks.sensor_noise import Noise, noise_of, sensor_noise
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.effects.effect import DEPENDENCES
 from slipstick.naming.bases import between, between_knots, doubled, from_zero, hats, sensor_basis
-from slipstick.naming.release import released
+from slipstick.naming.release import released, slips_until
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings, Signals
@@ -57,7 +57,8 @@ class Scene:
     `smooth` maps each measured signal to (n, k) without noise, `noise` to the standard deviation and autocorrelation of
     its sensor, which is not estimated again where `noise_is_known`. Laws have the knots of the `settings`. `base`
     (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some are set aside.
-    `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation.
+    `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation;
+    `pressure_modes` (n, r, k) in bar is how far the pressure of each engagement is known, as `ValveBlock.modes` has it.
     """
 
     bench: Bench
@@ -69,6 +70,7 @@ class Scene:
     order: np.ndarray | None = None
     noise_is_known: bool = False
     pressure_error: Noise = 0.0, 0.0
+    pressure_modes: np.ndarray | None = None
 
     @classmethod
     def of(cls, bench: Bench, recordings: Recordings, settings: NamingSettings) -> "Scene":
@@ -299,8 +301,16 @@ class Scene:
 
     @property
     def slipping(self) -> np.ndarray:
-        """Samples (n, k) that are certainly before lock-up."""
-        return np.asarray(self.time < (self.recordings.measured_time - self.margin)[:, None])
+        """Samples (n, k) that are certainly before lock-up, by the measured shifting time and by the speeds.
+
+        The noise of the shifting time that a bench states may be too small.
+        """
+        before = np.asarray(self.time < (self.recordings.measured_time - self.margin)[:, None])
+        if not self.has("input_speed", "output_speed"):
+            return before
+        slip = self.smooth["input_speed"] - self.gear * self.smooth["output_speed"]
+        locked = self.time > (self.recordings.measured_time + self.margin)[:, None]
+        return np.asarray(before & slips_until(slip, locked))
 
     @property
     def locked(self) -> np.ndarray:

@@ -6,6 +6,7 @@ A block can be asked if the signals that it needs were measured.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from slipstick.naming.forward import forward
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.parameters import converter_of, parameters_of
-from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.piston import ClutchBlock, Late
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, is_unexplained
@@ -75,18 +76,20 @@ def begin(scene: Scene, ask: Ask) -> Start:
         fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
         pressure = valve_block.pressure(valve[1].points, valve[1].held)
+        late = partial(valve_block.pressure, valve[1].points, valve[1].held)
+        modes = valve_block.modes(valve[1].points, valve[1].held, valve[1].fitted.spread)
         left, profiles = valve_block.measured - valve[1].predicted, scene.recordings.conditions.current_profile
         # Only where it lacks something: an error that is estimated where there is none costs friction laws power.
         lacks = valve[1].laws or is_unexplained(valve[1].chi2, valve[1].chi2, scene.settings)
         scene = replace(scene.explained("pressure", pressure),
-                        pressure_error=in_common(left, profiles) if lacks else (0.0, 0.0))
+                        pressure_error=in_common(left, profiles) if lacks else (0.0, 0.0), pressure_modes=modes)
     if "clutch" in can:
         ask(Asked("onset", ("clutch",)))
-        rough = _rough(scene, pressure)
-        closing_piston = _onset(scene, pressure, rough)
-        contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points))
+        rough = _rough(scene, pressure, late)
+        closing_piston = _onset(scene, pressure, late, rough)
+        contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points, late))
         scene = _with_noise(scene, closing_piston.onset, contact)
-        closing_piston = _onset(scene, pressure, rough)
+        closing_piston = _onset(scene, pressure, late, rough)
     fits = {}
     if "load" in can or "input" in can:
         torque = _torque(scene, closing_piston)
@@ -111,7 +114,7 @@ def begin(scene: Scene, ask: Ask) -> Start:
         ask(Asked("contact", ("contact",)))
         onset = closing_piston.onset
         wait = LONG_WAIT if onset.chi2.mean() > scene.settings.strong else WAIT
-        fits["contact"] = fit(ContactBlock(scene, pressure, onset.points, wait=wait))
+        fits["contact"] = fit(ContactBlock(scene, pressure, onset.points, late, wait))
     return Start(valve, findings, closing_piston, fits, scene.noise)
 
 
@@ -163,19 +166,21 @@ def noise_left(start: Start, fits: Mapping[str, BlockFit]) -> dict[str, Noise]:
     return {its[0].block.signal: noise_of(*_left(its), its[0].noise) for its in leave}
 
 
-def _rough(scene: Scene, pressure: np.ndarray) -> CurvedFit:
+def _rough(scene: Scene, pressure: np.ndarray, late: Late) -> CurvedFit:
     """The piston until shortly after the torque sets in, from a search."""
-    block = OnsetBlock(scene, pressure)
+    block = OnsetBlock(scene, pressure, late)
     clock = np.zeros(len(block.fixed))
     return fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
 
 
-def _onset(scene: Scene, pressure: np.ndarray, rough: CurvedFit) -> Closing:
+def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> Closing:
     """The piston up to full contact, where a `rough` fit has it, and the clutch with its time in contact."""
-    clutch = ClutchBlock(scene, pressure)
-    block = OnsetBlock(scene, pressure, contact=clutch.contact(rough.points, ()).full)
+    clutch = ClutchBlock(scene, pressure, late)
+    block = OnsetBlock(scene, pressure, late, contact=clutch.contact(rough.points, ()).full)
+    block.know(rough.points)
     onset = settled(block, rough.points, rough.shared)
     clutch.in_contact = clutch.contact(onset.points, ())
+    clutch.know(onset.points)
     return Closing(clutch, onset, block.counted)
 
 

@@ -127,7 +127,7 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
     points[:, 0] = contact.points[:, 0]
     clutch = settled(block, points, clock, contact.laws, contact.coefficients)
     if contact.laws:
-        window = OnsetBlock(block.scene, block.pressure, laws=contact.held, finer=block.finer)
+        window = OnsetBlock(block.scene, block.pressure, block.late, laws=contact.held, finer=block.finer)
         window.fine, window.in_contact = block.fine, block.in_contact
         found = search(window, clock, contact.held)
         found[:, 0] = contact.points[:, 0]

@@ -73,17 +73,29 @@ class ValveBlock:
         self._full = self._own(self._slowed(points, laws)[0], self.clock)
         for pair, coefficients in laws:
             if pair[0] not in ("valve delay", "pressure sensor") and pair not in self._scaling:
-                self._full = self._full + coefficients @ self._added(pair, points, laws)
+                added = coefficients @ self._added(pair, points, laws)
+                self._full = self._full + bases.delayed(added, self.clock / self.scene.step)
         # The line pressure scales what the current demands, and the sensor reads what comes of both.
         self._true = self._full * self._scale(laws)
         return np.asarray(self._true + self.scene.error(self._true, laws, "pressure sensor", self.finer))
 
-    def pressure(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """Pressure (n, k) in bar without the errors of its sensor and of its clock."""
-        clock, self.clock = self.clock, 0.0
+    def pressure(self, points: np.ndarray, laws: Laws = (), late: float = 0.0) -> np.ndarray:
+        """Pressure (n, k) in bar of `late` s before each sample, without the errors of its sensor and of its clock."""
+        clock, self.clock = self.clock, late
         pressure = self.base(points, [(pair, c) for pair, c in laws if pair[0] != "pressure sensor"])
         self.clock = clock
         return pressure
+
+    def modes(self, points: np.ndarray, laws: Laws, covariance: np.ndarray) -> np.ndarray:
+        """Changes (n, 3, k) of the pressure in bar, by one standard deviation along each axis of a covariance.
+
+        `covariance` (n, 3, 3) is that of the parameters of each engagement given what was measured.
+        """
+        now = self.pressure(points, laws)
+        own = [(self.pressure(points + _STEP * unit, laws) - now) / _STEP for unit in np.eye(3)]
+        variance, axes = np.linalg.eigh(covariance)
+        scaled = axes * np.sqrt(np.maximum(variance, 0))[:, None]
+        return np.asarray(np.einsum("nqr,qnk->nrk", scaled, np.array(own)))
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor: the current is commanded and has none."""

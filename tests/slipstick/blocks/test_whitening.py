@@ -1,5 +1,7 @@
 """The whitening filter against the dense covariance of the noise, and on noise that is simulated."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
@@ -13,6 +15,8 @@ def covariance(noise: BlockNoise, i: int) -> np.ndarray:
     """Covariance (k, k) of the noise of an engagement, from its definition."""
     steps = np.arange(K)
     sensor = noise.std**2 * toeplitz(noise.correlation**steps)
+    if noise.modes is not None:
+        sensor = sensor + noise.modes[i].T @ noise.modes[i]
     if noise.decay is None or noise.onto is None:
         return sensor
     reach = np.zeros((K, K))  # what the integral is at each sample of an input that is 1 at one sample
@@ -31,13 +35,16 @@ def driven(n: int) -> BlockNoise:
 @pytest.mark.parametrize("n", [1, 3])
 @pytest.mark.parametrize("missing", [False, True])
 @pytest.mark.parametrize("integrated", [False, True])
-def test_products_are_those_under_the_inverse_covariance(n: int, missing: bool, integrated: bool) -> None:
+@pytest.mark.parametrize("modes", [False, True])
+def test_products_are_those_under_the_inverse_covariance(n: int, missing: bool, integrated: bool, modes: bool) -> None:
     rng = np.random.default_rng(1)
     columns, counted = rng.normal(size=(n, 4, K)), np.ones((n, K), bool)
     if missing:
         counted = rng.random((n, K)) < 0.6
         counted[0, :3] = False
     noise = driven(n) if integrated else BlockNoise(0.3, 0.7)
+    if modes:
+        noise = replace(noise, modes=rng.normal(size=(n, 2, K)))
     found = whitened(columns, counted, noise)
     for i in range(n):
         kept = columns[i][:, counted[i]]

@@ -1,11 +1,11 @@
-"""Samples after lock-up end where the plates may slip again."""
+"""Samples of slip end at lock-up, and samples after lock-up where the plates may slip again."""
 
 import numpy as np
 import pytest
 
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch import ensemble
-from slipstick.naming.release import released
+from slipstick.naming.release import released, slips_until
 from tests.benches import NOMINAL
 
 TIME = np.arange(0.0, 3.0, 2e-3)
@@ -37,3 +37,28 @@ def test_plates_that_stay_locked_are_not_released(last: float) -> None:
     found, slips = engagement(np.where(FALLS > 1.5, last, CURRENT))
     assert not slips.any()
     assert not found.any()
+
+
+def late(error: float, noise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What `slips_until` finds, (2, k), where the plates slip, and what is before a shifting time late by `error` s."""
+    locks = np.array([0.6, 0.9])[:, None]
+    slip = 100.0 * np.sqrt(np.maximum(1 - TIME / locks, 0))
+    random = np.random.default_rng(2)
+    measured = 3.0 + slip + noise * random.standard_normal(slip.shape)  # with an offset of the speeds
+    before = locks + error - 0.01 > TIME
+    return slips_until(measured, locks + error + 0.01 < TIME), slip > 0, before
+
+
+def test_samples_after_a_lock_up_that_was_measured_late_are_not_taken_for_slip() -> None:
+    found, slips, before = late(0.05, 0.5)
+    assert np.any(before & ~slips)
+    assert not np.any(before & found & ~slips)
+    assert np.all(found[slips].reshape(-1)[:100])
+    assert (slips & ~found).sum() < 10  # near lock-up
+    found, slips, before = late(0.0, 0.5)
+    assert (before & ~found).sum() < 10
+
+
+def test_without_samples_after_lock_up_all_are_taken_for_slip() -> None:
+    slip = np.ones((2, 30))
+    assert np.all(slips_until(slip, np.zeros(slip.shape, bool)))
