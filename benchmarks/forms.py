@@ -1,12 +1,12 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
-    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond|abroad]
+    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond|abroad|afield]
 
 The forms are those of a list of cases (forms.csv, forms_unseen.csv, forms_elsewhere.csv, forms_fresh.csv,
-forms_later.csv, forms_further.csv, forms_beyond.csv, forms_abroad.csv). Each form of a listed pair is compared with
-each catalogue effect of the same pair, at its typical strength and on the benches on which the list may have it: the
-RMS difference after the best fit of the effect's coefficients within their bounds, as a share of the range of the form.
-Both are evenly spaced over the abscissae that twelve engagements with the form visit.
+forms_later.csv, forms_further.csv, forms_beyond.csv, forms_abroad.csv, forms_afield.csv). Each form of a listed pair is
+compared with each catalogue effect of the same pair, at its typical strength and on the benches on which the list may
+have it: the RMS difference after the best fit of the effect's coefficients within their bounds, as a share of the range
+of the form. Both are evenly spaced over the abscissae that twelve engagements with the form visit.
 
 - Where the law is over one number, a second fit adds a constant, which a parameter of the model would take up.
 - A lag, an offset or a compliance is compared as such, with the constant of the catalogue; zero counts to its range.
@@ -44,6 +44,8 @@ from tests.validation.hidden.seventh import BENCHES as OF_SEVENTH
 from tests.validation.hidden.seventh import SEVENTH
 from tests.validation.hidden.sixth import BENCHES as OF_SIXTH
 from tests.validation.hidden.sixth import SIXTH
+from tests.validation.hidden.tenth import BENCHES as OF_TENTH
+from tests.validation.hidden.tenth import TENTH
 from tests.validation.hidden.third import THIRD
 from tests.validation.hidden.unseen import UNSEEN
 from tests.validation.hidden.valve import play, plays
@@ -51,8 +53,9 @@ from tests.validation.hidden.valve import play, plays
 FORMS = {"final": ("forms", UNSEEN, tuple(SHIPPED)), "unseen": ("forms_unseen", THIRD, tuple(SHIPPED)),
          "elsewhere": ("forms_elsewhere", FOURTH, ("brisk",)), "fresh": ("forms_fresh", FIFTH, ()),
          "later": ("forms_later", SIXTH, ()), "further": ("forms_further", SEVENTH, ()),
-         "beyond": ("forms_beyond", EIGHTH, ()), "abroad": ("forms_abroad", NINTH, ())}
-ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH  # of each form of `fresh` and later lists
+         "beyond": ("forms_beyond", EIGHTH, ()), "abroad": ("forms_abroad", NINTH, ()),
+         "afield": ("forms_afield", TENTH, ())}
+ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH  # of forms of `fresh` and later lists
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",

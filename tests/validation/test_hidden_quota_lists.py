@@ -1,4 +1,4 @@
-"""The lists from `FRESH` to `ABROAD` of the simulated test benches are as their README states."""
+"""The lists from `FRESH` to `AFIELD` of the simulated test benches are as their README states."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case
-from hidden.cases import ABROAD, BEYOND, FRESH, FURTHER, LATER
+from hidden.cases import ABROAD, AFIELD, BEYOND, FRESH, FURTHER, LATER
 from hidden.effect import Effect
 from hidden.eighth import EIGHTH
 from hidden.fifth import FIFTH
@@ -16,6 +16,7 @@ from hidden.ninth import NINTH
 from hidden.pairs import LISTED, listed, pair
 from hidden.plan import LARGEST_STRENGTH
 from hidden.plan_abroad import ABROAD as QUOTA_OF_ABROAD
+from hidden.plan_afield import AFIELD as QUOTA_OF_AFIELD
 from hidden.plan_beyond import BEYOND as QUOTA_OF_BEYOND
 from hidden.plan_fresh import FRESH as QUOTA_OF_FRESH
 from hidden.plan_further import FURTHER as QUOTA_OF_FURTHER
@@ -23,6 +24,7 @@ from hidden.plan_later import LATER as QUOTA_OF_LATER
 from hidden.quota import Quota
 from hidden.seventh import SEVENTH
 from hidden.sixth import SIXTH
+from hidden.tenth import TENTH
 from hidden.third import THIRD
 
 EARLIER = (*EFFECTS.values(), *UNSEEN, *THIRD, *FOURTH)
@@ -48,11 +50,13 @@ class Stated:
 
 OF_BEYOND = Stated(nulls=22, alone=(54, 10, 2), pairs=4, sizes=None)
 OF_ABROAD = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=2, sizes=None, least=3.0, most=60.0)
+OF_AFIELD = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
 LISTS = pytest.mark.parametrize(
     ("cases", "quota", "stated"),
     [(FRESH, QUOTA_OF_FRESH, Stated()), (LATER, QUOTA_OF_LATER, Stated()), (FURTHER, QUOTA_OF_FURTHER, Stated()),
-     (BEYOND, QUOTA_OF_BEYOND, OF_BEYOND), (ABROAD, QUOTA_OF_ABROAD, OF_ABROAD)],
-    ids=["fresh", "later", "further", "beyond", "abroad"])
+     (BEYOND, QUOTA_OF_BEYOND, OF_BEYOND), (ABROAD, QUOTA_OF_ABROAD, OF_ABROAD),
+     (AFIELD, QUOTA_OF_AFIELD, OF_AFIELD)],
+    ids=["fresh", "later", "further", "beyond", "abroad", "afield"])
 
 
 @pytest.mark.parametrize(("effects", "earlier", "kinds"), [(FIFTH, EARLIER, (36, 9, 3)),
@@ -60,7 +64,9 @@ LISTS = pytest.mark.parametrize(
                                                            (SEVENTH, (*EARLIER, *FIFTH, *SIXTH), (33, 10, 5)),
                                                            (EIGHTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH), (24, 7, 3)),
                                                            (NINTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH),
-                                                            (25, 7, 3))])
+                                                            (25, 7, 3)),
+                                                           (TENTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH,
+                                                                    *NINTH), (27, 8, 3))])
 def test_a_set_of_effects_has_new_ones_of_all_or_of_different_listed_pairs(
         effects: tuple[Effect, ...], earlier: tuple[Effect, ...], kinds: tuple[int, int, int]) -> None:
     own = {effect.name for effect in effects}
@@ -98,10 +104,11 @@ def test_eight_cases_of_the_list_beyond_are_on_each_drawn_bench() -> None:
     assert {alone[effect.name] for effect in EIGHTH if listed(effect)} == {2, 3}
 
 
-def test_twelve_cases_of_the_list_abroad_are_on_each_bench_drawn_later() -> None:
-    benches = [f"drawn{number}" for number in range(13, 25)]
-    assert Counter(case.bench for case in ABROAD.values()) == dict.fromkeys(benches, 12)
-    alone = [(next(iter(case.effects)), case.bench) for case in ABROAD.values() if len(case.effects) == 1]
+@pytest.mark.parametrize(("cases", "first"), [(ABROAD, 13), (AFIELD, 25)], ids=["abroad", "afield"])
+def test_twelve_cases_of_a_list_are_on_each_bench_drawn_later(cases: dict[str, Case], first: int) -> None:
+    benches = [f"drawn{number}" for number in range(first, first + 12)]
+    assert Counter(case.bench for case in cases.values()) == dict.fromkeys(benches, 12)
+    alone = [(next(iter(case.effects)), case.bench) for case in cases.values() if len(case.effects) == 1]
     assert Counter(bench for name, bench in alone if listed(LAWS[name])) == dict.fromkeys(benches, 7)
     assert set(Counter(name for name, _ in alone if listed(LAWS[name])).values()) == {3, 4}
 

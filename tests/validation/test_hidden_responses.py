@@ -6,7 +6,8 @@ from hidden.nominal import HEAVY
 from hidden.responses import RESPONSES
 from hidden.valve import play, plays
 
-NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock")  # on a ramp by a time of its own
+NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
+            "wake", "tooth")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -91,6 +92,25 @@ def test_a_greasy_port_sticks_within_a_band_and_slips_through_it() -> None:
     step = np.where(HEAVY.time > 0.5, 165.0, 0.0)[None]
     slipping = RESPONSES["slip"](step, 0.01, "input_speed", HEAVY)[0]
     assert np.interp(165 * (1 - np.exp(-2)), slipping, HEAVY.time) == pytest.approx(0.51, abs=1.1 * HEAVY.period)
+
+
+def test_a_transmitter_that_wakes_up_reads_ever_more_often_and_holds_the_value() -> None:
+    ramp = 30 * HEAVY.time[None]
+    late = (ramp - RESPONSES["wake"](ramp, 0.01, "input_speed", HEAVY))[0] / 30
+    assert np.all(late >= -1e-9)
+    at = np.searchsorted(HEAVY.time, [0.2, 0.4, 1.0, 1.2])
+    assert np.max(late[at[0]:at[1]]) == pytest.approx(0.02, rel=0.5)
+    assert np.max(late[at[2]:at[3]]) == pytest.approx(0.006, abs=1.1 * HEAVY.period)
+
+
+def test_a_speed_from_the_last_two_teeth_is_late_by_more_at_low_speed() -> None:
+    third = RESPONSES["tooth"](np.full((1, len(HEAVY.time)), 55.0), 0.01, "input_speed", HEAVY)
+    np.testing.assert_allclose(third, 55)
+    reading = RESPONSES["tooth"](60 * HEAVY.time[None], 0.01, "input_speed", HEAVY)[0]
+    late = HEAVY.time - reading / 60
+    spans = [HEAVY.time > 1.5, (HEAVY.time > 0.4) & (HEAVY.time < 0.8)]
+    assert [np.mean(late[span]) for span in spans] == pytest.approx([1.1 / 105, 1.1 / 36], rel=0.15)
+    assert np.max(np.diff(np.flatnonzero(np.diff(reading)))[-10:]) == pytest.approx(1.1 / 119 / HEAVY.period, abs=1.5)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

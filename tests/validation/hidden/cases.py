@@ -1,5 +1,5 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND` and `ABROAD` for judging it.
+`FURTHER`, `BEYOND`, `ABROAD` and `AFIELD` for judging it.
 """
 
 import csv
@@ -45,5 +45,6 @@ LATER = read(_DATA / "later.csv")
 FURTHER = read(_DATA / "further.csv")
 BEYOND = read(_DATA / "beyond.csv")
 ABROAD = read(_DATA / "abroad.csv")
+AFIELD = read(_DATA / "afield.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
-         "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD}
+         "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD}

@@ -1,4 +1,4 @@
-"""Draws the benches `drawn01` to `drawn24`, whose numbers nobody has chosen; run once for each twelve.
+"""Draws the benches `drawn01` to `drawn36`, whose numbers nobody has chosen; run once for each twelve.
 
     python -m tests.validation.hidden.drawn
 
@@ -17,7 +17,8 @@ from .bench import Bench
 from .nominal import DRAWN, HEAVY, SYMBOLS, Setup, from_text
 from .run import Run, observe
 
-SEEDS = dict.fromkeys(range(1, 13), 41) | dict.fromkeys(range(13, 25), 83)  # of each number of a bench
+SEEDS = {number: seed for first, seed in ((1, 41), (13, 83), (25, 127)) for number in range(first, first + 12)}
+"""Seed of each number of a bench."""
 ENGAGEMENTS = range(24, 73)
 SHARE = 0.9  # least share of nominal engagements that lock and slip
 SLIPPING = 30  # least number of samples of slip in contact

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, BEYOND
+from .cases import ABROAD, AFIELD, BEYOND
 from .eighth import EIGHTH
 from .fifth import BENCHES as OF_FIFTH
 from .fourth import FOURTH
@@ -20,6 +20,7 @@ from .run import SIGNALS
 from .seventh import BENCHES as OF_SEVENTH
 from .signature import remaining
 from .sixth import BENCHES as OF_SIXTH
+from .tenth import TENTH
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
 RUNS = 54
@@ -34,10 +35,10 @@ def read() -> dict[tuple[str, str], float]:
 
 
 def used() -> Iterator[tuple[str, str]]:
-    """Yield each effect with each bench on which a list may have it, or has it in the case of `BEYOND` and `ABROAD`."""
+    """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
-    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH)}
-    for case in (*BEYOND.values(), *ABROAD.values()):
+    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH)}
+    for case in (*BEYOND.values(), *ABROAD.values(), *AFIELD.values()):
         for name in case.effects:
             benches[name] = *benches[name], case.bench
     for name in LAWS:

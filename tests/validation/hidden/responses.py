@@ -196,6 +196,26 @@ def clock(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return np.array([np.interp(setup.time * (1 - strength / 0.4), setup.time, row) for row in signal])
 
 
+def wake(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Read ever more often since the command, at 0.3 s every 2 times `strength`, and hold the value until then."""
+    share = (setup.time / _slowness(setup)) ** 2 / (1.2 * strength)
+    read = np.sqrt(np.floor(share + 1e-9) * 1.2 * strength) * _slowness(setup)
+    return np.array([np.interp(read, setup.time, row) for row in signal])
+
+
+def tooth(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Read the mean between the last two teeth; a tooth takes 2 times `strength` at a third of the range."""
+    time, filtered = setup.time, np.zeros_like(signal)
+    pitch = 2 * strength * _slowness(setup) * size(name, setup) / 3
+    for row, reading in zip(signal, filtered, strict=True):
+        turns = np.concatenate([[0], np.cumsum((row[1:] + row[:-1]) / 2)]) * setup.period / pitch
+        teeth = np.arange(1, int(turns.max()) + 1)
+        passed = np.interp(teeth, np.maximum.accumulate(turns) + 1e-9 * time, time)
+        means = np.concatenate([[row[0]], pitch / np.diff(passed, prepend=0.0)])
+        reading[:] = means[np.searchsorted(passed, time, side="right")]
+    return filtered
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -226,4 +246,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "rise": rise, "average": average, "carry": carry, "window": window, "creep": creep, "strain": strain,
              "friction": friction, "switch": switch, "turns": turns, "changes": changes,
              "sludge": sludge, "band": band, "adapt": adapt, "echo": echo,
-             "collapse": collapse, "lead": lead, "slip": slip, "clock": clock}
+             "collapse": collapse, "lead": lead, "slip": slip, "clock": clock,
+             "wake": wake, "tooth": tooth}
