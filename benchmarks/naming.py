@@ -39,7 +39,7 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = ("final", "unseen", "elsewhere", "fresh", "later", "further", "beyond", "abroad")
+COUNTED = ("final", "unseen", "elsewhere", "fresh", "later", "further", "beyond", "abroad", "afield")
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
