@@ -6,8 +6,9 @@ from typing import Literal
 import numpy as np
 
 from slipstick.clutch.effects.effect import QUANTITIES, SCALAR_DEPENDENCES, SENSORS
-from slipstick.naming import bases
-from slipstick.naming.scene import NOT_TOLD_FROM_GAIN, Pair, Scene
+from slipstick.naming import bases, sensor_errors
+from slipstick.naming.scene import Pair, Scene
+from slipstick.naming.sensor_errors import NOT_TOLD_FROM_GAIN
 
 UpTo = Literal["nothing", "constant", "line"]
 """What a block cannot tell from its own parameters: it may be added to a law without a change of the prediction."""
@@ -87,12 +88,12 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
     """
     sensor, on = pair
     if on == "run order":
-        knots = scene.drift_knots()
-        return over(pair, knots, scene.drift(sensor) * np.eye(len(knots)))
+        knots = sensor_errors.drift_knots(scene)
+        return over(pair, knots, sensor_errors.drift(scene, sensor) * np.eye(len(knots)))
     if on == "offset":
         return single(1.0, UNITS[sensor])
     if on == "lag":
-        times = bases.lags(scene.lag)
+        times = bases.lags(sensor_errors.lag_scale(scene))
         if not finer:
             return single(times, "s")
         middle = bases.hats(np.array([[0.5]]), bases.lag_points(finer))[0, :, 0]  # at half of the range
@@ -100,9 +101,9 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
     if on == "gain":
         share = bases.gain_points(finer) if finer else np.linspace(0, 1, _GAIN_POINTS)
         onto = np.eye(len(share)) if finer else np.stack([np.ones_like(share), share], axis=1)
-        x = scene.largest(sensor) * share
+        x = sensor_errors.largest(scene, sensor) * share
         if sensor in NOT_TOLD_FROM_GAIN:
             return LawMap(onto[:, 1:], "1", True, x, UNITS[sensor], "constant")
         return LawMap(onto, "1", True, x, UNITS[sensor])
-    knots = scene.error_knots(on, finer)
-    return over(pair, knots, scene.drift(sensor) * np.eye(len(knots))[:, 0 if on == "time" else 1:])
+    knots = sensor_errors.error_knots(scene, on, finer)
+    return over(pair, knots, sensor_errors.drift(scene, sensor) * np.eye(len(knots))[:, 0 if on == "time" else 1:])

@@ -12,7 +12,7 @@ import numpy as np
 
 from slipstick.blocks.relaxation import relaxed
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.naming import bases
+from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
@@ -83,7 +83,7 @@ class LoadBlock:
         speed = relaxed(self.scene.time, torque / inertia[:, None], self.viscous * (1 + points[:, 0]) / inertia,
                         np.zeros(len(torque)), least=0.0)
         self._moving = speed[:, 1:] > 0
-        speed = speed + self.scene.error(reference, laws, SENSOR, self.finer)
+        speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
         return np.asarray(speed + np.einsum("nq,nqk->nk", points[:, 3:], self._kicks(points)))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -115,7 +115,7 @@ class LoadBlock:
         brake = np.broadcast_to(-self.brake[:, None], speed.shape)
         net = self.scene.smooth["output_torque"] - self.brake[:, None] - self.viscous * speed
         own = self._respond(points, np.stack([viscous, brake, net], axis=1))
-        own = self.scene.as_read(own, speed, laws, SENSOR, self.finer)
+        own = sensor_errors.as_read(self.scene, own, speed, laws, SENSOR, self.finer)
         clock = bases.late(speed, self.scene.time)
         fixed = np.concatenate([clock[:, None], own[:, 2:3] * self._inertias[:, :, None],
                                 own[:, 1:2] * self._brakes[:, :, None]], axis=1)
@@ -136,7 +136,7 @@ class LoadBlock:
         of_brake = (*_OF_BRAKE, *self.scene.channels) if np.ptp(self.brake) > 0 else ()
         return [*(("load torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
                 *(("brake torque", on) for on in of_brake),
-                *self.scene.errors_of("output speed sensor"), *self.scene.errors_of("output torque sensor")]
+                *sensor_errors.pairs_of(self.scene, "output speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law: torques against the load, or shares of the brake.
@@ -144,7 +144,7 @@ class LoadBlock:
         if _is_reading(pair):
             return self._reading(pair, self._speed)
         torque = self._torque(pair) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
-        return self.scene.as_read(self._respond(points, torque), self._speed, laws, SENSOR, self.finer)
+        return sensor_errors.as_read(self.scene, self._respond(points, torque), self._speed, laws, SENSOR, self.finer)
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: a load torque is against the motion, an error is what a sensor reads too much."""
@@ -159,12 +159,12 @@ class LoadBlock:
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return self.scene.reading(*pair, speed, self.finer.get(pair, 0))
+        return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
 
     def _torque(self, pair: Pair) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the load. Those over signals of the scene are computed once."""
         if pair == TORQUE_GAIN:
-            return -self.scene.reading(*pair, self._read, self.finer.get(pair, 0))
+            return -sensor_errors.reading(self.scene, *pair, self._read, self.finer.get(pair, 0))
         key = pair, fineness(self, pair)
         if key not in self._torques:
             self._torques[key] = self._over_signals(pair)
@@ -173,7 +173,7 @@ class LoadBlock:
     def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
         if quantity == "output torque sensor":
-            return -scene.reading(*pair, scene.smooth["output_torque"], self.finer.get(pair, 0))
+            return -sensor_errors.reading(scene, *pair, scene.smooth["output_torque"], self.finer.get(pair, 0))
         is_share = quantity == "brake torque"
         size = self.brake[:, None, None] if is_share else scene.typical_torque
         if on in scene.of_runs:

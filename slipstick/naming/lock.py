@@ -11,7 +11,7 @@ import scipy
 
 from slipstick.blocks.sensor_noise import added
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.naming import bases
+from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.law_map import LawMap, of_sensor, single
 from slipstick.naming.scene import Scene
@@ -64,7 +64,7 @@ class LockBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of both speed sensors, and a twist of the shaft between them."""
-        return [*self.scene.errors_of("input speed sensor"), *self.scene.errors_of("output speed sensor"),
+        return [*sensor_errors.pairs_of(self.scene, "input speed sensor", "output speed sensor"),
                 ("stick torque", "twist")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
@@ -77,11 +77,12 @@ class LockBlock:
             rate = scipy.signal.savgol_filter(torque, width, _ORDER, deriv=1, delta=scene.step, axis=1)
             return np.asarray((rate / scene.gear * _TWIST)[:, None])
         if quantity.startswith("output"):
-            return np.asarray(-scene.gear * scene.reading(quantity, on, self.output, self.finer.get(pair, 0)))
+            reading = sensor_errors.reading(scene, *pair, self.output, self.finer.get(pair, 0))
+            return np.asarray(-scene.gear * reading)
         # A lag of the sensor keeps what it read before lock-up for a while.
         slipping = scene.time < scene.recordings.measured_time[:, None]
         signal = np.where(slipping, scene.smooth["input_speed"], scene.gear * self.output)
-        return scene.reading(quantity, on, signal, self.finer.get(pair, 0))
+        return sensor_errors.reading(scene, quantity, on, signal, self.finer.get(pair, 0))
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: an error is what a sensor reads too much, a twist a compliance on the input side."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from slipstick.blocks.sensor_noise import power
 from slipstick.blocks.whitening import BlockNoise
+from slipstick.naming import sensor_errors
 from slipstick.naming.filters import smoothed_walk
 from slipstick.naming.scene import Pair, Scene
 
@@ -64,7 +65,7 @@ def true_torque(scene: Scene, laws: Sequence[tuple[Pair, np.ndarray]], finer: Ma
     if any(pair[0] == TORQUE_GAIN[0] for pair, _ in laws):
         slipping = scene.time < scene.recordings.measured_time[:, None]
         for _ in range(_ROUNDS):
-            torque = smooth - slipping * scene.error(torque, laws, TORQUE_GAIN[0], finer)
+            torque = smooth - slipping * sensor_errors.error(scene, torque, laws, TORQUE_GAIN[0], finer)
     return torque
 
 
@@ -74,8 +75,9 @@ def steepness(scene: Scene, torque: np.ndarray, laws: Sequence[tuple[Pair, np.nd
 
     It is that of the gain errors among `laws`. What a law adds to an error moves the true torque, and the error there.
     """
-    gains, h = [(pair, c) for pair, c in laws if pair == TORQUE_GAIN], _STEP * scene.largest(TORQUE_GAIN[0])
-    lower, higher = (scene.error(torque + step, gains, TORQUE_GAIN[0], finer) for step in (0.0, h))
+    gains = [(pair, c) for pair, c in laws if pair == TORQUE_GAIN]
+    h = _STEP * sensor_errors.largest(scene, TORQUE_GAIN[0])
+    lower, higher = (sensor_errors.error(scene, torque + step, gains, TORQUE_GAIN[0], finer) for step in (0.0, h))
     slipping = scene.time < scene.recordings.measured_time[:, None]
     return np.asarray(1 + slipping * (higher - lower) / h)
 

@@ -12,7 +12,7 @@ import scipy
 from slipstick.bench import parameters
 from slipstick.blocks.sensor_noise import added
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.naming import bases
+from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import KNOWN
@@ -239,7 +239,7 @@ class ClutchBlock:
 
     def _error(self, pair: Pair, torque: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in N m of what a sensor reads of a torque (n, k)."""
-        return self.scene.reading("output torque sensor", pair[1], torque, self.finer.get(pair, 0))
+        return sensor_errors.reading(self.scene, "output torque sensor", pair[1], torque, self.finer.get(pair, 0))
 
     def _added(self, laws: Laws) -> dict[str, np.ndarray]:
         """What laws add to each quantity of `ADDED`, (n, k): kept, because columns are differences at the same laws."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.naming import bases
+from slipstick.naming import bases, sensor_errors
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
 from slipstick.naming.scene import Pair, Scene
 
@@ -97,7 +97,7 @@ class Loading:
 
 def pairs_of(scene: Scene) -> list[Pair]:
     """All pairs of the clutch."""
-    return [*PAIRS, *scene.errors_of("output torque sensor"),
+    return [*PAIRS, *sensor_errors.pairs_of(scene, "output torque sensor"),
             *((quantity, on) for quantity in _OF_RUNS for on in scene.channels)]
 
 

@@ -3,7 +3,7 @@
 Columns of a linear model are computed from smooth signals: a column that shares noise with the residual is biased.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -17,7 +17,7 @@ from slipstick.blocks.input import curves_of
 from slipstick.blocks.sensor_noise import Noise, noise_of, sensor_noise
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.effects.effect import DEPENDENCES
-from slipstick.naming.bases import between, between_knots, doubled, from_zero, hats, sensor_basis
+from slipstick.naming.bases import between
 from slipstick.naming.release import released, slips_until
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
@@ -32,21 +32,11 @@ _KERNEL = 4
 """Standard deviations of the smoothing kernel within which smooth signals still show the jump at lock-up."""
 _ERRORS, _SAMPLES = 4, 2
 """Margin about lock-up, where the torque jumps: in standard errors of the shifting time, and in samples."""
-_TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
+TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
             "output position": ("output_speed",)}
 """Signals from which the values of a dependence come, for the dependences of blocks that may lack one."""
-_FAULTS = ("offset", "gain", "lag", "run order", "time")
-_ERRORS_OVER: dict[str, tuple[str, ...]] = {
-    "pressure sensor": (*_FAULTS, "input speed"), "input speed sensor": _FAULTS, "output speed sensor": _FAULTS,
-    "output torque sensor": (*_FAULTS, "pressure", "output speed")}
-"""What the error of each sensor may depend on. Sensors of pressure and torque that turn with a shaft, or that are
-pressed by what they are mounted in, read other signals too."""
-NOT_TOLD_FROM_GAIN = ("pressure sensor",)
-"""Sensors whose constant gain error a parameter of their block replaces: only that it changes with the signal shows."""
 _LOSSES = ("input_coulomb", "input_viscous", "output_viscous", "input_inertia")
-_OF_SIGNAL, _STEP = ("gain", "lag"), 1e-4
-"""Errors of a sensor that depend on its own signal, and the step of finite differences in it."""
-_TYPICAL = 0.1
+TYPICAL = 0.1
 """Share of the largest friction torque that is the unit of torques that laws add, so that coefficients are about 1."""
 
 
@@ -97,7 +87,7 @@ class Scene:
 
     def knows(self, depends_on: str) -> bool:
         """Whether what was measured tells the values of what a law over signals depends on."""
-        return self.has(*_TOLD_BY.get(depends_on, ()))
+        return self.has(*TOLD_BY.get(depends_on, ()))
 
     def abscissa(self, depends_on: str) -> np.ndarray:
         """The "time", the "input speed", or the "output speed" or "pressure" where not negative: (n, k)."""
@@ -146,70 +136,6 @@ class Scene:
         couple(self.time, lock, speed, motor, inertia, brake, self.given_torque, losses,
                curves_of(converter or self.bench.physics.curves), torque)
         return torque
-
-    def errors_of(self, sensor: str) -> list[Pair]:
-        """The errors of a sensor, over all on which they may depend and that was measured."""
-        return [(sensor, on) for on in _ERRORS_OVER[sensor] if self.knows(on)]
-
-    def reading(self, sensor: str, on: str, signal: np.ndarray, finer: int = 0) -> np.ndarray:
-        """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit.
-
-        Over the run order or over time it is an offset that drifts, which need not be 0 on average. It may also depend
-        on another signal. A `finer` gain, lag or drift over time has more columns.
-        """
-        if on == "time":
-            return np.asarray(hats(self.abscissa(on), self.error_knots(on, finer)) * self.drift(sensor))
-        if on in _TOLD_BY:
-            # Without the first hat: an error where the other signal is 0 is an offset.
-            return np.asarray(hats(self.abscissa(on), self.error_knots(on))[:, 1:] * self.drift(sensor))
-        if on == "run order":
-            onto = hats(self.run, self.drift_knots()) * self.drift(sensor)
-            return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
-        basis = np.asarray(sensor_basis(on, signal, self.time, self.lag, self.largest(sensor), finer))
-        return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
-
-    def error(self, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
-              finer: Mapping[Pair, int]) -> np.ndarray:
-        """What a `sensor` of a `signal` (n, k) reads too much by those of the `laws` that are its errors, (n, k)."""
-        read = [c @ self.reading(*pair, signal, finer.get(pair, 0)) for pair, c in laws if pair[0] == sensor]
-        return np.asarray(np.sum([np.zeros(signal.shape), *read], axis=0))
-
-    def as_read(self, change: np.ndarray, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
-                finer: Mapping[Pair, int]) -> np.ndarray:
-        """Changes (n, m, k) of a `signal` (n, k) as the `sensor` with these laws reads them.
-
-        Where its error depends on the signal, columns without it would lead a fit astray.
-        """
-        errors = [(pair, c) for pair, c in laws if pair[0] == sensor and pair[1] in _OF_SIGNAL]
-        if not errors:
-            return change
-        error = self.error(signal, errors, sensor, finer)
-        moved = [self.error(signal + _STEP * one, errors, sensor, finer) for one in change.transpose(1, 0, 2)]
-        return np.asarray(change + np.stack([(one - error) / _STEP for one in moved], axis=1))
-
-    def error_knots(self, on: str, finer: int = 0) -> np.ndarray:
-        """Knots (m,) of errors of sensors over time or over another signal, from 0 on, in its unit."""
-        if on == "time":
-            return np.linspace(0, self.time[-1], doubled(self.settings.fine_knots, finer))
-        x = self.abscissa(on)
-        return from_zero(x, np.ones(x.shape, bool), self.settings.knots)
-
-    def drift_knots(self) -> np.ndarray:
-        """Knots (m,) of drifts over the run order; none where that is not known."""
-        return between_knots(self.run, self.settings.knots) if np.ptp(self.run) > 0 else np.zeros(0)
-
-    def drift(self, sensor: str) -> float:
-        """The unit of errors of a `sensor` that depend on run order or signals, so that coefficients are about 1."""
-        return _TYPICAL * self.largest(sensor)
-
-    def largest(self, sensor: str) -> float:
-        """The largest magnitude of the signal of a `sensor`, in its unit."""
-        return float(np.abs(self.smooth[sensor.removesuffix(" sensor").replace(" ", "_")]).max())
-
-    @property
-    def lag(self) -> float:
-        """Time scale in s of the lags of sensors."""
-        return self.value("current_delay")
 
     @cached_property
     def channels(self) -> dict[str, tuple[np.ndarray, str]]:
@@ -287,7 +213,7 @@ class Scene:
     @property
     def typical_torque(self) -> float:
         """A torque behind the gear in N m, the unit of torques that laws add."""
-        return _TYPICAL * self.bench.scales.load_torque
+        return TYPICAL * self.bench.scales.load_torque
 
     @property
     def margin(self) -> float:

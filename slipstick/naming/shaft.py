@@ -19,7 +19,7 @@ from slipstick.blocks.input import curves_of
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.clutch.lag import lagged_signal
-from slipstick.naming import bases
+from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
@@ -131,7 +131,7 @@ class InputBlock:
                 torque = torque - coefficients @ self._torque(pair, reference)
         speed = self._integrated(points, torque - points[:, 4, None] * self._kick * self._spike)
         self._about = self._linearised(points)
-        speed = speed + self.scene.error(reference, laws, SENSOR, self.finer)
+        speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
         return np.asarray(speed + self._shared[0] * bases.late(reference, self.scene.time))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -175,7 +175,7 @@ class InputBlock:
         sag, converter = -about.motor * about.pump, (about.converter / factor)[:, None] * hats
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
         own = np.concatenate([own, start[:, None]], axis=1)
-        own, fixed = (self.scene.as_read(one, speed, laws, SENSOR, self.finer) for one in (own, fixed))
+        own, fixed = (sensor_errors.as_read(self.scene, one, speed, laws, SENSOR, self.finer) for one in (own, fixed))
         clock = bases.late(speed, self.scene.time)
         fixed = np.concatenate([clock[:, None], fixed[:, :1], own[:, 3:4] * self._levels[:, :, None], fixed[:, 1:]],
                                axis=1)
@@ -207,14 +207,14 @@ class InputBlock:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
         return [*(("input torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in ("lag", "run order", *self.scene.channels)),
-                *self.scene.errors_of("input speed sensor"), *self.scene.errors_of("output torque sensor")]
+                *sensor_errors.pairs_of(self.scene, "input speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
         if _is_reading(pair):
             return self._reading(pair, self._speed)
         torque = self._torque(pair, self._speed) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
-        return self.scene.as_read(self._respond(torque), self._speed, laws, SENSOR, self.finer)
+        return sensor_errors.as_read(self.scene, self._respond(torque), self._speed, laws, SENSOR, self.finer)
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
@@ -233,7 +233,7 @@ class InputBlock:
 
     def _mean_lag(self) -> LawMap:
         """The lag of the converter in s: the mean of the impulse response, and over time while the plates slip."""
-        times, finer, scene = self.scene.lag * _LAGS, self.finer.get(_LAG, 0), self.scene
+        times, finer, scene = sensor_errors.lag_scale(self.scene) * _LAGS, self.finer.get(_LAG, 0), self.scene
         if not finer:
             return single(times, "s")
         mean = bases.hats(scene.abscissa("time"), self._instants(finer)).transpose(0, 2, 1)[scene.slipping].mean(axis=0)
@@ -245,7 +245,7 @@ class InputBlock:
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return self.scene.reading(*pair, speed, self.finer.get(pair, 0))
+        return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
 
     def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
@@ -261,7 +261,7 @@ class InputBlock:
     def _given_by(self, pair: Pair) -> np.ndarray:
         """Torques (n, m, k) in N m that do not depend on the speed that they lead to; most are computed once."""
         if pair == TORQUE_GAIN:
-            return self.scene.reading(*pair, self._read, self.finer.get(pair, 0)) / self.scene.gear
+            return sensor_errors.reading(self.scene, *pair, self._read, self.finer.get(pair, 0)) / self.scene.gear
         key = pair, fineness(self, pair)
         if key not in self._torques:
             self._torques[key] = self._over_signals(pair)
@@ -271,7 +271,8 @@ class InputBlock:
         scene, (quantity, on) = self.scene, pair
         measured = scene.smooth["input_speed"]
         if quantity == "output torque sensor":
-            return scene.reading(*pair, scene.smooth["output_torque"], self.finer.get(pair, 0)) / scene.gear
+            torque = scene.smooth["output_torque"]
+            return sensor_errors.reading(scene, *pair, torque, self.finer.get(pair, 0)) / scene.gear
         unit = scene.typical_torque / scene.gear
         if on in scene.of_runs:
             of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common

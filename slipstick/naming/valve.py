@@ -15,7 +15,7 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.blocks import Valve
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.naming import bases
+from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import play, valve_response
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
@@ -77,7 +77,7 @@ class ValveBlock:
                 self._full = self._full + bases.delayed(added, self.clock / self.scene.step)
         # The line pressure scales what the current demands, and the sensor reads what comes of both.
         self._true = self._full * self._scale(laws)
-        return np.asarray(self._true + self.scene.error(self._true, laws, "pressure sensor", self.finer))
+        return np.asarray(self._true + sensor_errors.error(self.scene, self._true, laws, "pressure sensor", self.finer))
 
     def pressure(self, points: np.ndarray, laws: Laws = (), late: float = 0.0) -> np.ndarray:
         """Pressure (n, k) in bar of `late` s before each sample, without the errors of its sensor and of its clock."""
@@ -120,7 +120,7 @@ class ValveBlock:
     def pairs(self) -> list[Pair]:
         """Laws of the current, the line pressure, the delay and the sensor."""
         return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
-                *self.scene.errors_of("pressure sensor"),
+                *sensor_errors.pairs_of(self.scene, "pressure sensor"),
                 *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
                   for on in self.scene.of_runs)]
 
@@ -130,12 +130,12 @@ class ValveBlock:
         Currents are in A, the line pressure, the delay and the bias relative.
         """
         if pair[0] == "pressure sensor":
-            return self.scene.reading(*pair, self._true, self.finer.get(pair, 0))
+            return sensor_errors.reading(self.scene, *pair, self._true, self.finer.get(pair, 0))
         if pair in self._scaling:
             change = self._full[:, None] * self.scene.between(pair[1])[:, :, None]
         else:
             change = self._added(pair, points, laws) * self._scale(laws)[:, None]
-        return self.scene.as_read(change, self._true, laws, "pressure sensor", self.finer)
+        return sensor_errors.as_read(self.scene, change, self._true, laws, "pressure sensor", self.finer)
 
     def _scale(self, laws: Laws) -> np.ndarray:
         """The factor (n, 1) of the line pressure over what is constant in an engagement."""

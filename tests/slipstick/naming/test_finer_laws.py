@@ -12,7 +12,7 @@ import pytest
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming import forward as forward_module
-from slipstick.naming import mechanics
+from slipstick.naming import mechanics, sensor_errors
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.fit import fit
 from slipstick.naming.forward import _uneven, forward
@@ -83,7 +83,7 @@ def test_a_finer_lag_is_closer_to_other_responses_than_first_order_ones(
     signal, left = scene.smooth["output_speed"], []
     change = np.array([response(row, scene.time) for row in signal]) - signal
     for finer in (0, 1):
-        basis = scene.reading("output speed sensor", "lag", signal, finer).transpose(0, 2, 1)
+        basis = sensor_errors.reading(scene, "output speed sensor", "lag", signal, finer).transpose(0, 2, 1)
         basis = basis.reshape(-1, basis.shape[-1])
         left.append(np.linalg.norm(change.ravel() - basis @ np.linalg.lstsq(basis, change.ravel())[0]))
     assert left[1] < 0.5 * left[0]

@@ -1,0 +1,91 @@
+"""Errors of sensors: what is read too much, by laws over the signal itself, over another one, or over time."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from slipstick.naming.bases import between_knots, doubled, from_zero, hats, sensor_basis
+from slipstick.naming.scene import TOLD_BY, TYPICAL, Pair, Scene
+
+_FAULTS = ("offset", "gain", "lag", "run order", "time")
+_ERRORS_OVER: dict[str, tuple[str, ...]] = {
+    "pressure sensor": (*_FAULTS, "input speed"), "input speed sensor": _FAULTS, "output speed sensor": _FAULTS,
+    "output torque sensor": (*_FAULTS, "pressure", "output speed")}
+"""What the error of each sensor may depend on. Sensors of pressure and torque that turn with a shaft, or that are
+pressed by what they are mounted in, read other signals too."""
+NOT_TOLD_FROM_GAIN = ("pressure sensor",)
+"""Sensors whose constant gain error a parameter of their block replaces: only that it changes with the signal shows."""
+_OF_SIGNAL, _STEP = ("gain", "lag"), 1e-4
+"""Errors of a sensor that depend on its own signal, and the step of finite differences in it."""
+
+
+def pairs_of(scene: Scene, *sensors: str) -> list[Pair]:
+    """The errors of sensors, over all on which they may depend and that was measured."""
+    return [(sensor, on) for sensor in sensors for on in _ERRORS_OVER[sensor] if scene.knows(on)]
+
+
+def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int = 0) -> np.ndarray:
+    """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit.
+
+    Over the run order or over time it is an offset that drifts, which need not be 0 on average. It may also depend
+    on another signal. A `finer` gain, lag or drift over time has more columns.
+    """
+    if on == "time":
+        return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer)) * drift(scene, sensor))
+    if on in TOLD_BY:
+        # Without the first hat: an error where the other signal is 0 is an offset.
+        return np.asarray(hats(scene.abscissa(on), error_knots(scene, on))[:, 1:] * drift(scene, sensor))
+    if on == "run order":
+        onto = hats(scene.run, drift_knots(scene)) * drift(scene, sensor)
+        return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
+    basis = np.asarray(sensor_basis(on, signal, scene.time, lag_scale(scene), largest(scene, sensor), finer))
+    return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
+
+
+def error(scene: Scene, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
+          finer: Mapping[Pair, int]) -> np.ndarray:
+    """What a `sensor` of a `signal` (n, k) reads too much by those of the `laws` that are its errors, (n, k)."""
+    read = [c @ reading(scene, *pair, signal, finer.get(pair, 0)) for pair, c in laws if pair[0] == sensor]
+    return np.asarray(np.sum([np.zeros(signal.shape), *read], axis=0))
+
+
+def as_read(scene: Scene, change: np.ndarray, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
+            finer: Mapping[Pair, int]) -> np.ndarray:
+    """Changes (n, m, k) of a `signal` (n, k) as the `sensor` with these laws reads them.
+
+    Where its error depends on the signal, columns without it would lead a fit astray.
+    """
+    errors = [(pair, c) for pair, c in laws if pair[0] == sensor and pair[1] in _OF_SIGNAL]
+    if not errors:
+        return change
+    now = error(scene, signal, errors, sensor, finer)
+    moved = [error(scene, signal + _STEP * one, errors, sensor, finer) for one in change.transpose(1, 0, 2)]
+    return np.asarray(change + np.stack([(one - now) / _STEP for one in moved], axis=1))
+
+
+def error_knots(scene: Scene, on: str, finer: int = 0) -> np.ndarray:
+    """Knots (m,) of errors of sensors over time or over another signal, from 0 on, in its unit."""
+    if on == "time":
+        return np.linspace(0, scene.time[-1], doubled(scene.settings.fine_knots, finer))
+    x = scene.abscissa(on)
+    return from_zero(x, np.ones(x.shape, bool), scene.settings.knots)
+
+
+def drift_knots(scene: Scene) -> np.ndarray:
+    """Knots (m,) of drifts over the run order; none where that is not known."""
+    return between_knots(scene.run, scene.settings.knots) if np.ptp(scene.run) > 0 else np.zeros(0)
+
+
+def drift(scene: Scene, sensor: str) -> float:
+    """The unit of errors of a `sensor` that depend on run order or signals, so that coefficients are about 1."""
+    return TYPICAL * largest(scene, sensor)
+
+
+def largest(scene: Scene, sensor: str) -> float:
+    """The largest magnitude of the signal of a `sensor`, in its unit."""
+    return float(np.abs(scene.smooth[sensor.removesuffix(" sensor").replace(" ", "_")]).max())
+
+
+def lag_scale(scene: Scene) -> float:
+    """Time scale in s of the lags of sensors."""
+    return scene.value("current_delay")
