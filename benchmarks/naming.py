@@ -5,16 +5,19 @@
 LIST is one of tests/validation/hidden/cases.py. Two processes, or the workers of a Dask scheduler, each in a copy of
 this repository; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds, over strengths in units of the naming
-limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effects. With EVERY, only every so many-th
+limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effects. Limits that the former table of the
+cases has are not computed again. With EVERY, only every so many-th
 case of the list is answered, from the case FIRST on, counted from 0. The lists `COUNTED` also give
 slipstick/study/confidence.json.
 """
 
 import argparse
+import csv
 import importlib
 import json
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +25,7 @@ from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
 from benchmarks.naming_curves import drawn
-from benchmarks.naming_limits import told
+from benchmarks.naming_limits import Told, told
 from benchmarks.naming_rates import alike, judged, names, summary
 from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
@@ -48,9 +51,10 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     set_num_threads(1)
     case = cases.LISTS[which][identity]
     known = truth(case, relative=1e-6)
+    limits = limits_of(which).get(identity) or [told(case, its["name"], alike(its)) for its in known["hidden"]]
     entry = {"case": identity, "bench": known["bench"], "bad": len(known["bad_runs"]),
-             "hidden": [{key: its[key] for key in ("name", "pair", "listed", "strength")}
-                        | asdict(told(case, its["name"], alike(its))) for its in known["hidden"]]}
+             "hidden": [{key: its[key] for key in ("name", "pair", "listed", "strength")} | asdict(limit)
+                        for its, limit in zip(known["hidden"], limits, strict=True)]}
     try:
         found = name(BENCHES[known["bench"]], Recordings.open(recorded(which, identity)))
     except Exception as error:  # a case that raises is a result: a wrong one
@@ -61,6 +65,19 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
                                  for its, law in ((its, found.measured.get(its.pair)) for its in found.findings)],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,
                     "unexplained": found.unexplained}
+
+
+@cache
+def limits_of(which: str) -> dict[str, list[Told]]:
+    """The limits of the effects of each case, as far as the table of a list has them."""
+    table = Path(__file__).with_name(f"naming_{which}_cases.csv")
+    if not table.exists():
+        return {}
+    with table.open() as file:
+        return {row["case"]: [Told(float(seen), float(named)) for seen, named in
+                              zip(*(row[limit].replace("e+", "e").split("+") for limit in ("seen", "named")),
+                                  strict=True)]
+                for row in csv.DictReader(file) if row["seen"]}
 
 
 def left_out(finding: Finding, law: LawPoints | None) -> str:

@@ -14,6 +14,7 @@ from benchmarks import scalar_cpp, scalar_dopri, simulator
 from benchmarks.expansion_peers import BASIS, Peers
 from benchmarks.hidden_laws import compared
 from benchmarks.kills import Round, digest_of, totals
+from benchmarks.naming import COUNTED, limits_of
 from benchmarks.peers import HEADER, Code, Work, measured
 from benchmarks.scipy_script import shifting_time
 from slipstick.bench.parameters import NAMES
@@ -21,6 +22,7 @@ from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.naming.measured import LawPoints
 from tests.benches import HEAVY
+from tests.validation.hidden import cases
 
 ROOT = Path(__file__).parents[1]
 NOT_IMPORTED = {"catalogue"} if find_spec("diffrax") else {"catalogue", "diffrax_peer"}  # the first runs on import
@@ -117,3 +119,12 @@ def test_the_rounds_of_kills_are_added_by_database_and_work() -> None:
     assert totals(rounds) == [("PostgreSQL", "fits", 2, 1, 3, 4, 0, 6, 1, 0, 1),
                               ("none", "build", 1, 0, 0, 0, 4, 1, 0, 0, 0),
                               ("all", "", 3, 1, 3, 4, 4, 7, 1, 0, 1)]
+
+
+def test_limits_of_the_tables_of_cases_are_one_for_each_hidden_effect() -> None:
+    known = {which: limits_of(which) for which in COUNTED}
+    for which, limits in known.items():
+        assert [len(its) for its in limits.values()] == [len(cases.LISTS[which][case].effects) for case in limits]
+        assert all(one.named <= one.seen for its in limits.values() for one in its)
+    assert sum(len(its) for its in known.values()) > 600
+    assert any(one.seen >= 100 for its in known["abroad"].values() for one in its)  # in exponential form
