@@ -5,11 +5,11 @@ from numba import njit
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def fill(signal, late, rho, scale, width, out):  # type: ignore[no-untyped-def]
+def fill(signal, late, rho, scale, width, failed, out):  # type: ignore[no-untyped-def]
     """Fill `out` (m, k // width) with the scaled means of `width` samples each of e_t = (y_t - rho y_{t-1}) / root.
 
     y is the `signal` (m, k) with a clock that is `late` by this share of a sample, by its derivative as `np.gradient`
-    has it; root is sqrt(1 - rho^2), and 1 in the first sample.
+    has it; root is sqrt(1 - rho^2), and 1 in the first sample. Means that are not numbers become `failed`.
     """
     k, fresh = signal.shape[1], scale / np.sqrt(1 - rho * rho)
     for i in range(len(signal)):
@@ -21,4 +21,4 @@ def fill(signal, late, rho, scale, width, out):  # type: ignore[no-untyped-def]
                 y = signal[i, t] - late * (signal[i, ahead] - signal[i, behind]) / (ahead - behind)
                 total += scale * y if t == 0 else fresh * (y - rho * before)
                 before = y
-            out[i, block] = total / width
+            out[i, block] = failed if np.isnan(total) else total / width

@@ -72,7 +72,7 @@ class Traces:
         signals = {name: getattr(response, name) for name in self.signals}
         if "output_torque" in signals:
             signals["output_torque"] = blended_at_lock_up(response.output_torque[None], times[None], time)[0]
-        return np.asarray(np.nan_to_num(self.rows(signals, times, self.clocks), nan=_FAILED))
+        return self.rows(signals, times, self.clocks)
 
     def times(self, response: Response) -> np.ndarray:
         """Shifting times (m,) in s of simulated engagements; where one did not lock, the end of its profile."""
@@ -87,7 +87,7 @@ class Traces:
         for name in self.signals:
             std, rho = self.scene.noise[name]
             fill(signals[name], clocks.get(name, 0.0) / self.scene.step, rho,
-                 np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, values[:, self.columns[name]])
+                 np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, _FAILED, values[:, self.columns[name]])
         values[:, -1] = times / (self.scene.timer_noise * self.noise[TIME])
         return values
 
