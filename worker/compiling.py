@@ -27,7 +27,7 @@ def compile_simulator(model: Model, conditions: Conditions) -> None:
 
 
 def _say() -> None:
-    print("Compiling the simulator, once for this installation (10 to 20 s)", file=sys.stderr, flush=True)
+    print("Compiling the simulator, once for this installation (about 10 s)", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import numpy as np
 
 from slipstick.clutch.driveline import driveline
 from slipstick.clutch.events import DIVERGES, LOCKS, NO_EVENT, apply_event, locate_event, mark_events
-from slipstick.clutch.fastmath import allocating, kernel
+from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hydraulics import hydraulics
 from slipstick.clutch.integrator import accept_step, first_stage, other_stages
 from slipstick.clutch.lanes import (
@@ -32,38 +32,36 @@ from slipstick.clutch.sampling import clear_samples, sample
 LOCKED, NEVER_LOCKED, FAILED = 0, 1, 2
 
 
-@allocating
-def workspace(curves, laws):
-    """Working memory aligned to a cache line; unaligned, every vector of lanes would span two lines."""
+def workspace(curves: np.ndarray, laws: np.ndarray) -> np.ndarray:
+    """Working memory aligned to a cache line; unaligned, every vector of lanes would span two lines.
+
+    `curves` are the `Converter.terms`, `laws` the `law_kernels.terms`.
+    """
     memory = np.zeros(BUFFER_SIZE + 8)
     first = -(memory.ctypes.data // 8) % 8
-    # As loops: the check of the shapes in an assignment of slices takes numba over a second to compile.
-    for k in range(len(curves)):
-        memory[first + CURVES + k] = curves[k]
-    for k in range(len(laws)):
-        memory[first + LAWS + k] = laws[k]
-    return memory[first:first + BUFFER_SIZE]
+    buffer = memory[first:first + BUFFER_SIZE]
+    buffer[CURVES:CURVES + len(curves)] = curves
+    buffer[LAWS:LAWS + len(laws)] = laws
+    return buffer
 
 
-def drive(first, stop, conditions_per_point, vectors, coefficients, active_effects, curves, laws, conditions, profiles,
+def drive(b, lanes, first, stop, conditions_per_point, vectors, coefficients, active_effects, conditions, profiles,
           initial_speed, profile_segments, fine, coarse, sample_times, samples, signals, times, status):
     """Simulate engagements first..stop-1: `times` in s, `status`, and `samples` and `signals` at `sample_times` in s.
 
+    `b` is a `workspace`, and `lanes` (4, LANES) holds whole numbers; what allocates arrays takes longer to compile.
     Engagement e combines point e // conditions_per_point and condition e modulo n: conditions_per_point = n combines
     every point with all n conditions, 1 pairs them. `conditions` is (n, 5): motor speed, load inertia, brake torque,
-    position in the run order, given input torque. `curves` are the `Converter.terms`, `laws` the `law_kernels.terms`.
-    `profiles` is (n, 2): current profile, column of `initial_speed`. A sample is the state vector, the slip flag and
-    the sign of the slip, and the signals are those of `observe`. An engagement that has not locked by the end of its
-    current profile counts as never locked.
+    position in the run order, given input torque. `profiles` is (n, 2): current profile, column of `initial_speed`.
+    A sample is the state vector, the slip flag and the sign of the slip, and the signals are those of `observe`. An
+    engagement that has not locked by the end of its current profile counts as never locked.
     """
     active, state_size = active_effects.flags, active_effects.state_size
     n, count, last_segment = len(conditions), len(sample_times), profile_segments.shape[1] - 1
-    b = workspace(curves, laws)
-    engagements, profile = np.full(LANES, -1), np.zeros(LANES, np.int64)
-    segment, sampled = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
+    engagements, profile, segment, sampled = lanes[0], lanes[1], lanes[2], lanes[3]
     following, busy_lanes = first, 0
     for i in range(LANES):
-        b[EVENT + i] = 1.0  # every lane is to be loaded
+        b[EVENT + i], engagements[i] = 1.0, -1  # every lane is to be loaded
     while True:
         for i in range(LANES):
             if b[EVENT + i] == 0.0 and (count == 0 or sampled[i] < count):
@@ -94,7 +92,7 @@ def drive(first, stop, conditions_per_point, vectors, coefficients, active_effec
                 engagements[i], segment[i], profile[i] = following, 0, profiles[condition, 0]
                 load(b, i, vectors, coefficients, active_effects, point, conditions, condition,
                      initial_speed[point, profiles[condition, 1]])
-                set_segment(b, i, profile_segments, profile[i], 0)
+                set_segment(b, i, profile_segments, profile[i], segment[i])
                 times[following], status[following] = np.nan, NEVER_LOCKED
                 following += 1
                 busy_lanes += 1
@@ -130,7 +128,7 @@ def observe(b, first, stop, conditions_per_point, vectors, coefficients, active_
     for engagement in range(first, stop):
         point, condition = engagement // conditions_per_point, engagement % n
         profile = profiles[condition, 0]
-        segment = 0
+        segment = np.int64(0)  # without a type, it would be compiled into a second version of set_segment
         for i in range(LANES):
             load(b, i, vectors, coefficients, active_effects, point, conditions, condition, 0.0)
             set_segment(b, i, profile_segments, profile, segment)

@@ -19,7 +19,7 @@ from slipstick.bench.converter import Converter
 from slipstick.clutch import effects, law_kernels
 from slipstick.clutch.active_effects import active_effects, sensor_reading
 from slipstick.clutch.compilation import drive, initial_speeds
-from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED
+from slipstick.clutch.driver import FAILED, LOCKED, NEVER_LOCKED, workspace
 from slipstick.clutch.lanes import LANES
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
 from slipstick.clutch.loading import segments
@@ -112,9 +112,9 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
     def simulate_block(first: int) -> None:
         stop = min(first + size, total)
         samples = np.empty((stop - first, active.state_size + 2, k))
-        drive(first, stop, conditions_per_point, vectors, coefficients, active, converter.terms, terms, columns,
-              profiles, initial, profile_segments, accuracy.fine, accuracy.coarse, times, samples, true_signals,
-              shifting_time, status)
+        drive(workspace(converter.terms, terms), np.zeros((4, LANES), np.int64), first, stop, conditions_per_point,
+              vectors, coefficients, active, columns, profiles, initial, profile_segments, accuracy.fine,
+              accuracy.coarse, times, samples, true_signals, shifting_time, status)
 
     blocks = range(0, total, size)
     if min(workers, len(blocks)) == 1:

@@ -7,13 +7,19 @@ from typing import Any, TypeVar
 from numba import njit
 from numba.extending import register_jitable
 
+from slipstick.clutch.compiler_flags import compare_fast
+from slipstick.clutch.linking import LINKED
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+compare_fast()
 
-def kernel(function: Function, variant: str = "") -> Function:
+
+def kernel(function: Function, variant: str = "", **options: Any) -> Function:
     """Compile a function without array allocations on first use; it needs no reference counts shared by threads.
 
-    Only compiled functions call it: the wrapper for calls from Python takes as long to compile as a small function.
+    Only compiled functions call it: the wrapper for calls from Python takes as long to compile as a small function, and
+    nobody runs machine code of it alone.
 
     Division by zero gives inf or NaN, because checking for it would prevent vectorization.
 
@@ -23,11 +29,16 @@ def kernel(function: Function, variant: str = "") -> Function:
     """
     if variant:
         function.__qualname__ += f"[{variant}]"
-    return _compile(function, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return _compile(function, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **LINKED, **options)
+
+
+def inlined(function: Function, variant: str = "") -> Function:
+    """As `kernel`, for what LLVM has to inline: a loop over lanes with a call gives no vector instructions."""
+    return kernel(function, variant, forceinline=True)
 
 
 def allocating(function: Function, cache: bool = False) -> Function:
-    """As `kernel`, for a function that allocates arrays."""
+    """As `kernel`, for a function that allocates arrays or is called from Python."""
     return _compile(function, cache=cache)
 
 
@@ -36,8 +47,11 @@ def _compile(function: Function, **options: Any) -> Function:
     return njit(**options)(function)  # type: ignore[no-any-return]
 
 
-def inlined(function: Function) -> Function:
-    """Insert `function` into its callers before their types are inferred, which compiles faster than a call."""
+def inserted(function: Function) -> Function:
+    """Insert `function` into its only caller before its types are inferred.
+
+    That compiles faster than a call with many arguments, and slower than `inlined` if there are several calls.
+    """
     return _compile(function, inline="always")
 
 

@@ -34,7 +34,7 @@ from slipstick.clutch.lanes import (
     STAGE_TIME,
     TEMPERATURE_GAIN,
 )
-from slipstick.clutch.law_kernels import evaluate_laws
+from slipstick.clutch.law_kernels import evaluate_laws, evaluate_rate_laws
 from slipstick.clutch.valve import valve
 
 _VALVE_CURRENT, _LINE_PRESSURE = QUANTITY_FLAG["valve current"], QUANTITY_FLAG["line pressure"]
@@ -50,7 +50,10 @@ def hydraulics(b, active):
     if valve_changes:
         valve(b, active)
     if active[LAW_FLAG]:
-        evaluate_laws(b, valve_changes)
+        if valve_changes:
+            evaluate_rate_laws(b)
+        else:
+            evaluate_laws(b)
     for i in range(LANES):
         current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
         # (1,2) Pade approximation of a pure delay; its step response starts in the wrong direction.

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipstick.clutch.fastmath import kernel
+from slipstick.clutch.fastmath import inlined, kernel
 from slipstick.clutch.lanes import (
     CONTACT,
     CONTACT_POSITION,
@@ -73,34 +73,44 @@ def terms(laws: Sequence[MeasuredLaw]) -> np.ndarray:
 
 
 @kernel
-def evaluate_laws(b, again):
-    """Fill the rows LAW_FACTOR and LAW_OFFSET of each law, with which it changes its quantity.
+def evaluate_laws(b):
+    """Fill the rows LAW_FACTOR and LAW_OFFSET of each law, with which it changes its quantity."""
+    for law in range(int(b[LAWS])):
+        _evaluate(b, law)
 
-    What laws depend on is known before any quantity, except that the piston rate needs the x2 that `valve` computes:
-    `again` evaluates the laws over it only.
+
+@kernel
+def evaluate_rate_laws(b):
+    """As `evaluate_laws`, for the laws over the piston rate only.
+
+    What laws depend on is known before any quantity, except that the piston rate needs the x2 that `valve` computes.
     """
     for law in range(int(b[LAWS])):
-        k = LAWS + 1 + law * LAW_SIZE
-        if again and b[k + 1] != _RATE:
-            continue
-        factor, offset = LAW_FACTOR + law * LANES, LAW_OFFSET + law * LANES
-        _read_dependence(b, int(b[k + 1]))
-        first, relative = b[k + 3], b[k + 2] > 0.0
+        if b[LAWS + 1 + law * LAW_SIZE + 1] == _RATE:
+            _evaluate(b, law)
+
+
+@inlined
+def _evaluate(b, law):
+    k = LAWS + 1 + law * LAW_SIZE
+    factor, offset = LAW_FACTOR + law * LANES, LAW_OFFSET + law * LANES
+    _read_dependence(b, int(b[k + 1]))
+    first, relative = b[k + 3], b[k + 2] > 0.0
+    for i in range(LANES):
+        b[LAW_VALUE + i] = first
+    for group in range(int(b[k + 4])):
+        s = k + LAW_HEAD + 3 * LAW_GROUP * group
+        x0, w0, c0, x1, w1, c1 = b[s], b[s + 1], b[s + 2], b[s + 3], b[s + 4], b[s + 5]
+        x2, w2, c2, x3, w3, c3 = b[s + 6], b[s + 7], b[s + 8], b[s + 9], b[s + 10], b[s + 11]
         for i in range(LANES):
-            b[LAW_VALUE + i] = first
-        for group in range(int(b[k + 4])):
-            s = k + LAW_HEAD + 3 * LAW_GROUP * group
-            x0, w0, c0, x1, w1, c1 = b[s], b[s + 1], b[s + 2], b[s + 3], b[s + 4], b[s + 5]
-            x2, w2, c2, x3, w3, c3 = b[s + 6], b[s + 7], b[s + 8], b[s + 9], b[s + 10], b[s + 11]
-            for i in range(LANES):
-                x = b[LAW_INPUT + i]
-                p0, p1 = min(1.0, max(0.0, (x - x0) * w0)), min(1.0, max(0.0, (x - x1) * w1))
-                p2, p3 = min(1.0, max(0.0, (x - x2) * w2)), min(1.0, max(0.0, (x - x3) * w3))
-                b[LAW_VALUE + i] += c0 * p0 + c1 * p1 + c2 * p2 + c3 * p3
-        for i in range(LANES):
-            value = b[LAW_VALUE + i]
-            b[factor + i] = 1.0 + value if relative else 1.0
-            b[offset + i] = 0.0 if relative else value
+            x = b[LAW_INPUT + i]
+            p0, p1 = min(1.0, max(0.0, (x - x0) * w0)), min(1.0, max(0.0, (x - x1) * w1))
+            p2, p3 = min(1.0, max(0.0, (x - x2) * w2)), min(1.0, max(0.0, (x - x3) * w3))
+            b[LAW_VALUE + i] += c0 * p0 + c1 * p1 + c2 * p2 + c3 * p3
+    for i in range(LANES):
+        value = b[LAW_VALUE + i]
+        b[factor + i] = 1.0 + value if relative else 1.0
+        b[offset + i] = 0.0 if relative else value
 
 
 @kernel

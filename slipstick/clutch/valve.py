@@ -37,7 +37,7 @@ def valve(b, active):
         gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]
         b[PRESSURE_CHANGE + i] = gain * (b[CURRENT + i] - b[CURRENT_BIAS + i])
     if active[LAW_FLAG]:
-        evaluate_laws(b, False)
+        evaluate_laws(b)
     _current_effects(b, active)
     for i in range(LANES):
         gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]

@@ -3,9 +3,12 @@
 from collections import Counter
 from typing import Any
 
+import pytest
+from numba.core.compiler import Flags
 from numba.core.dispatcher import Dispatcher
 
-from slipstick.clutch import compilation
+from slipstick.clutch import compilation, compiler_flags, linking
+from slipstick.clutch.fastmath import allocating, inlined, kernel
 
 ENTRY_POINTS: tuple[Any, ...] = (compilation.drive, compilation.initial_speeds)
 
@@ -45,3 +48,37 @@ def test_the_cache_of_each_entry_point_covers_all_sources() -> None:
         indices.append((before, index(None, entry.targetctx.codegen())))
         function.__closure__[0].cell_contents = compilation._KEY
     assert all(before != after for before, after in indices)
+
+
+def test_machine_code_is_made_of_entry_points_only() -> None:
+    @inlined
+    def inverse(x):  # type: ignore[no-untyped-def]
+        if x == 0.0:
+            raise ValueError("no inverse")
+        return 1.0 / x
+
+    @kernel
+    def twice(x):  # type: ignore[no-untyped-def]
+        return 2.0 * inverse(x)
+
+    @allocating
+    def entry(x):  # type: ignore[no-untyped-def]
+        return twice(x) + 1.0
+
+    called: Any = entry
+    assert called(4.0) == 1.5
+    with pytest.raises(ValueError, match="no inverse"):
+        called(0.0)
+    libraries = [one.library for function in (inverse, twice, called) for one in function.overloads.values()]
+    assert [isinstance(one, linking._Library) for one in libraries] == [True, True, False]
+
+
+def test_flags_of_numba_compare_as_their_options_do() -> None:
+    one, other = Flags(), Flags()
+    one.nrt, other.nrt = True, False
+    assert Flags.values is compiler_flags._values, "this version of numba compares its flags in the slow way"
+    assert one != other
+    other.nrt = True
+    assert one == other
+    assert hash(one) == hash(other)
+    assert one.values() == {name: getattr(one, name) for name in Flags.options}

@@ -1,0 +1,69 @@
+"""A compiler of numba for functions that only compiled functions call: machine code is made of entry points alone.
+
+Numba optimizes each function with all that it calls, and makes machine code of it, before it compiles the caller; a
+function in the tenth level of calls is optimized and emitted ten times. Here nothing is made of a function but the
+intermediate code that is linked into that of its callers. An entry point contains everything, is optimized as a whole,
+and computes the same.
+
+`pipeline_class` is numba's documented way to change its passes. The library of a function is internal to numba: where
+a version of numba lacks what is used of it here, functions are compiled as usual.
+"""
+
+from typing import Any
+
+from llvmlite import binding
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import LoweringPass, PassManager, register_pass
+from numba.core.typed_passes import AnnotateTypes
+
+_ENVIRONMENT = "_ZN08NumbaEnv"
+"""How names of variables begin that point to the environment of a function, into which numba writes that address."""
+
+
+class _Library(JITCodeLibrary):
+    """The intermediate code of a function."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        """Make machine code of the variables of environments only: modules share them by their names."""
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        variables = [one.name for one in self._final_module.global_variables if one.name.startswith(_ENVIRONMENT)]
+        lines = [f'@"{name}" = common global i64 0' for name in variables]  # pointers have no notation of all versions
+        self._codegen._add_module(binding.parse_assembly("\n".join(lines)))
+        self._codegen._engine.finalize_object()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _ChooseLibrary(LoweringPass):
+    """Create the library for lowering, which would create a usual one if there were none."""
+
+    _name = "choose_library"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _Library(state.targetctx.codegen(), state.func_id.func_qualname)
+        return False
+
+
+class Linked(CompilerBase):
+    """The compiler."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        """The usual passes, and the choice of the library in front of lowering."""
+        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager.add_pass_after(_ChooseLibrary, AnnotateTypes)
+        manager.finalize()
+        return [manager]
+
+
+_USED = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",
+         "_verify_declare_only_symbols")
+LINKED: dict[str, Any] = {"pipeline_class": Linked} if all(hasattr(JITCodeLibrary, name) for name in _USED) else {}
+"""Options of `njit`."""
