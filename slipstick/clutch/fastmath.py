@@ -7,12 +7,9 @@ from typing import Any, TypeVar
 from numba import njit
 from numba.extending import register_jitable
 
-from slipstick.clutch.compiler_flags import compare_fast
 from slipstick.clutch.linking import LINKED
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-compare_fast()
 
 
 def kernel(function: Function, variant: str = "", **options: Any) -> Function:

@@ -4,10 +4,9 @@ from collections import Counter
 from typing import Any
 
 import pytest
-from numba.core.compiler import Flags
 from numba.core.dispatcher import Dispatcher
 
-from slipstick.clutch import compilation, compiler_flags, linking
+from slipstick.clutch import compilation, linking
 from slipstick.clutch.fastmath import allocating, inlined, kernel
 
 ENTRY_POINTS: tuple[Any, ...] = (compilation.drive, compilation.initial_speeds)
@@ -71,14 +70,3 @@ def test_machine_code_is_made_of_entry_points_only() -> None:
         called(0.0)
     libraries = [one.library for function in (inverse, twice, called) for one in function.overloads.values()]
     assert [isinstance(one, linking._Library) for one in libraries] == [True, True, False]
-
-
-def test_flags_of_numba_compare_as_their_options_do() -> None:
-    one, other = Flags(), Flags()
-    one.nrt, other.nrt = True, False
-    assert Flags.values is compiler_flags._values, "this version of numba compares its flags in the slow way"
-    assert one != other
-    other.nrt = True
-    assert one == other
-    assert hash(one) == hash(other)
-    assert one.values() == {name: getattr(one, name) for name in Flags.options}
