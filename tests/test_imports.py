@@ -22,7 +22,7 @@ MAY_IMPORT = {
     "slipstick.register_tile": "numba llvmlite",
     "slipstick.quantities": "numpy pint",
     "slipstick.bench": "numpy slipstick.errors slipstick.quantities slipstick.storage.sheet",
-    "slipstick.clutch": "numpy scipy numba slipstick.errors slipstick.bench slipstick.clutch.effects",
+    "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.bench slipstick.clutch.effects",
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
