@@ -9,13 +9,14 @@ with the rates (-2 +- i sqrt(2))/tau. The pieces are joined at the breakpoints, 
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from slipstick.bench import Conditions, parameters
 from slipstick.blocks.block import signals_of
 from slipstick.recordings import Recordings
 
 _DELAY, _BIAS, _GAIN = (parameters.index(name) for name in ("current_delay", "current_bias", "current_gain"))
-_DECAY, _FREQUENCY = 2.0, np.sqrt(2.0)  # of the oscillation, in units of 1/tau: roots of r^2 + 4 r + 6
+_DECAY, _FREQUENCY = 2.0, float(np.sqrt(2.0))  # of the oscillation, in units of 1/tau: roots of r^2 + 4 r + 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,33 +35,41 @@ class Valve:
 
     def predict(self, vectors: np.ndarray) -> np.ndarray:
         """Pressure (n, k) in bar."""
-        delay, bias, gain = (vectors[:, column] for column in (_DELAY, _BIAS, _GAIN))
+        delay, bias, gain = (np.ascontiguousarray(vectors[:, column]) for column in (_DELAY, _BIAS, _GAIN))
         profile = self.conditions.current_profile
-        times, currents = self.conditions.profile_time[profile], self.conditions.profile_current[profile]
-        pressure, rate = np.zeros(len(vectors)), np.zeros(len(vectors))
         predicted = np.zeros((len(vectors), len(self.time)))
-        last = times.shape[1] - 1
-        for piece in range(last + 1):
-            start, current = times[:, piece], currents[:, piece]
-            length = times[:, piece + 1] - start if piece < last else np.full(len(start), np.inf)
-            slope = (currents[:, piece + 1] - current) / length if piece < last else np.zeros(len(start))
-            ramp = gain * slope
-            offset = gain * (current - bias) - delay * ramp
-            # In units of tau: y = e^(-2 t) (p cos + q sin), from y(0) and y'(0) at the start of the piece.
-            cosine = pressure - offset
-            sine = ((rate - ramp) * delay + _DECAY * cosine) / _FREQUENCY
-            inside = (self.time >= start[:, None]) & (self.time < (start + length)[:, None])
-            row, column = np.nonzero(inside)
-            since = self.time[column] - start[row]
-            predicted[row, column] = (offset[row] + ramp[row] * since
-                                      + _oscillation(cosine[row], sine[row], since / delay[row])[0])
-            if piece < last:
-                value, change = _oscillation(cosine, sine, length / delay)
-                pressure, rate = offset + ramp * length + value, ramp + change / delay
+        _respond(self.conditions.profile_time, self.conditions.profile_current, profile.astype(np.int64), delay, bias,
+                 gain, self.time, predicted)
         return predicted
 
 
-def _oscillation(cosine: np.ndarray, sine: np.ndarray, elapsed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@njit(nogil=True, cache=True, error_model="numpy")
+def _respond(times, currents, profile, delay, bias, gain, time, predicted):  # type: ignore[no-untyped-def]
+    """Fill `predicted` (n, k) from the first breakpoint on; the last current goes on beyond its breakpoint."""
+    last = times.shape[1] - 1
+    for i in range(len(predicted)):
+        at, current, tau = times[profile[i]], currents[profile[i]], delay[i]
+        pressure, rate = 0.0, 0.0
+        t = np.searchsorted(time, at[0])
+        for piece in range(last + 1):
+            slope = (current[piece + 1] - current[piece]) / (at[piece + 1] - at[piece]) if piece < last else 0.0
+            ramp = gain[i] * slope
+            offset = gain[i] * (current[piece] - bias[i]) - tau * ramp
+            # In units of tau: y = e^(-2 t) (p cos + q sin), from y(0) and y'(0) at the start of the piece.
+            cosine = pressure - offset
+            sine = ((rate - ramp) * tau + _DECAY * cosine) / _FREQUENCY
+            while t < len(time) and (piece == last or time[t] < at[piece + 1]):
+                since = time[t] - at[piece]
+                predicted[i, t] = offset + ramp * since + _oscillation(cosine, sine, since / tau)[0]
+                t += 1
+            if piece < last:
+                length = at[piece + 1] - at[piece]
+                value, change = _oscillation(cosine, sine, length / tau)
+                pressure, rate = offset + ramp * length + value, ramp + change / tau
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _oscillation(cosine, sine, elapsed):  # type: ignore[no-untyped-def]
     """The decaying oscillation and its derivative, both in units of tau."""
     decay, c, s = np.exp(-_DECAY * elapsed), np.cos(_FREQUENCY * elapsed), np.sin(_FREQUENCY * elapsed)
     value = decay * (cosine * c + sine * s)
