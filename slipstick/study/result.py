@@ -35,7 +35,10 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class CountedNames:
-    """Names of recordings with known hidden effects, each with its confidence from other lists of such recordings."""
+    """Names of recordings of simulated benches that the development had not used, with known hidden effects.
+
+    Each has its confidence from other lists of such recordings.
+    """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
@@ -142,8 +145,8 @@ class FindingResult:
     worth: Worth | None
     """By how much it changes shifting times and signals; null if the simulation has no term for it."""
     confidence: float | None
-    """Expected share of right names among findings that are as certain, one of as many, in recordings of known hidden
-    effects; null if unlisted. It is not the probability that the name is right on your test bench."""
+    """Expected share of right names among findings that are as certain, one of as many, on simulated benches that the
+    development had not used; null if unlisted. It is an average over these benches: yours may differ."""
     counted: CountedNames | None
     """How many names with such a confidence were right; null if unlisted."""
     experiments: list[FurtherExperiment]

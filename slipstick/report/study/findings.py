@@ -77,8 +77,8 @@ def _confidence(one: FindingResult) -> Entries:
         return []
     its = one.counted
     return [("Confidence:", f"{one.confidence:.2f}. {its.right} of {its.of} names with a confidence of {its.lower:g} "
-             f"to {its.upper:g} were right, in recordings with known hidden effects. It follows from the standard "
-             "errors and the number of findings, and is not the probability that the name is right on your bench.")]
+             f"to {its.upper:g} were right, on simulated benches that the development had not used. It follows from "
+             "the standard errors and the number of findings, and is an average over these benches: yours may differ.")]
 
 
 def _confirmed(one: FindingResult) -> Entries:
