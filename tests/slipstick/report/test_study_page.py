@@ -194,7 +194,7 @@ def test_confidence_has_its_counts(studied: Studied, reading: Read) -> None:
     counted = CountedNames(0.9, 1.0, 41, 45)
     text = reading(page(changed(result, confidence=0.934, counted=counted), figures)).text
     assert "Confidence: 0.93. 41 of 45 names with a confidence of 0.9 to 1 were right" in text
-    assert "not the probability that the name is right on your bench" in text
+    assert "is an average over these benches: yours may differ" in text
 
 
 @pytest.mark.usefixtures("undrawn")
