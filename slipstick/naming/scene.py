@@ -234,24 +234,31 @@ class Scene:
         before = np.asarray(self.time < (self.recordings.measured_time - self.margin)[:, None])
         if not self.has("input_speed", "output_speed"):
             return before
-        slip = self.smooth["input_speed"] - self.gear * self.smooth["output_speed"]
-        locked = self.time > (self.recordings.measured_time + self.margin)[:, None]
-        return np.asarray(before & slips_until(slip, locked))
+        return np.asarray(before & slips_until(self._difference, self._after))
 
     @property
     def locked(self) -> np.ndarray:
         """Samples (n, k) that are certainly after lock-up, and before the plates may slip again."""
-        locked = np.asarray(self.time > (self.recordings.measured_time + self.margin)[:, None])
         if not self.has("output_torque", "pressure"):
-            return locked
+            return self._after
         torque, pressure = self.smooth["output_torque"], self.smooth["pressure"]
         settled = self.recordings.measured_time + self.margin + _KERNEL * self.settings.smoothing * self.step
-        return np.asarray(locked & ~released(torque, pressure, self.slipping, self.time > settled[:, None]))
+        return np.asarray(self._after & ~released(torque, pressure, self.slipping, self.time > settled[:, None]))
 
     @property
     def slip(self) -> np.ndarray:
         """Plate slip (n, k) in rad/s, before the gear: input speed - gear * output speed."""
-        return np.asarray(np.maximum(self.smooth["input_speed"] - self.gear * self.smooth["output_speed"], 0.0))
+        return np.asarray(np.maximum(self._difference, 0.0))
+
+    @property
+    def _after(self) -> np.ndarray:
+        """Samples (n, k) that are later than the measured lock-up by the margin."""
+        return np.asarray(self.time > (self.recordings.measured_time + self.margin)[:, None])
+
+    @property
+    def _difference(self) -> np.ndarray:
+        """Input speed - gear * output speed (n, k) in rad/s, of either sign."""
+        return np.asarray(self.smooth["input_speed"] - self.gear * self.smooth["output_speed"])
 
     @property
     def heat(self) -> np.ndarray:

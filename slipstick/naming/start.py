@@ -75,8 +75,8 @@ def begin(scene: Scene, ask: Ask) -> Start:
         bare = fit(valve_block)
         fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
-        pressure = valve_block.pressure(valve[1].points, valve[1].held)
         late = partial(valve_block.pressure, valve[1].points, valve[1].held)
+        pressure = late()
         modes = valve_block.modes(valve[1].points, valve[1].held, valve[1].fitted.spread)
         left, profiles = valve_block.measured - valve[1].predicted, scene.recordings.conditions.current_profile
         # Only where it lacks something: an error that is estimated where there is none costs friction laws power.

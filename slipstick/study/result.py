@@ -35,10 +35,7 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class CountedNames:
-    """Names of recordings of simulated benches that the development had not used, with known hidden effects.
-
-    Each has its confidence from other lists of such recordings.
-    """
+    """Names given on simulated benches new to the development, each with its confidence from other lists of cases."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 

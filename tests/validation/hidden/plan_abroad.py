@@ -9,19 +9,12 @@ import numpy as np
 
 from .ninth import BENCHES, NINTH
 from .plan import write
-from .quota import Quota, cases
+from .quota import cases, twelve_each
 from .temptations import TEMPTATIONS
 
 DRAWN = [f"drawn{number}" for number in range(13, 25)]
 TEMPTING = [*TEMPTATIONS] * 2 + ["ambient", "many_bad_runs"]  # of one null of each bench
-ABROAD = Quota(
-    NINTH, BENCHES,
-    tempted={bench: (name,) for bench, name in zip(DRAWN, TEMPTING, strict=True)},
-    plain=dict.fromkeys(DRAWN, 1),
-    alone={bench: (7, 1, int(i % 3 == 0)) for i, bench in enumerate(DRAWN)},
-    pairs={bench: (i % 2 == 0,) if i % 3 == 0 else (True, False) for i, bench in enumerate(DRAWN)},
-    least=(3.0, 4.0, 5.0), least_of_two=4.0, most=60.0, counts=(27,) * 14 + (54,) * 100 + (0,) * 30,
-)
+ABROAD = twelve_each(NINTH, BENCHES, dict(zip(DRAWN, TEMPTING, strict=True)))
 
 
 def main() -> None:
