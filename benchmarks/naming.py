@@ -31,7 +31,7 @@ from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding
+from slipstick.naming.selection import Finding, is_further
 from slipstick.naming.study import name
 from slipstick.recordings import Recordings
 from slipstick.study.confidence import FILE as CONFIDENCE
@@ -61,6 +61,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
         return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
                                   "rivals": [rival.pair for rival in its.rivals], "effect": answer(its, law).effect,
+                                  "further": is_further(its, found.findings),
                                   "left_out": left_out(its, law)}
                                  for its, law in ((its, found.measured.get(its.pair)) for its in found.findings)],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,

@@ -78,7 +78,7 @@ def fineness(block: Block, pair: Pair) -> int:
 
 _FINEST = 2
 """How many times the resolution of a law is doubled at most: from 9 to 33 knots over a signal."""
-_NOT_OVER_SIGNALS = ("offset", "past current", "twist", "direction")
+_NOT_OVER_SIGNALS = ("offset", "twist", "direction")
 """Dependences of laws that are a few numbers, and that have no resolution."""
 NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
 """Lags without a resolution. Those of the friction and of the torque sensor are the same in full contact, and one with

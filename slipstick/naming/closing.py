@@ -12,7 +12,7 @@ from slipstick.naming.evidence import gains, table
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
-from slipstick.naming.selection import Finding, is_enough, is_unexplained, leads, priced, rivals
+from slipstick.naming.selection import Finding, explains, is_enough, is_unexplained, leads, priced, rivals
 from slipstick.naming.settings import NamingSettings
 
 _QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
@@ -79,7 +79,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
     now, findings = start, list[Finding]()
     while len(findings) < _MOST:
         tried = _tried(block, now, settings, ask)
-        enough = [one for one in tried if is_enough(one.gain, settings)]
+        enough = _enough(tried, now, settings)
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
             other = enough[0].fit
@@ -89,7 +89,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
                 tried = _tried(block, now, settings, ask, [one.pair for one in enough])
-                enough = [one for one in tried if is_enough(one.gain, settings)]
+                enough = _enough(tried, now, settings)
         further = settings.further * sum(one.nats for one in findings)
         if not enough or enough[0].gain.sum() < max(least, further):
             break
@@ -124,6 +124,13 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: As
         block.finer = before
         tried.append(found)
     return sorted(tried, key=lambda one: -float(one.gain.sum()))
+
+
+def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -> list[_Tried]:
+    """Those that were `tried` from a fit `now` on that are enough for a finding, if the one that gains most is."""
+    does = [is_enough(one.gain, settings) or explains(one.gain, now.chi2[None], one.fit.chi2[None], settings)
+            for one in tried]
+    return [one for one, its in zip(tried, does, strict=True) if its and (does[0] or is_enough(one.gain, settings))]
 
 
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray) -> CurvedFit | None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from slipstick.naming.block import Pair
 from slipstick.naming.fit import BlockFit, Part, joined, linearised, predict
-from slipstick.naming.grams import Fitted, Gram, estimate, likelihood, solve
+from slipstick.naming.grams import Fitted, estimate, likelihood, solve
 
 FOLDS = 6
 """Folds of the engagements: with 54 of them each is fitted on 45."""
@@ -30,14 +30,30 @@ class Table:
 class Gain:
     """What a `pair` adds to the log-likelihood of each engagement, `nats` (n,), when these `blocks` get it.
 
-    `fitted` is the linear fit with it, in which `places` are its coefficients.
+    `fitted` is the linear fit with it, in which `places` are its coefficients. Those from other engagements are `held`
+    (n, c - 1), and without the pair `without` (n, c - 1), where it has 0.
     """
 
     pair: Pair
     nats: np.ndarray
+    held: np.ndarray
+    without: np.ndarray
     fitted: Fitted
     places: np.ndarray
     blocks: tuple[str, ...]
+
+    @property
+    def scores(self) -> np.ndarray:
+        """Scores (n,) of engagements without the pair in the direction that the others give, in standard errors.
+
+        They are standard normal where the pair adds nothing. An engagement in which the others expect less than one
+        standard error has a share of its score.
+        """
+        end = np.zeros((len(self.nats), 1))
+        left, step = np.hstack([-self.without, end + 1]), np.hstack([self.held - self.without, end])
+        along = np.einsum("npq,nq->np", self.fitted.marginal, step)
+        size = np.sqrt(np.maximum((step * along).sum(axis=1), 1.0))
+        return np.asarray((left * along).sum(axis=1) / size)
 
     @property
     def law(self) -> np.ndarray:
@@ -53,21 +69,21 @@ def table(fit: BlockFit, pairs: Sequence[Pair] | None = None) -> Table:
                                  [*fit.laws, *further]))
 
 
-def held_out(gram: Gram, fitted: Fitted, folds: np.ndarray) -> np.ndarray:
-    """Log-likelihood (n,) of each engagement with coefficients from the other `folds` (n,)."""
-    found = np.empty(len(gram))
+def held_out(fitted: Fitted, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Log-likelihood (n,) of each engagement with coefficients from the other `folds` (n,), and these (n, c - 1)."""
+    found, coefficients = np.empty(len(folds)), np.empty((len(folds), fitted.marginal.shape[1] - 1))
     for fold in np.unique(folds):
         rows = folds == fold
-        others = solve(gram, fitted.marginal[~rows].sum(axis=0))
-        found[rows] = likelihood(fitted.marginal[rows], fitted.logdet[rows], others.coefficients)
-    return found
+        coefficients[rows] = others = solve(fitted.gram, fitted.marginal[~rows].sum(axis=0)).coefficients
+        found[rows] = likelihood(fitted.marginal[rows], fitted.logdet[rows], others)
+    return found, coefficients
 
 
 def gains(tables: Sequence[Table], current: Sequence[Pair], pairs: Sequence[Pair], seed: int = 0) -> list[Gain]:
     """What each of `pairs` gains beside the `current` laws in the blocks of `tables`, the largest gain first."""
     n = len(tables[0].part.gram)
     folds = np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
-    bases: dict[tuple[str, ...], tuple[Fitted, np.ndarray]] = {}
+    bases: dict[tuple[str, ...], tuple[Fitted, np.ndarray, np.ndarray]] = {}
     found = []
     for pair in pairs:
         mine = [one for one in tables if pair in one.places]
@@ -78,9 +94,12 @@ def gains(tables: Sequence[Table], current: Sequence[Pair], pairs: Sequence[Pair
         if blocks not in bases:
             gram = joined([one.part for one in mine], laws).gram
             base = estimate(gram, np.concatenate([np.maximum(one.fit.fitted.variance, 1e-8) for one in mine]))
-            bases[blocks] = base, held_out(gram, base, folds)
-        base, reference = bases[blocks]
+            bases[blocks] = base, *held_out(base, folds)
+        base, reference, without = bases[blocks]
         joint = joined([one.part for one in mine], [*laws, pair])
         fitted = estimate(joint.gram, np.maximum(base.variance, 1e-8))
-        found.append(Gain(pair, held_out(joint.gram, fitted, folds) - reference, fitted, joint.places[pair], blocks))
+        reached, coefficients = held_out(fitted, folds)
+        start = np.zeros_like(coefficients)
+        start[:, :without.shape[1]] = without  # the columns of the pair are the last ones
+        found.append(Gain(pair, reached - reference, coefficients, start, fitted, joint.places[pair], blocks))
     return sorted(found, key=lambda one: -float(one.nats.sum()))

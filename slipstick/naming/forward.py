@@ -1,6 +1,6 @@
 """Which pairs of quantity and dependence the recordings ask for: forward selection, and then backward."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,14 +9,26 @@ from slipstick.naming.asked import Ask, Asked, Step
 from slipstick.naming.block import NOT_FINER, Pair, finest
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
-from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, leads, priced, rivals
+from slipstick.naming.selection import (
+    Finding,
+    Rival,
+    explains,
+    in_agreement,
+    in_errors,
+    is_enough,
+    is_unexplained,
+    lacks,
+    leads,
+    priced,
+    rivals,
+)
 from slipstick.naming.settings import NamingSettings
 
 
-def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None,
-            step: Step = "laws") -> tuple[dict[str, BlockFit], list[Finding]]:
-    """Add pairs to the blocks of `fits` while the recordings ask for them, as a `step` of naming."""
-    fits, findings, closed = dict(fits), list[Finding](), set[str]()
+def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None, step: Step = "laws",
+            closed: Collection[str] = ()) -> tuple[dict[str, BlockFit], list[Finding]]:
+    """Add pairs to the blocks of `fits` but those `closed` while the recordings ask for them, as a `step` of naming."""
+    fits, findings, closed = dict(fits), list[Finding](), set(closed)
     _set_resolution(fits, settings)
     tables: dict[str, Table] = {}
     while len(closed) < len(fits):
@@ -28,6 +40,9 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         pairs = [pair for pair in offered if pair not in current]
         compared = gains(list(tables.values()), current, pairs)
         ranked = [one for one in compared if is_enough(one.nats, settings)]
+        if not ranked:
+            off = {name for name, one in fits.items() if lacks(one.chi2, settings)}
+            ranked = [one for one in compared if off & set(one.blocks) and _agrees(one, settings)]
         touched = set[str]()
         for best in ranked:
             others = [one for one in ranked if one is not best and set(one.blocks) & set(best.blocks)]
@@ -44,7 +59,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
                 fits |= finer
                 continue
             earlier = max((one.nats for one in findings if set(one.blocks) & set(finding.blocks)), default=0.0)
-            if not is_enough(finding.gain, settings) or finding.nats < settings.further * earlier:
+            enough = _does(fits, its, finding.blocks, finding.gain, settings)
+            if not enough or finding.nats < settings.further * earlier:
                 closed |= set(best.blocks)
                 continue
             findings.append(finding)
@@ -68,10 +84,25 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
         found = dict(zip(order, fit_together([fits[name].block for name in order], laws,
                                              [fits[name] for name in order]), strict=True))
         price = np.sum([fits[name].leverage(finding.pair) for name in finding.blocks], axis=0)
-        if not is_enough(priced(-_rise(fits, found), price), settings):
+        if not _does(found, fits, finding.blocks, priced(-_rise(fits, found), price), settings):
             fits |= found
             kept.remove(finding)
     return fits, kept
+
+
+def _agrees(one: Gain, settings: NamingSettings) -> bool:
+    """Whether a pair gains enough nats in a direction in which engagements agree, each of a size of its own.
+
+    The linear model of a strong law may gain in few engagements although the law itself gains in most.
+    """
+    return bool(one.nats.sum() > settings.nats and in_agreement(one.scores) > settings.errors)
+
+
+def _does(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], blocks: Sequence[str], gain: np.ndarray,
+          settings: NamingSettings) -> bool:
+    """Whether a law that changes `blocks` of `fits` to those of `its` and gains (n,) nats is enough for a finding."""
+    before, after = (np.array([some[name].chi2 for name in blocks]) for some in (fits, its))
+    return is_enough(gain, settings) or explains(gain, before, after, settings)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
@@ -143,17 +174,17 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
         those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks) and one is not chosen]
     else:
         those = those[1:]
-    tied = rivals(chosen.rise, [(other.rise, other.one.pair) for other in those], settings)
+    tied = rivals(chosen.rise, [(other.rise, other.one.pair) for other in those
+                                if _does(fits, other.its, other.one.blocks, other.rise, settings)], settings)
     for name in chosen.one.blocks:
         fits[name].block.finer = {**fits[name].block.finer, chosen.one.pair: chosen.finer}
     return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied), chosen.its
 
 
 def _is_fault(pair: Pair) -> bool:
-    """Whether a pair is an error of a sensor, or the lag of the converter, whose law has few numbers but can be finer.
-    """
-    return (pair[0].endswith("sensor") or pair[1] == "lag") and pair[1] in ("gain", "lag", "time") and (
-        pair not in NOT_FINER)
+    """Whether a pair is an error of a sensor, a lag or a memory, whose law has few numbers but can be finer."""
+    return pair not in NOT_FINER and (pair[1] in ("lag", "past current") or (pair[0].endswith("sensor")
+                                      and pair[1] in ("gain", "time")))
 
 
 def _tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> _Tried:

@@ -10,6 +10,8 @@ from slipstick.naming.settings import NamingSettings
 
 CERTAIN = 3.0
 """Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
+_ODD = 2
+"""Engagements that may be odd although they were not set aside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +43,29 @@ class Finding:
         return in_errors(self.gain)
 
 
+def is_further(finding: Finding, findings: Sequence[Finding]) -> bool:
+    """Whether another one of the `findings` gains more in the same part of the bench: full contact is one of the clutch.
+    """
+    def parts(one: Finding) -> set[str]:
+        return {"clutch" if name == "contact" else name for name in one.blocks}
+
+    return any(one.nats > finding.nats and parts(one) & parts(finding) for one in findings)
+
+
 def in_errors(gain: np.ndarray) -> float:
     """Mean of the signed roots of gains (n,), each at most `CERTAIN`, in its standard errors.
 
     A gain is quadratic in the size of what an engagement shows, and its root (of the deviance) nearly normal. A strong
     law gains much in some engagements and far more in others, and their spread must not speak against it.
     """
-    gain = np.clip(np.sign(gain) * np.sqrt(2 * np.abs(gain)), -CERTAIN, CERTAIN)
-    deviation = max(float(gain.std(ddof=1)), 0.1 * CERTAIN)  # where all are beyond doubt, so is the mean
-    return float(gain.mean()) * float(np.sqrt(len(gain))) / deviation
+    return in_agreement(np.sign(gain) * np.sqrt(2 * np.abs(gain)))
+
+
+def in_agreement(scores: np.ndarray) -> float:
+    """Mean of scores (n,), each at most `CERTAIN`, in its standard errors."""
+    scores = np.clip(scores, -CERTAIN, CERTAIN)
+    deviation = max(float(scores.std(ddof=1)), 0.1 * CERTAIN)  # where all are beyond doubt, so is the mean
+    return float(scores.mean()) * float(np.sqrt(len(scores))) / deviation
 
 
 def is_enough(gain: np.ndarray, settings: NamingSettings) -> bool:
@@ -57,13 +73,28 @@ def is_enough(gain: np.ndarray, settings: NamingSettings) -> bool:
     return bool(gain.sum() > settings.nats and in_errors(gain) > settings.errors)
 
 
+def lacks(chi_square: np.ndarray, settings: NamingSettings) -> bool:
+    """Whether chi-squares (n,) of a block show that it lacks something, in most engagements or in a few."""
+    few = np.sort(chi_square)[:-_ODD]
+    return is_unexplained(chi_square, chi_square, settings) or bool(few.mean() - 1 > settings.errors * settings.noise)
+
+
+def explains(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: NamingSettings) -> bool:
+    """Whether a law explains nearly all that its blocks lack, as one that acts on few engagements does.
+
+    `gain` (n,) is in nats, `before` and `after` (b, n) are the chi-squares of b blocks without and with it. The
+    engagements that gain most do not count, because one or two odd ones may give any gain.
+    """
+    most = np.argsort(gain)[:-_ODD]
+    lacking, left = (float((one[:, most] - 1).mean(axis=1).sum()) for one in (before, after))
+    return bool(gain.sum() > settings.nats and lacking > settings.errors * settings.noise
+                and left < settings.unexplained * lacking)
+
+
 def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings: NamingSettings) -> tuple[Rival, ...]:
-    """Those of `others` that would do, and that `best` (n,) leads by too little in nats or in standard errors."""
-    found = []
-    for gain, pair in others:
-        if is_enough(gain, settings) and not leads(best, gain, settings):
-            found.append(Rival(pair, float(gain.sum()), in_errors(best - gain)))
-    return tuple(found)
+    """Those of `others`, which would do, that `best` (n,) leads by too little in nats or in standard errors."""
+    return tuple(Rival(pair, float(gain.sum()), in_errors(best - gain)) for gain, pair in others
+                 if not leads(best, gain, settings))
 
 
 def leads(gain: np.ndarray, other: np.ndarray, settings: NamingSettings) -> bool:

@@ -56,6 +56,8 @@ class NamingSettings:
     """Robust standard deviations of the logarithm of chi-square beyond which an engagement is set aside."""
     most_outlying: float = 0.1
     """Largest share of engagements that may be set aside. More is no accident, but something to name."""
+    unexplained: float = 0.2
+    """Share of what a block lacks that a law may leave which acts on too few engagements to gain in most."""
     noise: float = 0.05
     """Standard error of the logarithm of chi-square that all engagements of a block share. A block whose chi-square
     exceeds 1 by more than `errors` standard errors, this one included, is not explained: by more than a fifth, as no

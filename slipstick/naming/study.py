@@ -68,7 +68,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     believed = np.flatnonzero(~foreign(whole, plain))
     kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
     start = begin(whole.take(kept), ask)
-    fits, findings = forward(start.fits, settings, ask)
+    fits, findings = forward(start.fits, settings, ask, closed=_closed_to_laws(start, settings))
     # What laws explain is no error of a recording, and was no noise.
     most = int(settings.most_outlying * len(believed)) - (len(believed) - len(kept))
     bad = outlying([one.chi2 for one in fits.values()] + start.chi_squares[len(fits):], settings)[:most]
@@ -76,7 +76,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     if len(bad) or _differ(noise, start.noise):
         kept = np.delete(kept, bad)
         start = begin(replace(whole.take(kept), noise=noise, noise_is_known=True), ask)
-        fits, findings = forward(start.fits, settings, ask)
+        fits, findings = forward(start.fits, settings, ask, closed=_closed_to_laws(start, settings))
     before = {key: one.chi2 for key, one in start.fits.items()}
     everything, more = dict(fits), list[Finding]()
     if start.valve is not None:
@@ -90,6 +90,14 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   measured(everything), parameters_of(everything), clocks_of(everything),
                   converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
+
+
+def _closed_to_laws(start: Start, settings: NamingSettings) -> tuple[str, ...]:
+    """Full contact where the valve is not explained with its laws: an error of the pressure looks like laws there."""
+    if start.valve is None:
+        return ()
+    bare, found = start.valve
+    return ("contact",) if is_unexplained(found.chi2, bare.chi2, settings) else ()
 
 
 def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:
@@ -133,7 +141,7 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
         found[:, 0] = contact.points[:, 0]
         again = settled(block, found, clock, contact.laws, contact.coefficients)
         clutch = max(clutch, again, key=evidence_of)
-    if start.valve[1].chi2.mean() > settings.strong:  # the piston integrates the error of the pressure
+    if _closed_to_laws(start, settings):
         return clutch, []
     least = settings.further * max((one.nats for one in findings if "contact" in one.blocks), default=0.0)
     return closing(block, clutch, settings, least, ask)

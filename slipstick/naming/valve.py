@@ -15,6 +15,7 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.blocks import Valve
 from slipstick.blocks.whitening import BlockNoise
+from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import play, valve_response
@@ -27,6 +28,8 @@ _STEP, _CLOCK_STEP = 1e-4, 0.1
 """Steps of the finite differences: relative, and of the clock in samples. The prediction is smooth and has no noise."""
 _PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 """Half-widths of the play operators over the largest current: a factor 2 apart, any between them is a sum of two."""
+_MEMORY, _MEMORIES = (1.0, 10.0), 3
+"""Times over which the current is forgotten: the shortest and the longest over the delay of the valve, and how many."""
 _BETWEEN = {"valve delay": 0, "valve current": 1}
 """The parameter whose change between engagements is the law of a quantity."""
 _SHORTEST = 0.1
@@ -57,6 +60,7 @@ class ValveBlock:
         profiles = zip(conditions.profile_time, conditions.profile_current, strict=True)
         self.current = np.array([np.interp(self.times, *one) for one in profiles])[conditions.current_profile]
         self.clock = 0.0
+        self._memories: dict[int, np.ndarray] = {}
         self._scaling = {("line pressure", on) for on in scene.of_runs}
         self._full = self._true = scene.smooth[self.signal]
         self._places = [parameters.index(name) for name in self.random]
@@ -160,8 +164,7 @@ class ValveBlock:
             # current bias and gain replace.
             return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
         if on == "past current":
-            change = [play(self.current, width) - self.current for width in self._widths()]
-            return self._respond(points, gain * np.stack(change, axis=1))
+            return self._respond(points, gain * self._remembered(self.finer.get(pair, 0)))
         if on == "time":
             hats = bases.hats(np.broadcast_to(self.times, self.current.shape), self._instants(pair))
             # Without the first hat, which at the command only the gain could be told from.
@@ -182,7 +185,8 @@ class ValveBlock:
                 return over_runs(pair, scene, -scene.value("current_bias"))
             return over_runs(pair, scene, relative=True)
         if on == "past current":
-            return single(self._widths(), "A")
+            widths = self._widths()
+            return single(np.pad(widths, (0, self._remembered(self.finer.get(pair, 0)).shape[1] - len(widths))), "A")
         if on == "current":
             knots = self._currents(pair)
             first = bases.hats(self.current[:, 0], knots).mean(axis=0)
@@ -203,6 +207,22 @@ class ValveBlock:
     def _widths(self) -> np.ndarray:
         """Half-widths in A of the play operators."""
         return np.asarray(self.current.max() * _PLAY)
+
+    def _remembered(self, finer: int) -> np.ndarray:
+        """Changes (n, m, 2 k - 1) of the current in A with its own past: by play, and where `finer` by relaxation.
+
+        Relaxation is a function of the current less its average over a time, which fades exponentially. Its columns
+        bend, because what is linear in the current is a lag.
+        """
+        if finer not in self._memories:
+            change = [play(self.current, width) - self.current for width in self._widths()]
+            count = bases.doubled(_MEMORIES, finer - 1) if finer else 0
+            for time in self.scene.value("current_delay") * np.geomspace(*_MEMORY, count):
+                excess = self.current - lagged_signal(self.current, self.times, np.array([time]))
+                knots = np.linspace(-1, 1, 2**finer + 1)[1:-1] * np.abs(excess).max()
+                change.extend(np.maximum(excess - knot, 0.0) for knot in knots)
+            self._memories[finer] = np.stack(change, axis=1)
+        return self._memories[finer]
 
     def _slowed(self, points: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
         """The points (n, 3) with the delays under `laws`, and the factors (n,) by which these change them.
