@@ -77,7 +77,7 @@ ELEVENTH_PHYSICAL = (
            "s", 0.05, lambda s, w: s * (0.2 + 1.3 * hump(w, 8, 1.6))),
     # The face seal of the load runs ever drier, until a film of air lifts it
     Effect("load_seal_runs_dry_until_it_lifts", "output speed", "load_torque", "output_speed", "difference", "N m",
-           25.0, lambda s, w: s * 1.3 * crest(w, 15, 7, 2.5)),
+           35.0, lambda s, w: s * 1.3 * crest(w, 15, 7, 2.5)),
 )
 ELEVENTH = (*ELEVENTH_PHYSICAL, *ELEVENTH_SENSORS, *ELEVENTH_UNLISTED)
 NEAR = {"supply_line_stands_in_waves": (43, 44, 46), "pressure_hose_hammers": (39,),
