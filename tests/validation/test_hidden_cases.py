@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import ABROAD, AFIELD, BEYOND, DEVELOPMENT, ELSEWHERE, FINAL, FRESH, FURTHER, LATER
+from hidden.cases import ABROAD, AFIELD, BEYOND, DEVELOPMENT, ELSEWHERE, FARTHER, FINAL, FRESH, FURTHER, LATER
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
 from hidden.eighth import BENCHES as OF_EIGHTH
 from hidden.eighth import EIGHTH
+from hidden.eleventh import BENCHES as OF_ELEVENTH
+from hidden.eleventh import ELEVENTH
 from hidden.fifth import BENCHES as OF_FIFTH
 from hidden.fifth import FIFTH
 from hidden.fourth import FOURTH
@@ -75,9 +77,9 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 
 
 OF_EACH_QUANTITY: dict[str, Effect] = {}
-for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH, NINTH, TENTH):
+for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH, NINTH, TENTH, ELEVENTH):
     OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
-ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH
+ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
@@ -95,7 +97,7 @@ def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
     for (name, _), limit in limits.items():
-        drawn = name in OF_EIGHTH | OF_NINTH | OF_TENTH
+        drawn = name in OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH
         least, most = (0.5, 100) if drawn else (1, 100) if name in ITS_BENCHES else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
@@ -148,12 +150,13 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
 
 
 @pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2),
-                                              ("further", 2), ("beyond", 2), ("abroad", 2), ("afield", 2)])
+                                              ("further", 2), ("beyond", 2), ("abroad", 2), ("afield", 2),
+                                              ("farther", 2)])
 def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
     more = {"beyond": ["batches"], "abroad": ["ambient", "many_bad_runs"],
-            "afield": ["batches", "loud_sensor"]}.get(which, [])
+            "afield": ["batches", "loud_sensor"], "farther": ["ambient", "thermometer"]}.get(which, [])
     assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(
         [*TEMPTATIONS] * times + more)
 
@@ -229,10 +232,10 @@ def ingredients(world: World) -> list[str]:
 def test_seeds_and_files_of_the_lists_differ() -> None:
     seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
                                        *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values(),
-                                       *BEYOND.values(), *ABROAD.values(), *AFIELD.values())]
+                                       *BEYOND.values(), *ABROAD.values(), *AFIELD.values(), *FARTHER.values())]
     assert len(set(seeds)) == len(seeds)
     assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER, *BEYOND, *ABROAD,
-                *AFIELD}) == len(seeds)
+                *AFIELD, *FARTHER}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The lists from `FRESH` to `AFIELD` of the simulated test benches are as their README states."""
+"""The lists from `FRESH` to `FARTHER` of the simulated test benches are as their README states."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case
-from hidden.cases import ABROAD, AFIELD, BEYOND, FRESH, FURTHER, LATER
+from hidden.cases import ABROAD, AFIELD, BEYOND, FARTHER, FRESH, FURTHER, LATER
 from hidden.effect import Effect
 from hidden.eighth import EIGHTH
+from hidden.eleventh import ELEVENTH
 from hidden.fifth import FIFTH
 from hidden.fourth import FOURTH
 from hidden.limits import read as read_limits
@@ -18,6 +19,7 @@ from hidden.plan import LARGEST_STRENGTH
 from hidden.plan_abroad import ABROAD as QUOTA_OF_ABROAD
 from hidden.plan_afield import AFIELD as QUOTA_OF_AFIELD
 from hidden.plan_beyond import BEYOND as QUOTA_OF_BEYOND
+from hidden.plan_farther import FARTHER as QUOTA_OF_FARTHER
 from hidden.plan_fresh import FRESH as QUOTA_OF_FRESH
 from hidden.plan_further import FURTHER as QUOTA_OF_FURTHER
 from hidden.plan_later import LATER as QUOTA_OF_LATER
@@ -51,12 +53,13 @@ class Stated:
 OF_BEYOND = Stated(nulls=22, alone=(54, 10, 2), pairs=4, sizes=None)
 OF_ABROAD = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=2, sizes=None, least=3.0, most=60.0)
 OF_AFIELD = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
+OF_FARTHER = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
 LISTS = pytest.mark.parametrize(
     ("cases", "quota", "stated"),
     [(FRESH, QUOTA_OF_FRESH, Stated()), (LATER, QUOTA_OF_LATER, Stated()), (FURTHER, QUOTA_OF_FURTHER, Stated()),
      (BEYOND, QUOTA_OF_BEYOND, OF_BEYOND), (ABROAD, QUOTA_OF_ABROAD, OF_ABROAD),
-     (AFIELD, QUOTA_OF_AFIELD, OF_AFIELD)],
-    ids=["fresh", "later", "further", "beyond", "abroad", "afield"])
+     (AFIELD, QUOTA_OF_AFIELD, OF_AFIELD), (FARTHER, QUOTA_OF_FARTHER, OF_FARTHER)],
+    ids=["fresh", "later", "further", "beyond", "abroad", "afield", "farther"])
 
 
 @pytest.mark.parametrize(("effects", "earlier", "kinds"), [(FIFTH, EARLIER, (36, 9, 3)),
@@ -66,7 +69,9 @@ LISTS = pytest.mark.parametrize(
                                                            (NINTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH),
                                                             (25, 7, 3)),
                                                            (TENTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH,
-                                                                    *NINTH), (27, 8, 3))])
+                                                                    *NINTH), (27, 8, 3)),
+                                                           (ELEVENTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH,
+                                                                       *NINTH, *TENTH), (27, 8, 3))])
 def test_a_set_of_effects_has_new_ones_of_all_or_of_different_listed_pairs(
         effects: tuple[Effect, ...], earlier: tuple[Effect, ...], kinds: tuple[int, int, int]) -> None:
     own = {effect.name for effect in effects}
@@ -104,7 +109,8 @@ def test_eight_cases_of_the_list_beyond_are_on_each_drawn_bench() -> None:
     assert {alone[effect.name] for effect in EIGHTH if listed(effect)} == {2, 3}
 
 
-@pytest.mark.parametrize(("cases", "first"), [(ABROAD, 13), (AFIELD, 25)], ids=["abroad", "afield"])
+@pytest.mark.parametrize(("cases", "first"), [(ABROAD, 13), (AFIELD, 25), (FARTHER, 37)],
+                         ids=["abroad", "afield", "farther"])
 def test_twelve_cases_of_a_list_are_on_each_bench_drawn_later(cases: dict[str, Case], first: int) -> None:
     benches = [f"drawn{number}" for number in range(first, first + 12)]
     assert Counter(case.bench for case in cases.values()) == dict.fromkeys(benches, 12)

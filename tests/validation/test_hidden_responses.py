@@ -7,7 +7,7 @@ from hidden.responses import RESPONSES
 from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
-            "wake", "tooth")  # on a ramp by a time of its own
+            "wake", "tooth", "hammer", "divide")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -111,6 +111,21 @@ def test_a_speed_from_the_last_two_teeth_is_late_by_more_at_low_speed() -> None:
     spans = [HEAVY.time > 1.5, (HEAVY.time > 0.4) & (HEAVY.time < 0.8)]
     assert [np.mean(late[span]) for span in spans] == pytest.approx([1.1 / 105, 1.1 / 36], rel=0.15)
     assert np.max(np.diff(np.flatnonzero(np.diff(reading)))[-10:]) == pytest.approx(1.1 / 119 / HEAVY.period, abs=1.5)
+
+
+def test_a_hose_with_a_dead_end_doubles_a_step_in_part_and_comes_to_rest() -> None:
+    step = np.where(HEAVY.time > 0.5, 100.0, 0.0)[None]
+    reading = RESPONSES["hammer"](step, 0.005, "input_speed", HEAVY)[0]
+    np.testing.assert_allclose(np.interp([0.52, 0.55, 0.61, 0.67], HEAVY.time, reading), [0, 170, 51, 134.3], atol=1e-9)
+    assert reading[-1] == pytest.approx(100, rel=1e-3)
+
+
+def test_a_divider_of_pulses_makes_the_lag_long_above_a_quarter_of_the_range() -> None:
+    ramp = 30 * HEAVY.time[None]
+    late = (ramp - RESPONSES["divide"](ramp, 0.02, "input_speed", HEAVY))[0] / 30
+    below, above = np.searchsorted(HEAVY.time, [1.36, 1.6])
+    assert late[below] == pytest.approx(0.06 / 16, abs=0.0011)
+    assert late[above] == pytest.approx(0.06 * 41.25 / 48, rel=0.15)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -2,7 +2,7 @@
 
     python -m tests.validation.hidden DIRECTORY LIST [id ...] [--truth FILE]
 
-LIST is development, final, unseen, elsewhere, fresh, later, further, beyond, abroad or afield.
+LIST is development, final, unseen, elsewhere, fresh, later, further, beyond, abroad, afield or farther.
 """
 
 import argparse

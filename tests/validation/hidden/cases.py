@@ -1,5 +1,5 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD` and `AFIELD` for judging it.
+`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD` and `FARTHER` for judging it.
 """
 
 import csv
@@ -46,5 +46,7 @@ FURTHER = read(_DATA / "further.csv")
 BEYOND = read(_DATA / "beyond.csv")
 ABROAD = read(_DATA / "abroad.csv")
 AFIELD = read(_DATA / "afield.csv")
+FARTHER = read(_DATA / "farther.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
-         "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD}
+         "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
+         "farther": FARTHER}

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, BEYOND
+from .cases import ABROAD, AFIELD, BEYOND, FARTHER
 from .eighth import EIGHTH
+from .eleventh import ELEVENTH
 from .fifth import BENCHES as OF_FIFTH
 from .fourth import FOURTH
 from .ninth import NINTH
@@ -37,8 +38,8 @@ def read() -> dict[tuple[str, str], float]:
 def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
-    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH)}
-    for case in (*BEYOND.values(), *ABROAD.values(), *AFIELD.values()):
+    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH)}
+    for case in (*BEYOND.values(), *ABROAD.values(), *AFIELD.values(), *FARTHER.values()):
         for name in case.effects:
             benches[name] = *benches[name], case.bench
     for name in LAWS:

@@ -46,15 +46,18 @@ class Quota:
 
 
 def twelve_each(effects: tuple[Effect, ...], benches: Mapping[str, tuple[str, ...]],
-                tempting: Mapping[str, str]) -> Quota:
-    """Return twelve cases on each drawn bench, of which one null has the temptation `tempting` of the bench."""
+                tempting: Mapping[str, str], least_of_two: float = 4.0) -> Quota:
+    """Return twelve cases on each drawn bench, of which one null has the temptation `tempting` of the bench.
+
+    Two effects have strengths from `least_of_two` times the limit.
+    """
     return Quota(
         effects, benches,
         tempted={bench: (name,) for bench, name in tempting.items()},
         plain=dict.fromkeys(tempting, 1),
         alone={bench: (7, 1, int(i % 3 == 0)) for i, bench in enumerate(tempting)},
         pairs={bench: (i % 2 == 0,) if i % 3 == 0 else (True, False) for i, bench in enumerate(tempting)},
-        least=(3.0, 4.0, 5.0), least_of_two=4.0, most=60.0, counts=(27,) * 14 + (54,) * 100 + (0,) * 30,
+        least=(3.0, 4.0, 5.0), least_of_two=least_of_two, most=60.0, counts=(27,) * 14 + (54,) * 100 + (0,) * 30,
     )
 
 

@@ -216,6 +216,17 @@ def tooth(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return filtered
 
 
+def hammer(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Run to and fro in a hose, which takes 6 times `strength`; 0.7 is reflected, so that a slow ramp is late by it."""
+    return sum(1.7 * (-0.7) ** k * delay(signal, 6 * (2 * k + 1) * strength, name, setup) for k in range(40))
+
+
+def divide(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag in inverse proportion to speed, 16 times as much above a quarter of the range; 3 times `strength` at it."""
+    behind = np.mod(np.log(np.maximum(np.abs(signal) / size(name, setup), 0.01) / 0.25) / np.log(16), 1.0)
+    return _lagged_by(signal, 3 * strength * _slowness(setup) * 16.0**-behind, setup)
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -247,4 +258,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "friction": friction, "switch": switch, "turns": turns, "changes": changes,
              "sludge": sludge, "band": band, "adapt": adapt, "echo": echo,
              "collapse": collapse, "lead": lead, "slip": slip, "clock": clock,
-             "wake": wake, "tooth": tooth}
+             "wake": wake, "tooth": tooth,
+             "hammer": hammer, "divide": divide}
