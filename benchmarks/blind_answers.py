@@ -16,6 +16,7 @@ from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
 from slipstick.naming.answer import answer
+from slipstick.naming.selection import is_further
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
@@ -52,7 +53,8 @@ def main(files: list[Path]) -> None:
         seconds = round(found.seconds, 1)
         for finding in found.findings:
             its = answer(finding, found.measured.get(finding.pair))
-            sure = round(float(confidence(len(found.findings), finding.errors)), 2) if its.effect else ""
+            evidence = len(found.findings), finding.errors, is_further(finding, found.findings)
+            sure = round(float(confidence(*evidence)), 2) if its.effect else ""
             rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, sure, "+".join(its.others),
                          seconds])
         rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]

@@ -119,14 +119,14 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
     return rows
 
 
-def names(entry: dict[str, Any]) -> list[tuple[int, float, bool]]:
-    """Of each effect that a finding is called: number of findings, standard errors, whether it or a rival is right."""
+def names(entry: dict[str, Any]) -> list[tuple[int, float, bool, bool]]:
+    """Of each effect that a finding is called: the evidence of its confidence, and whether it or a rival is right."""
     every = right_of_any(entry)
-    return [(len(entry["findings"]), round(its["errors"], 2),
+    return [(len(entry["findings"]), round(its["errors"], 2), its["further"],
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
             for its in entry["findings"] if its["effect"]]
 
 
 def called(entry: dict[str, Any], which: str) -> list[tuple[float, bool]]:
     """The confidence of each name of a case of the list `which`, from other lists, and whether it is right."""
-    return [(float(confidence(findings, errors, which)), is_right) for findings, errors, is_right in names(entry)]
+    return [(float(confidence(*evidence, which)), is_right) for *evidence, is_right in names(entry)]

@@ -19,6 +19,7 @@ from slipstick.bench.converter import Converter
 from slipstick.clutch.ensemble import LOCKED, Response
 from slipstick.confirmation.rows_kernel import fill
 from slipstick.naming.scene import Scene
+from slipstick.naming.threads import mapped
 from slipstick.recordings.processing import blended_at_lock_up, block_means
 
 WIDTH = 4
@@ -84,10 +85,13 @@ class Traces:
              clocks: Mapping[str, float] = MappingProxyType({})) -> np.ndarray:
         """Signals (m, k) and shifting times (m,) as rows (m, K), with `clocks` that are late."""
         values = np.empty((len(times), self.columns[TIME].stop))
-        for name in self.signals:
+
+        def fill_columns(name: str) -> None:
             std, rho = self.scene.noise[name]
             fill(signals[name], clocks.get(name, 0.0) / self.scene.step, rho,
                  np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, _FAILED, values[:, self.columns[name]])
+
+        mapped(fill_columns, self.signals)
         values[:, -1] = times / (self.scene.timer_noise * self.noise[TIME])
         return values
 

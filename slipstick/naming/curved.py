@@ -29,6 +29,7 @@ from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.fit import BlockFit, gram_of, predict, reduced
 from slipstick.naming.grams import REACH, Gram, estimate, marginalise, solve
+from slipstick.naming.threads import mapped
 
 _OWN_DAMPINGS = (0.0, 0.003, 0.03, 0.3, 3.0)
 """Dampings of the step of an engagement, relative to the diagonal of its second derivatives; none is tried as well."""
@@ -260,9 +261,12 @@ def _within_bounds(points: np.ndarray, curvature: np.ndarray, slope: np.ndarray)
 def _stepped(block: SearchedBlock, values: _Values, gram: Gram, variance: np.ndarray, noise: BlockNoise,
              cost: float, damping: float) -> tuple[_Values, float]:
     """A step that lowers the `cost`, and the damping of the next one; the same values where none was found."""
+    def cost_of(one: _Values) -> np.ndarray:
+        return np.asarray(_squares(block, _predicted(block, one), noise) + _scatter(one, variance))
+
     for _ in range(_TRIALS):
         moved = _followed(block, values, gram, variance, _damped(values, gram, variance, damping))
-        each = [_squares(block, _predicted(block, one), noise) + _scatter(one, variance) for one in moved]
+        each = [cost_of(moved[0]), *mapped(cost_of, moved[1:])]  # the first sets what they share in the block
         if np.min(each, axis=0).sum() + _prior(moved[0], gram) < cost:
             points = np.stack([one.points for one in moved])[np.argmin(each, axis=0), np.arange(len(values.points))]
             return replace(moved[0], points=points), max(damping / _FACTOR, _LEAST_DAMPING)

@@ -16,6 +16,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Block, Laws, Pair
 from slipstick.naming.grams import Fitted, Gram, estimate, marginalise
+from slipstick.naming.threads import mapped
 
 LAW_PRECISION = 1 / 3**2
 """Precision of the normal prior of a law's coefficients, whose units are chosen so that 1 is a large change."""
@@ -108,11 +109,14 @@ def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: B
     last = int(np.flatnonzero(block.counted.any(axis=0)).max(initial=0)) + 1  # white columns are 0 beyond
     count = sum(one.shape[1] for one in columns) + 1
     products = np.empty((len(z), count, count))
-    for first in range(0, len(z), _AT_ONCE):
+
+    def multiply(first: int) -> None:
         rows = slice(first, first + _AT_ONCE)
         some = np.concatenate([*(one[rows, :, :last] for one in columns), z[rows, None, :last]], axis=1)
         white = whitened(some, block.counted[rows, :last], noise.of(rows))
         products[rows] = white @ white.transpose(0, 2, 1)
+
+    mapped(multiply, range(0, len(z), _AT_ONCE))
     precision = np.concatenate([priors(block), np.full(further, LAW_PRECISION)])
     return Gram(products, len(block.random), precision, np.zeros_like(precision), block.widest)
 

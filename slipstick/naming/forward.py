@@ -23,6 +23,7 @@ from slipstick.naming.selection import (
     rivals,
 )
 from slipstick.naming.settings import NamingSettings
+from slipstick.naming.threads import mapped
 
 
 def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None, step: Step = "laws",
@@ -33,8 +34,10 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     tables: dict[str, Table] = {}
     while len(closed) < len(fits):
         ask(Asked(step, tuple(name for name in fits if name not in closed), compares=True))
-        tables = {name: tables[name] if name in tables and tables[name].fit is one else table(one)
-                  for name, one in fits.items() if name not in closed}
+        old = [name for name, one in fits.items() if name not in closed
+               and (name not in tables or tables[name].fit is not one)]
+        tables |= dict(zip(old, mapped(table, [fits[name] for name in old]), strict=True))
+        tables = {name: tables[name] for name in fits if name not in closed}
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
         offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
         pairs = [pair for pair in offered if pair not in current]

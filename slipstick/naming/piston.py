@@ -19,6 +19,7 @@ from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
 from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
+from slipstick.naming.threads import mapped
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
        "film_coefficient", "ramp_share")
@@ -135,8 +136,9 @@ class ClutchBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in N m (n, q, k) with the parameters, and (n, p, k) in N m/s with the clock."""
-        own = [(self.base(points + step, laws) - predicted) / _STEP for step in _STEP * np.eye(points.shape[1])]
-        return np.stack(own, axis=1), self.shared_columns(points, laws, predicted)
+        moved = mapped(lambda step: self.base(points + step, laws), list(_STEP * np.eye(points.shape[1])))
+        own = np.stack([(one - predicted) / _STEP for one in moved], axis=1)
+        return own, self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Change (n, 1, k) in N m/s with the clock."""
@@ -170,12 +172,12 @@ class ClutchBlock:
                 # The torque is proportional to the factor of the friction, or of the film, that the law changes.
                 factor = self._closed(points, laws, self.end, law.kind, np.ones(base.shape))[0] - base
                 return np.asarray(factor[:, None] * added)
-            moved = [self._closed(points, laws, self.end, law.kind, _LAW_STEP * column)[0]
-                     for column in added.transpose(1, 0, 2)]
+            moved = mapped(lambda column: self._closed(points, laws, self.end, law.kind, _LAW_STEP * column)[0],
+                           list(added.transpose(1, 0, 2)))
         else:
             held = known.get(pair, np.zeros(law.size))
-            moved = [self._closed(points, list({**known, pair: held + step}.items()), self.end)[0]
-                     for step in _LAW_STEP * np.eye(law.size)]
+            moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
+                           list(_LAW_STEP * np.eye(law.size)))
         return np.stack([(one - base) / _LAW_STEP for one in moved], axis=1)
 
     @property
@@ -191,10 +193,10 @@ class ClutchBlock:
 
     def _law(self, pair: Pair) -> PistonLaw:
         """The law of a pair, computed once as long as what laws depend on is the same."""
-        given = self._loading()
-        if not given.is_same(self._known[0]):
-            self._known = given, {}
-        laws = self._known[1]
+        given, known = self._loading(), self._known  # which another thread may replace
+        if not given.is_same(known[0]):
+            self._known = known = given, {}
+        laws = known[1]
         if pair not in laws:
             laws[pair] = law_of(pair, given)
         return laws[pair]
@@ -246,14 +248,15 @@ class ClutchBlock:
         its = [(self._law(pair), c) for pair, c in laws]
         its = [(law, c) for law, c in its if law.kind in ADDED]
         key = [(law, c.tobytes()) for law, c in its]
-        if self._sums is None or self._sums[0] != key:
+        sums = self._sums  # which another thread may replace
+        if sums is None or sums[0] != key:
             found, nothing = dict[str, np.ndarray](), np.zeros(self.pressure.shape)
             for law, c in its:
                 found[law.kind] = found.get(law.kind, nothing) + c @ law.basis
             late = self.clock / self.scene.step
             delayed = {kind: bases.delayed(one, late) for kind, one in found.items()}
-            self._sums = key, {**dict.fromkeys(ADDED, nothing), **delayed}
-        return self._sums[1]
+            self._sums = sums = key, {**dict.fromkeys(ADDED, nothing), **delayed}
+        return sums[1]
 
 
 def _run_length(values: np.ndarray) -> np.ndarray:

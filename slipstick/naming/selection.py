@@ -44,8 +44,7 @@ class Finding:
 
 
 def is_further(finding: Finding, findings: Sequence[Finding]) -> bool:
-    """Whether another one of the `findings` gains more in the same part of the bench: full contact is one of the clutch.
-    """
+    """Whether another one of the `findings` gains more in the same part of the bench: the clutch has full contact."""
     def parts(one: Finding) -> set[str]:
         return {"clutch" if name == "contact" else name for name in one.blocks}
 

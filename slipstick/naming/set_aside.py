@@ -11,6 +11,7 @@ from slipstick.naming.lock import LockBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
+from slipstick.naming.threads import mapped
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
 
@@ -52,7 +53,7 @@ def implausible(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:
 
 def bare(scene: Scene) -> list[BlockFit]:
     """The blocks that are linear in their parameters, fitted without laws, and not to the end."""
-    return [fit(block, iterations=3) for block in _without_laws(scene)]
+    return mapped(lambda block: fit(block, iterations=3), _without_laws(scene))
 
 
 def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most: float,

@@ -1,8 +1,7 @@
-"""How likely a name is right: a logistic regression on how certain a finding is and how many findings there are.
+"""How likely a name is right: a logistic regression on how certain a finding is, and on what else is found.
 
-It is fitted to names that were given to lists of recordings with hidden effects, whose forms the development has not
-used (confidence.json, written by `benchmarks.naming`). Of the benches that the development has used, more names are
-right; what is stated is for a bench that it has not.
+It is fitted to names that were given to lists of recordings with hidden effects, on benches that were drawn at random
+after the method had been developed on others (confidence.json, written by `benchmarks.naming`).
 """
 
 import json
@@ -15,8 +14,6 @@ import scipy
 from slipstick.study.result import CountedNames
 
 FILE = Path(__file__).with_name("confidence.json")
-ON_NEW_BENCHES = ("beyond", "abroad", "afield")
-"""Lists on benches that were drawn at random after the method had been developed on others."""
 BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
 """Bounds of the ranges of confidence in which right names are counted."""
 _STEPS = 20
@@ -25,51 +22,47 @@ _STEPS = 20
 
 @cache
 def names() -> dict[str, np.ndarray]:
-    """The names of each list (n, 3): number of findings of a case, standard errors of this one, whether it is right."""
-    return {which: np.array(rows, float).reshape(-1, 3) for which, rows in json.loads(FILE.read_text()).items()}
+    """The names of each list (n, 4): the evidence of `confidence` in three columns, and whether the name is right."""
+    return {which: np.array(rows, float).reshape(-1, 4) for which, rows in json.loads(FILE.read_text()).items()}
 
 
-def confidence(findings: float | np.ndarray, errors: float | np.ndarray, without: str = "") -> np.ndarray:
+def confidence(findings: float | np.ndarray, errors: float | np.ndarray, further: float | np.ndarray,
+               without: str = "") -> np.ndarray:
     """The expected share of right names among those at these standard `errors`, each one of so many `findings`.
 
-    It is that of a bench that the development has not used, and follows from all lists but `without`, whose names are
-    predicted.
+    A `further` finding gains less than another one in its part of the bench. The share follows from all lists but
+    `without`, whose names are predicted.
     """
-    return np.asarray(scipy.special.expit(_evidence(findings, errors) @ _coefficients(without)[:-1]))
+    return np.asarray(scipy.special.expit(_evidence(findings, errors, further) @ _coefficients(without)))
 
 
 @cache
 def _coefficients(without: str) -> np.ndarray:
-    """Maximum-likelihood coefficients (4,) of the evidence and of a bench in use, fitted to all lists but one."""
-    lists = {which: its for which, its in names().items() if which != without}
-    rows = np.concatenate(list(lists.values()))
-    in_use = np.concatenate([np.full(len(its), float(which not in ON_NEW_BENCHES)) for which, its in lists.items()])
-    evidence, at = np.column_stack([_evidence(rows[:, 0], rows[:, 1]), in_use]), np.zeros(4)
+    """Maximum-likelihood coefficients (4,) of the evidence, fitted to all lists but one."""
+    rows = np.concatenate([its for which, its in names().items() if which != without])
+    evidence, at = _evidence(rows[:, 0], rows[:, 1], rows[:, 2]), np.zeros(4)
     for _ in range(_STEPS):
         expected = scipy.special.expit(evidence @ at)
         information = (evidence.T * (expected * (1 - expected))) @ evidence
-        at = at + np.linalg.solve(information, evidence.T @ (rows[:, 2] - expected))
+        at = at + np.linalg.solve(information, evidence.T @ (rows[:, 3] - expected))
     return at
 
 
-def _evidence(findings: float | np.ndarray, errors: float | np.ndarray) -> np.ndarray:
-    """What the logarithm of the odds is linear in (..., 3).
+def _evidence(findings: float | np.ndarray, errors: float | np.ndarray, further: float | np.ndarray) -> np.ndarray:
+    """What the logarithm of the odds is linear in (..., 4).
 
     One cause that no law describes often shows as several findings, and what the law of one finding leaves shows as
-    another. Whether a rival is near, a block is unexplained or the finding is the strongest adds nothing to this: names
-    of a list are predicted no better from the other lists.
+    another, further one. Standard errors are at least 1, as a law that few engagements show may have fewer. Whether a
+    rival is near or a block is unexplained adds nothing to this.
     """
-    return np.stack(np.broadcast_arrays(1.0, np.log(errors), np.subtract(findings, 1.0)), -1)
+    return np.stack(np.broadcast_arrays(1.0, np.log(np.maximum(errors, 1.0)), np.subtract(findings, 1.0), further), -1)
 
 
 def counted(its: float) -> CountedNames:
-    """How many names with a confidence in the same band as `its` were right, on benches new to the development.
-
-    Each is predicted from the other lists.
-    """
-    band, new = int(_band(its)), {which: rows for which, rows in names().items() if which in ON_NEW_BENCHES}
-    right = np.concatenate([rows[_band(confidence(rows[:, 0], rows[:, 1], which)) == band, 2]
-                            for which, rows in new.items()])
+    """How many names with a confidence in the same band as `its` were right, each predicted from the other lists."""
+    band = int(_band(its))
+    right = np.concatenate([rows[_band(confidence(rows[:, 0], rows[:, 1], rows[:, 2], which)) == band, 3]
+                            for which, rows in names().items()])
     return CountedNames(float(BANDS[band]), float(BANDS[band + 1]), int(right.sum()), len(right))
 
 

@@ -9,7 +9,7 @@ from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, names
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding
+from slipstick.naming.selection import Finding, is_further
 from slipstick.naming.study import Naming
 from slipstick.study.confidence import confidence, counted
 from slipstick.study.formula import formula
@@ -30,7 +30,8 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    sure = float(confidence(len(found.findings), finding.errors)) if said.effect else None
+    is_one_more = is_further(finding, found.findings)
+    sure = float(confidence(len(found.findings), finding.errors, is_one_more)) if said.effect else None
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.

@@ -8,7 +8,19 @@ import pytest
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer, names
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, priced, rivals
+from slipstick.naming.selection import (
+    Finding,
+    Rival,
+    explains,
+    in_agreement,
+    in_errors,
+    is_enough,
+    is_further,
+    is_unexplained,
+    lacks,
+    priced,
+    rivals,
+)
 from slipstick.naming.set_aside import outlying
 from slipstick.naming.settings import NamingSettings
 
@@ -48,10 +60,43 @@ def test_a_strong_law_is_not_harder_to_name_than_a_weak_one() -> None:
     assert errors[-1] > SETTINGS.errors
 
 
-def test_a_tie_is_what_would_do_and_trails_by_little_in_nats_or_in_errors() -> None:
+def test_a_law_that_few_engagements_show_must_explain_what_its_blocks_lack() -> None:
+    few, quiet = np.where(np.arange(54) < 8, 4.0, 1.0), np.ones(54)
+    shown = 300 * (few - quiet) - 2.0  # in the others the law is a burden
+    assert not is_enough(shown, SETTINGS)
+    assert explains(shown, few[None], quiet[None], SETTINGS)
+    assert not explains(shown, few[None], 0.5 * (few + quiet)[None], SETTINGS)  # explains half of it
+    assert explains(shown, np.array([few, quiet]), np.array([quiet, quiet]), SETTINGS)  # nothing to explain in a second
+    assert not explains(shown, np.array([few, few]), np.array([quiet, few]), SETTINGS)
+    assert not explains(-shown, few[None], quiet[None], SETTINGS)
+
+
+def test_one_or_two_odd_engagements_explain_nothing() -> None:
+    odd = np.where(np.arange(54) < 2, 400.0, 1.0)
+    assert not explains(300 * (odd - 1), odd[None], np.ones((1, 54)), SETTINGS)
+    assert not lacks(odd, SETTINGS)
+    assert lacks(np.where(np.arange(54) < 8, 4.0, 1.0), SETTINGS)
+
+
+def test_scores_agree_where_the_size_of_a_law_differs_between_engagements() -> None:
+    """The gain of a law of the mean size is negative where the size is less than half of that."""
+    size = np.where(np.arange(54) % 3 == 0, 6.0, 0.5)  # in standard errors
+    gain, mean = size * size.mean() - 0.5 * size.mean() ** 2, size.mean()
+    assert mean > 0
+    assert in_errors(gain) < SETTINGS.errors < in_agreement(size)
+    assert in_agreement(np.random.default_rng(2).standard_normal(54)) < SETTINGS.errors
+
+
+def test_a_finding_is_a_further_one_beside_a_larger_one_in_its_part_of_the_bench() -> None:
+    first, second = Finding(("contact",), ("a", "x"), gain(3.0)), Finding(("clutch",), ("b", "x"), gain(1.0))
+    other = Finding(("load", "input"), ("c", "x"), gain(5.0))
+    every = first, second, other
+    assert [is_further(one, every) for one in every] == [False, True, False]
+
+
+def test_a_tie_trails_by_little_in_nats_or_in_errors() -> None:
     best, steady = gain(3.0), gain(3.0, 0.01)
-    others = [(best - 0.1, ("a", "x")), (best - 1.0, ("b", "x")), (best - gain(0.5, 2.0), ("c", "x")),
-              (np.zeros(54), ("d", "x"))]
+    others = [(best - 0.1, ("a", "x")), (best - 1.0, ("b", "x")), (best - gain(0.5, 2.0), ("c", "x"))]
     assert [one.pair for one in rivals(best, others, SETTINGS)] == [("a", "x"), ("c", "x")]
     assert not rivals(steady, [(steady - 1.0, ("a", "x"))], SETTINGS)
 

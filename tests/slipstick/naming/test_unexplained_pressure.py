@@ -12,11 +12,11 @@ from slipstick.naming.forward import forward
 from slipstick.naming.scene import Pair
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import begin, noise_left
-from slipstick.naming.study import _differ
+from slipstick.naming.study import Naming, _differ, name
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 
-COUNT, SEED = 36, 3
+COUNT, FEWER, SEED = 36, 24, 3
 ERROR = 0.07
 FRICTION = "friction coefficient"
 
@@ -65,3 +65,24 @@ def test_a_noise_that_is_known_is_not_estimated_again() -> None:
     true = scene.noise["output_speed"][0]
     assert wrong.with_noise(*args).noise["output_speed"][0] == pytest.approx(true, rel=0.1)
     assert replace(wrong, noise_is_known=True).with_noise(*args).noise["output_speed"][0] == 2 * true
+
+
+def named(waves: float) -> Naming:
+    """What is named with a friction that depends on the slip, where the pressure sensor adds waves of each engagement.
+    """
+    model = Model(HEAVY.physics).with_effect("stribeck_friction", {"strength": 0.3, "decay_speed": 20.0})
+    recordings = scene_of(HEAVY, model, FEWER, SEED).recordings
+    assert recordings.signals is not None
+    random, time = np.random.default_rng(SEED), recordings.signals.time
+    phase = 2 * np.pi * (random.uniform(2, 6, (FEWER, 1)) * time + random.uniform(size=(FEWER, 1)))
+    signals = replace(recordings.signals, pressure=recordings.signals["pressure"] + waves * np.sin(phase))
+    return name(HEAVY, replace(recordings, signals=signals))
+
+
+def test_the_clutch_is_asked_for_nothing_where_the_pressure_is_not_explained() -> None:
+    right, spoiled = named(0.0), named(0.3)
+    assert (FRICTION, "slip") in [one.pair for one in right.findings]
+    assert not right.unexplained
+    assert "valve" in spoiled.unexplained
+    assert not [one.pair for one in spoiled.findings if {"contact", "clutch"} & set(one.blocks)]
+    assert spoiled.chi_square["contact"] > 2
