@@ -62,7 +62,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
                 fits |= finer
                 continue
             earlier = max((one.nats for one in findings if set(one.blocks) & set(finding.blocks)), default=0.0)
-            enough = _does(fits, its, finding.blocks, finding.gain, settings)
+            enough = _is_enough_with(fits, its, finding.blocks, finding.gain, settings)
             if not enough or finding.nats < settings.further * earlier:
                 closed |= set(best.blocks)
                 continue
@@ -87,7 +87,7 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
         found = dict(zip(order, fit_together([fits[name].block for name in order], laws,
                                              [fits[name] for name in order]), strict=True))
         price = np.sum([fits[name].leverage(finding.pair) for name in finding.blocks], axis=0)
-        if not _does(found, fits, finding.blocks, priced(-_rise(fits, found), price), settings):
+        if not _is_enough_with(found, fits, finding.blocks, priced(-_rise(fits, found), price), settings):
             fits |= found
             kept.remove(finding)
     return fits, kept
@@ -101,7 +101,7 @@ def _agrees(one: Gain, settings: NamingSettings) -> bool:
     return bool(one.nats.sum() > settings.nats and in_agreement(one.scores) > settings.errors)
 
 
-def _does(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], blocks: Sequence[str], gain: np.ndarray,
+def _is_enough_with(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], blocks: Sequence[str], gain: np.ndarray,
           settings: NamingSettings) -> bool:
     """Whether a law that changes `blocks` of `fits` to those of `its` and gains (n,) nats is enough for a finding."""
     before, after = (np.array([some[name].chi2 for name in blocks]) for some in (fits, its))
@@ -178,7 +178,7 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
     else:
         those = those[1:]
     tied = rivals(chosen.rise, [(other.rise, other.one.pair) for other in those
-                                if _does(fits, other.its, other.one.blocks, other.rise, settings)], settings)
+                                if _is_enough_with(fits, other.its, other.one.blocks, other.rise, settings)], settings)
     for name in chosen.one.blocks:
         fits[name].block.finer = {**fits[name].block.finer, chosen.one.pair: chosen.finer}
     return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied), chosen.its

@@ -87,7 +87,7 @@ def explains(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: 
     most = np.argsort(gain)[:-_ODD]
     lacking, left = (float((one[:, most] - 1).mean(axis=1).sum()) for one in (before, after))
     return bool(gain.sum() > settings.nats and lacking > settings.errors * settings.noise
-                and left < settings.unexplained * lacking)
+                and left < settings.few_leave * lacking)
 
 
 def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings: NamingSettings) -> tuple[Rival, ...]:

@@ -1,5 +1,6 @@
 """A finding in words and numbers: evidence, rivals, confidence, coefficients, worth, formula, further experiments."""
 
+from slipstick.naming.settings import NamingSettings
 from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
 from slipstick.pictures.study.words import effect_title, within
@@ -58,7 +59,9 @@ def _evidence(one: FindingResult, result: StudyResult) -> Entries:
     errors = f"more than {CERTAIN:.0f}" if one.errors > CERTAIN else number(one.errors)
     found = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
               f"{one.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} {listed(blocks or ['?'])}; "
-              f"that is {errors} standard errors over engagements.")]
+              f"that is {errors} standard errors over engagements."
+              + (" Few engagements show it: it is named because it explains nearly all that is missing there."
+                 if one.errors < NamingSettings.errors else ""))]
     rivals = [f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by "
               f"{number(other.behind, 2)} standard errors)" for other in one.rivals]
     found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else

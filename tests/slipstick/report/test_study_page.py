@@ -189,6 +189,14 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_a_finding_that_few_engagements_show_says_why_it_is_named(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    why = "Few engagements show it: it is named because it explains nearly all that is missing there."
+    assert why in reading(page(changed(result, errors=2.9), figures)).text
+    assert why not in reading(page(changed(result, errors=4.1), figures)).text
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_confidence_has_its_counts(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     counted = CountedNames(0.9, 1.0, 41, 45)
