@@ -142,8 +142,8 @@ class FindingResult:
     worth: Worth | None
     """By how much it changes shifting times and signals; null if the simulation has no term for it."""
     confidence: float | None
-    """Expected share of right names among findings that are as certain, one of as many, on simulated benches that the
-    development had not used; null if unlisted. It is an average over these benches: yours may differ."""
+    """Expected share of right names among findings that are as certain, beside as many others, on simulated benches
+    that the development had not used; null if unlisted. It is an average over these benches: yours may differ."""
     counted: CountedNames | None
     """How many names with such a confidence were right; null if unlisted."""
     experiments: list[FurtherExperiment]

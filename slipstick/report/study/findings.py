@@ -1,6 +1,5 @@
 """A finding in words and numbers: evidence, rivals, confidence, coefficients, worth, formula, further experiments."""
 
-from slipstick.naming.settings import NamingSettings
 from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
 from slipstick.pictures.study.words import effect_title, within
@@ -10,6 +9,7 @@ from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Ta
 from slipstick.report.study.words import channel, coefficient_row, effect_of, many
 from slipstick.report.words import listed
 from slipstick.study.result import FindingResult, FurtherExperiment, StudyResult
+from slipstick.study.settings import StudySettings
 from slipstick.study.words import title
 
 _UNLISTED = "the catalogue has no effect of this quantity and dependence whose law has this shape"
@@ -61,7 +61,7 @@ def _evidence(one: FindingResult, result: StudyResult) -> Entries:
               f"{one.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} {listed(blocks or ['?'])}; "
               f"that is {errors} standard errors over engagements."
               + (" Few engagements show it: it is named because it explains nearly all that is missing there."
-                 if one.errors < NamingSettings.errors else ""))]
+                 if one.errors < StudySettings().naming.errors else ""))]
     rivals = [f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by "
               f"{number(other.behind, 2)} standard errors)" for other in one.rivals]
     found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
@@ -81,7 +81,7 @@ def _confidence(one: FindingResult) -> Entries:
     its = one.counted
     return [("Confidence:", f"{one.confidence:.2f}. {its.right} of {its.of} names with a confidence of {its.lower:g} "
              f"to {its.upper:g} were right, on simulated benches that the development had not used. It follows from "
-             "the standard errors and the number of findings, and is an average over these benches: yours may differ.")]
+             "the standard errors and what else was found, and is an average over these benches: yours may differ.")]
 
 
 def _confirmed(one: FindingResult) -> Entries:
