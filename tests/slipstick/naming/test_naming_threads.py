@@ -5,46 +5,45 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numba import get_num_threads, set_num_threads
 
+from slipstick.naming import threads
 from slipstick.naming.study import Naming, name
-from slipstick.naming.threads import mapped
 from slipstick.recordings import Recordings
 from tests.benches import HEAVY
 
 MEASURED = Path(__file__).parents[3] / "tables/measured.h5"
 
-several = pytest.mark.skipif(get_num_threads() < 2, reason="needs two cores")
+
+def allow(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let compiled kernels use so many threads: tests in parallel have one each."""
+    monkeypatch.setattr(threads, "get_num_threads", lambda: count)
 
 
-@several
-def test_parts_are_computed_in_threads_and_come_in_their_order() -> None:
+def test_parts_are_computed_in_threads_and_come_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
     meet = threading.Barrier(2, timeout=20)
 
     def part(number: int) -> int:
         meet.wait()
         return 10 * number
 
-    assert mapped(part, [3, 1]) == [30, 10]
+    allow(2, monkeypatch)
+    assert threads.mapped(part, [3, 1]) == [30, 10]
 
 
-def test_an_error_of_a_part_is_raised() -> None:
+@pytest.mark.parametrize("count", [1, 2])
+def test_an_error_of_a_part_is_raised(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    allow(count, monkeypatch)
     with pytest.raises(ZeroDivisionError):
-        mapped(lambda number: 1 // number, [1, 0, 2])
+        threads.mapped(lambda number: 1 // number, [1, 0, 2])
 
 
-def named(threads: int) -> Naming:
-    before = get_num_threads()
-    set_num_threads(threads)
-    try:
-        return name(HEAVY, Recordings.open(MEASURED).take(np.arange(0, 216, 9)))
-    finally:
-        set_num_threads(before)
+def named(count: int, monkeypatch: pytest.MonkeyPatch) -> Naming:
+    allow(count, monkeypatch)
+    return name(HEAVY, Recordings.open(MEASURED).take(np.arange(0, 216, 9)))
 
 
-@several
-def test_naming_in_two_threads_is_that_in_one() -> None:
-    one, two = named(1), named(2)
+def test_naming_in_two_threads_is_that_in_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, two = named(1, monkeypatch), named(2, monkeypatch)
     assert one.findings
     for its, other in zip(one.findings, two.findings, strict=True):
         assert its.pair == other.pair
