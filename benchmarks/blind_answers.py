@@ -16,11 +16,10 @@ from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
 from slipstick.naming.answer import answer
-from slipstick.naming.selection import is_further
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
-from slipstick.study.confidence import confidence
+from slipstick.study.confidence import confidence_of
 
 TABLE = Path(__file__).with_name("blind_answers.csv")
 HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence",
@@ -53,8 +52,7 @@ def main(files: list[Path]) -> None:
         seconds = round(found.seconds, 1)
         for finding in found.findings:
             its = answer(finding, found.measured.get(finding.pair))
-            evidence = len(found.findings), finding.errors, is_further(finding, found.findings)
-            sure = round(float(confidence(*evidence)), 2) if its.effect else ""
+            sure = round(confidence_of(finding, found.findings), 2) if its.effect else ""
             rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, sure, "+".join(its.others),
                          seconds])
         rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]

@@ -21,8 +21,10 @@ MAY_IMPORT = {
     "slipstick.matrix_product": "numpy numba slipstick.register_tile",
     "slipstick.register_tile": "numba llvmlite",
     "slipstick.quantities": "numpy pint",
+    "slipstick.threads": "numba",
     "slipstick.bench": "numpy slipstick.errors slipstick.quantities slipstick.storage.sheet",
-    "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.bench slipstick.clutch.effects",
+    "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.threads slipstick.bench "
+                        "slipstick.clutch.effects",
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
@@ -67,10 +69,10 @@ MAY_IMPORT = {
                            "slipstick.recordings slipstick.table slipstick.uncertainty",
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings "
                              "slipstick.table slipstick.uncertainty",
-    "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks "
+    "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.threads slipstick.bench slipstick.blocks "
                         "slipstick.clutch slipstick.recordings",
-    "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.bench slipstick.blocks.whitening "
-                              "slipstick.clutch slipstick.naming slipstick.recordings",
+    "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.threads slipstick.bench "
+                              "slipstick.blocks.whitening slipstick.clutch slipstick.naming slipstick.recordings",
     "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.confirmation "
                        "slipstick.naming slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",

@@ -7,7 +7,6 @@ is the slow, readable reference implementation.
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +25,7 @@ from slipstick.clutch.loading import segments
 from slipstick.clutch.model import Model
 from slipstick.clutch.sensor_laws import with_sensor_laws
 from slipstick.errors import InvalidValue
+from slipstick.threads import mapped
 
 __all__ = ["DEFAULT", "FAILED", "LOCKED", "NEVER_LOCKED", "STATUS", "TIGHT", "Accuracy", "Response", "Simulator",
            "initial_input_speed", "shifting_times", "signals", "simulate"]
@@ -116,13 +116,7 @@ def simulate(converter: Converter, vectors: np.ndarray, coefficients: np.ndarray
               vectors, coefficients, active, columns, profiles, initial, profile_segments, accuracy.fine,
               accuracy.coarse, times, samples, true_signals, shifting_time, status)
 
-    blocks = range(0, total, size)
-    if min(workers, len(blocks)) == 1:
-        for first in blocks:
-            simulate_block(first)
-    else:
-        with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(simulate_block, blocks))
+    mapped(simulate_block, range(0, total, size), workers)
     shaped = {name: signal.reshape(*shape, k) for name, signal in zip(_SIGNALS, true_signals, strict=True)}
     readings = {name: sensor_reading(signal, f"{name.replace('_', ' ')} sensor", times, coefficients) if k else signal
                 for name, signal in shaped.items()}

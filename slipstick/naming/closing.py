@@ -12,7 +12,7 @@ from slipstick.naming.evidence import gains, table
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
-from slipstick.naming.selection import Finding, explains, is_enough, is_unexplained, leads, priced, rivals
+from slipstick.naming.selection import Finding, is_enough, is_finding, is_unexplained, leads, priced, rivals
 from slipstick.naming.settings import NamingSettings
 
 _QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
@@ -127,10 +127,12 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: As
 
 
 def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -> list[_Tried]:
-    """Those that were `tried` from a fit `now` on that are enough for a finding, if the one that gains most is."""
-    does = [is_enough(one.gain, settings) or explains(one.gain, now.chi2[None], one.fit.chi2[None], settings)
-            for one in tried]
-    return [one for one, its in zip(tried, does, strict=True) if its and (does[0] or is_enough(one.gain, settings))]
+    """Those that were `tried` from a fit `now` on that are enough for a finding.
+
+    What few engagements show counts only if the one that gains most is enough.
+    """
+    found = [one for one in tried if is_finding(one.gain, now.chi2[None], one.fit.chi2[None], settings)]
+    return found if found[:1] == tried[:1] else [one for one in tried if is_enough(one.gain, settings)]
 
 
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray) -> CurvedFit | None:

@@ -29,7 +29,7 @@ from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.fit import BlockFit, gram_of, predict, reduced
 from slipstick.naming.grams import REACH, Gram, estimate, marginalise, solve
-from slipstick.naming.threads import mapped
+from slipstick.threads import mapped
 
 _OWN_DAMPINGS = (0.0, 0.003, 0.03, 0.3, 3.0)
 """Dampings of the step of an engagement, relative to the diagonal of its second derivatives; none is tried as well."""

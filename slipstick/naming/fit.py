@@ -16,7 +16,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Block, Laws, Pair
 from slipstick.naming.grams import Fitted, Gram, estimate, marginalise
-from slipstick.naming.threads import mapped
+from slipstick.threads import mapped
 
 LAW_PRECISION = 1 / 3**2
 """Precision of the normal prior of a law's coefficients, whose units are chosen so that 1 is a large change."""

@@ -12,10 +12,10 @@ from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.selection import (
     Finding,
     Rival,
-    explains,
     in_agreement,
     in_errors,
     is_enough,
+    is_finding,
     is_unexplained,
     lacks,
     leads,
@@ -23,7 +23,7 @@ from slipstick.naming.selection import (
     rivals,
 )
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.threads import mapped
+from slipstick.threads import mapped
 
 
 def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None, step: Step = "laws",
@@ -33,11 +33,11 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     _set_resolution(fits, settings)
     tables: dict[str, Table] = {}
     while len(closed) < len(fits):
-        ask(Asked(step, tuple(name for name in fits if name not in closed), compares=True))
-        old = [name for name, one in fits.items() if name not in closed
-               and (name not in tables or tables[name].fit is not one)]
-        tables |= dict(zip(old, mapped(table, [fits[name] for name in old]), strict=True))
-        tables = {name: tables[name] for name in fits if name not in closed}
+        asked = tuple(name for name in fits if name not in closed)
+        ask(Asked(step, asked, compares=True))
+        changed = [name for name in asked if name not in tables or tables[name].fit is not fits[name]]
+        tables |= dict(zip(changed, mapped(table, [fits[name] for name in changed]), strict=True))
+        tables = {name: tables[name] for name in asked}
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
         offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
         pairs = [pair for pair in offered if pair not in current]
@@ -105,7 +105,7 @@ def _is_enough_with(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], b
           settings: NamingSettings) -> bool:
     """Whether a law that changes `blocks` of `fits` to those of `its` and gains (n,) nats is enough for a finding."""
     before, after = (np.array([some[name].chi2 for name in blocks]) for some in (fits, its))
-    return is_enough(gain, settings) or explains(gain, before, after, settings)
+    return is_finding(gain, before, after, settings)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:

@@ -19,7 +19,7 @@ from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
 from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
-from slipstick.naming.threads import mapped
+from slipstick.threads import mapped
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
        "film_coefficient", "ramp_share")

@@ -90,6 +90,11 @@ def explains(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: 
                 and left < settings.few_leave * lacking)
 
 
+def is_finding(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: NamingSettings) -> bool:
+    """Whether a law that gains (n,) nats is named: most engagements show it, or it `explains` what its blocks lack."""
+    return is_enough(gain, settings) or explains(gain, before, after, settings)
+
+
 def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings: NamingSettings) -> tuple[Rival, ...]:
     """Those of `others`, which would do, that `best` (n,) leads by too little in nats or in standard errors."""
     return tuple(Rival(pair, float(gain.sum()), in_errors(best - gain)) for gain, pair in others

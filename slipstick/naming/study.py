@@ -68,7 +68,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     believed = np.flatnonzero(~foreign(whole, plain))
     kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
     start = begin(whole.take(kept), ask)
-    fits, findings = forward(start.fits, settings, ask, closed=_closed_to_laws(start, settings))
+    fits, findings = _with_laws(start, settings, ask)
     # What laws explain is no error of a recording, and was no noise.
     most = int(settings.most_outlying * len(believed)) - (len(believed) - len(kept))
     bad = outlying([one.chi2 for one in fits.values()] + start.chi_squares[len(fits):], settings)[:most]
@@ -76,7 +76,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     if len(bad) or _differ(noise, start.noise):
         kept = np.delete(kept, bad)
         start = begin(replace(whole.take(kept), noise=noise, noise_is_known=True), ask)
-        fits, findings = forward(start.fits, settings, ask, closed=_closed_to_laws(start, settings))
+        fits, findings = _with_laws(start, settings, ask)
     before = {key: one.chi2 for key, one in start.fits.items()}
     everything, more = dict(fits), list[Finding]()
     if start.valve is not None:
@@ -92,12 +92,17 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                   converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
 
 
-def _closed_to_laws(start: Start, settings: NamingSettings) -> tuple[str, ...]:
-    """Full contact where the valve is not explained with its laws: an error of the pressure looks like laws there."""
+def _with_laws(start: Start, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
+    """The blocks behind the valve with their laws: an error of the pressure would look like laws of full contact."""
+    return forward(start.fits, settings, ask, closed=("contact",) if _lacks_pressure(start, settings) else ())
+
+
+def _lacks_pressure(start: Start, settings: NamingSettings) -> bool:
+    """Whether the valve is not explained with its laws."""
     if start.valve is None:
-        return ()
+        return False
     bare, found = start.valve
-    return ("contact",) if is_unexplained(found.chi2, bare.chi2, settings) else ()
+    return is_unexplained(found.chi2, bare.chi2, settings)
 
 
 def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:
@@ -141,7 +146,7 @@ def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: 
         found[:, 0] = contact.points[:, 0]
         again = settled(block, found, clock, contact.laws, contact.coefficients)
         clutch = max(clutch, again, key=evidence_of)
-    if _closed_to_laws(start, settings):
+    if _lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, []
     least = settings.further * max((one.nats for one in findings if "contact" in one.blocks), default=0.0)
     return closing(block, clutch, settings, least, ask)

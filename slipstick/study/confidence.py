@@ -5,12 +5,14 @@ after the method had been developed on others (confidence.json, written by `benc
 """
 
 import json
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import scipy
 
+from slipstick.naming.selection import Finding, is_further
 from slipstick.study.result import CountedNames
 
 FILE = Path(__file__).with_name("confidence.json")
@@ -34,6 +36,11 @@ def confidence(findings: float | np.ndarray, errors: float | np.ndarray, further
     `without`, whose names are predicted.
     """
     return np.asarray(scipy.special.expit(_evidence(findings, errors, further) @ _coefficients(without)))
+
+
+def confidence_of(finding: Finding, findings: Sequence[Finding]) -> float:
+    """The confidence of one of the `findings` of a case, if it has a name."""
+    return float(confidence(len(findings), finding.errors, is_further(finding, findings)))
 
 
 @cache

@@ -9,9 +9,9 @@ from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, names
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding, is_further
+from slipstick.naming.selection import Finding
 from slipstick.naming.study import Naming
-from slipstick.study.confidence import confidence, counted
+from slipstick.study.confidence import confidence_of, counted
 from slipstick.study.formula import formula
 from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law
 from slipstick.study.settings import StudySettings
@@ -30,8 +30,7 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    is_one_more = is_further(finding, found.findings)
-    sure = float(confidence(len(found.findings), finding.errors, is_one_more)) if said.effect else None
+    sure = confidence_of(finding, found.findings) if said.effect else None
     rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
               for one in finding.rivals]
     # Effects with the same pair have the same gain.

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipstick.naming import threads
+from slipstick import threads
 from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
 from tests.benches import HEAVY

@@ -96,7 +96,8 @@ def test_a_finding_is_a_further_one_beside_a_larger_one_in_its_part_of_the_bench
 
 def test_a_tie_trails_by_little_in_nats_or_in_errors() -> None:
     best, steady = gain(3.0), gain(3.0, 0.01)
-    others = [(best - 0.1, ("a", "x")), (best - 1.0, ("b", "x")), (best - gain(0.5, 2.0), ("c", "x"))]
+    others = [(best - 0.1, ("a", "x")), (best - 1.0, ("b", "x")), (best - gain(0.5, 2.0), ("c", "x")),
+              (np.zeros(54), ("d", "x"))]
     assert [one.pair for one in rivals(best, others, SETTINGS)] == [("a", "x"), ("c", "x")]
     assert not rivals(steady, [(steady - 1.0, ("a", "x"))], SETTINGS)
 

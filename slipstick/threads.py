@@ -10,9 +10,12 @@ One = TypeVar("One")
 Value = TypeVar("Value")
 
 
-def mapped(function: Callable[[One], Value], items: Sequence[One]) -> list[Value]:
-    """What `function` makes of each of the `items`, in their order, by as many threads as compiled kernels may use."""
-    workers = min(get_num_threads(), len(items))
+def mapped(function: Callable[[One], Value], items: Sequence[One], threads: int | None = None) -> list[Value]:
+    """What `function` makes of each of the `items`, in their order, by as many threads as compiled kernels may use.
+
+    Or by as many `threads`.
+    """
+    workers = min(threads or get_num_threads(), len(items))
     if workers < 2:
         return [function(one) for one in items]
     with ThreadPoolExecutor(workers) as pool:
