@@ -7,7 +7,7 @@ from hidden.responses import RESPONSES
 from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
-            "wake", "tooth", "hammer", "divide")  # on a ramp by a time of its own
+            "wake", "tooth", "hammer", "divide", "peak", "blind")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -126,6 +126,22 @@ def test_a_divider_of_pulses_makes_the_lag_long_above_a_quarter_of_the_range() -
     below, above = np.searchsorted(HEAVY.time, [1.36, 1.6])
     assert late[below] == pytest.approx(0.06 / 16, abs=0.0011)
     assert late[above] == pytest.approx(0.06 * 41.25 / 48, rel=0.15)
+
+
+def test_a_transmitter_of_peaks_follows_a_rise_at_once_and_a_fall_late() -> None:
+    pulse = np.where((HEAVY.time > 0.5) & (HEAVY.time < 0.8), 5.0, 1.0)[None]
+    reading = RESPONSES["peak"](pulse, 0.01, "pressure", HEAVY)[0]
+    assert np.all(reading[HEAVY.time < 0.8] == pulse[0, HEAVY.time < 0.8])
+    assert HEAVY.time[np.flatnonzero(reading > 3)[-1]] == pytest.approx(0.86, abs=1.5 * HEAVY.period)
+
+
+def test_a_counter_is_blind_at_each_change_of_its_range() -> None:
+    ramp = 30 * HEAVY.time[None]
+    reading = RESPONSES["blind"](ramp, 0.01, "output_speed", HEAVY)[0]
+    blind = np.flatnonzero(reading != ramp[0])
+    assert len(blind) * HEAVY.period == pytest.approx(3 * 0.08, abs=4 * HEAVY.period)
+    starts = HEAVY.time[blind[np.diff(blind, prepend=-2) > 1]]
+    np.testing.assert_allclose(starts, [0.25, 0.5, 1.0], atol=2 * HEAVY.period)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -2,7 +2,8 @@
 
     python -m tests.validation.hidden DIRECTORY LIST [id ...] [--truth FILE]
 
-LIST is development, final, unseen, elsewhere, fresh, later, further, beyond, abroad, afield or farther.
+LIST is development, final, unseen, elsewhere, fresh, later, further, beyond, abroad, afield, farther or
+remote.
 """
 
 import argparse

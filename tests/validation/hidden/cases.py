@@ -1,5 +1,5 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD` and `FARTHER` for judging it.
+`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER` and `REMOTE` for judging it.
 """
 
 import csv
@@ -47,6 +47,7 @@ BEYOND = read(_DATA / "beyond.csv")
 ABROAD = read(_DATA / "abroad.csv")
 AFIELD = read(_DATA / "afield.csv")
 FARTHER = read(_DATA / "farther.csv")
+REMOTE = read(_DATA / "remote.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
-         "farther": FARTHER}
+         "farther": FARTHER, "remote": REMOTE}

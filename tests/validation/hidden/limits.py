@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, BEYOND, FARTHER
+from .cases import ABROAD, AFIELD, BEYOND, FARTHER, REMOTE
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
 from .fifth import BENCHES as OF_FIFTH
@@ -22,6 +22,7 @@ from .seventh import BENCHES as OF_SEVENTH
 from .signature import remaining
 from .sixth import BENCHES as OF_SIXTH
 from .tenth import TENTH
+from .twelfth import TWELFTH
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
 RUNS = 54
@@ -38,10 +39,11 @@ def read() -> dict[tuple[str, str], float]:
 def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
-    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH)}
-    for case in (*BEYOND.values(), *ABROAD.values(), *AFIELD.values(), *FARTHER.values()):
-        for name in case.effects:
-            benches[name] = *benches[name], case.bench
+    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH)}
+    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE):
+        for case in cases.values():
+            for name in case.effects:
+                benches[name] = *benches[name], case.bench
     for name in LAWS:
         for bench in benches.get(name, ("heavy", "compact")):
             yield name, bench

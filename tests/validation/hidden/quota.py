@@ -28,9 +28,9 @@ class Quota:
 
     `benches` are those on which a case may have each of the `effects`. `tempted` are the temptations of nulls, `plain`
     is the number of other nulls, and `alone` those of single effects of listed pairs, of others, and over a further
-    channel. `pairs` tells for each case with two effects whether both are in the same block. Strengths are from `least`
-    times the limit, for each kind of `alone`, or from `least_of_two`, to `most` times it. `counts` are the numbers of
-    runs of the cases, in any order; 0 are all of the bench.
+    channel. `pairs` tells for each case with two effects whether both are in the same block; with `two_listed`, both
+    are of listed pairs. Strengths are from `least` times the limit, for each kind of `alone`, or from `least_of_two`,
+    to `most` times it. `counts` are the numbers of runs of the cases, in any order; 0 are all of the bench.
     """
 
     effects: tuple[Effect, ...]
@@ -43,13 +43,14 @@ class Quota:
     least_of_two: float = 3.0
     most: float = 40.0
     counts: tuple[int, ...] = COUNTS
+    two_listed: bool = False
 
 
 def twelve_each(effects: tuple[Effect, ...], benches: Mapping[str, tuple[str, ...]],
-                tempting: Mapping[str, str], least_of_two: float = 4.0) -> Quota:
+                tempting: Mapping[str, str], least_of_two: float = 4.0, two_listed: bool = False) -> Quota:
     """Return twelve cases on each drawn bench, of which one null has the temptation `tempting` of the bench.
 
-    Two effects have strengths from `least_of_two` times the limit.
+    Two effects have strengths from `least_of_two` times the limit; if `two_listed`, both are of listed pairs.
     """
     return Quota(
         effects, benches,
@@ -58,6 +59,7 @@ def twelve_each(effects: tuple[Effect, ...], benches: Mapping[str, tuple[str, ..
         alone={bench: (7, 1, int(i % 3 == 0)) for i, bench in enumerate(tempting)},
         pairs={bench: (i % 2 == 0,) if i % 3 == 0 else (True, False) for i, bench in enumerate(tempting)},
         least=(3.0, 4.0, 5.0), least_of_two=least_of_two, most=60.0, counts=(27,) * 14 + (54,) * 100 + (0,) * 30,
+        two_listed=two_listed,
     )
 
 
@@ -111,7 +113,8 @@ def _pairs(quota: Quota, taken: set[Slot],
     drawn = []
     for bench, blocks in quota.pairs.items():
         left = [effect for effect in quota.effects
-                if bench in quota.benches[effect.name] and (effect, bench) not in taken and _kind(effect) < 2]
+                if bench in quota.benches[effect.name] and (effect, bench) not in taken
+                and (listed(effect) if quota.two_listed else _kind(effect) < 2)]
         for same_block in blocks:
             possible = [both for both in combinations(left, 2) if pair(both[0]) != pair(both[1])
                         and both[0].quantity != both[1].quantity and (both[0].block == both[1].block) == same_block]

@@ -227,6 +227,25 @@ def divide(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.n
     return _lagged_by(signal, 3 * strength * _slowness(setup) * 16.0**-behind, setup)
 
 
+def peak(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Read the highest value of the last 6 times `strength`, as a transmitter that is not to miss a pulse."""
+    filtered = signal.copy()
+    for k in range(1, max(round(6 * strength * _slowness(setup) / setup.period), 1) + 1):
+        filtered[:, k:] = np.maximum(filtered[:, k:], signal[:, :-k])
+    return filtered
+
+
+def blind(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Hold the reading for 8 times `strength` when the range changes, at an eighth, a quarter, half and all of it."""
+    samples = max(round(8 * strength * _slowness(setup) / setup.period), 1)
+    ranges = np.searchsorted(size(name, setup) * 2.0 ** np.arange(-3, 1), np.abs(signal))
+    filtered, left = signal.copy(), np.zeros(len(signal), int)
+    for k in range(1, signal.shape[1]):
+        left = np.where((left == 0) & (ranges[:, k] != ranges[:, k - 1]), samples, np.maximum(left - 1, 0))
+        filtered[:, k] = np.where(left > 0, filtered[:, k - 1], signal[:, k])
+    return filtered
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -259,4 +278,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "sludge": sludge, "band": band, "adapt": adapt, "echo": echo,
              "collapse": collapse, "lead": lead, "slip": slip, "clock": clock,
              "wake": wake, "tooth": tooth,
-             "hammer": hammer, "divide": divide}
+             "hammer": hammer, "divide": divide,
+             "peak": peak, "blind": blind}
