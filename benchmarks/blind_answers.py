@@ -19,7 +19,7 @@ from slipstick.naming.answer import answer
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
-from slipstick.study.confidence import confidence_of
+from slipstick.study.confidence import confidence, evidence_of, is_reported
 
 TABLE = Path(__file__).with_name("blind_answers.csv")
 HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence",
@@ -51,10 +51,10 @@ def main(files: list[Path]) -> None:
         start = [run, commit, settings.digest[:12], file.stem]
         seconds = round(found.seconds, 1)
         for finding in found.findings:
-            its = answer(finding, found.measured.get(finding.pair))
-            sure = round(confidence_of(finding, found.findings), 2) if its.effect else ""
-            rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair, sure, "+".join(its.others),
-                         seconds])
+            its, evidence = answer(finding, found.measured.get(finding.pair)), evidence_of(finding, found.findings)
+            if is_reported(evidence):
+                rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair,
+                             round(confidence(evidence), 2), "+".join(its.others), seconds])
         rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]
         if not found.findings and not found.unexplained:
             rows.append([*start, "none", "", "", "", "", "", "", seconds])

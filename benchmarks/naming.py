@@ -26,7 +26,7 @@ from numba import set_num_threads
 from benchmarks.benches import BENCHES
 from benchmarks.naming_curves import drawn
 from benchmarks.naming_limits import Told, told
-from benchmarks.naming_rates import alike, judged, names, summary
+from benchmarks.naming_rates import alike, findings_of, judged, reported, summary
 from benchmarks.results import write
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer
@@ -59,7 +59,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
         found = name(BENCHES[known["bench"]], Recordings.open(recorded(which, identity)))
     except Exception as error:  # a case that raises is a result: a wrong one
         return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": []}
-    return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors,
+    return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors, "lead": its.lead,
                                   "rivals": [rival.pair for rival in its.rivals], "effect": answer(its, law).effect,
                                   "further": is_further(its, found.findings),
                                   "left_out": left_out(its, law)}
@@ -117,21 +117,24 @@ def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) ->
     entries = [done[identity] for identity in chosen if identity in done]
     made_by = " ".join(["python -m benchmarks.naming", which, *(str(one) for one in (every, first) if every > 1)])
     if which in COUNTED and every == 1:
-        counted = json.loads(CONFIDENCE.read_text()) | {which: [row for entry in entries for row in names(entry)]}
+        new = [[round(evidence.lead, 2), *map(int, (*evidence[1:], is_right))]
+               for entry in entries for evidence, is_right in findings_of(entry)]
+        counted = json.loads(CONFIDENCE.read_text()) | {which: new}
         lists = (f"{json.dumps(its)}: {json.dumps(rows)}" for its, rows in counted.items())
         CONFIDENCE.write_text("{" + ",\n ".join(lists) + "}\n")
     write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries, which), made_by)
+    answers = [reported(entry, which) for entry in entries]
     rows = [[e["case"], e["bench"], joined(e["hidden"]),
              *("+".join(f"{its[limit]:.2g}" for its in e["hidden"]) for limit in ("seen", "named")),
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
-             "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), len(e["aside"]),
-             e["bad"], round(e["seconds"], 1), e["error"]] for e in entries]
-    single = [entry for entry in entries if len(entry["hidden"]) == 1 and entry["hidden"][0]["listed"]]
+             "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), joined(e["unlikely"]),
+             len(e["aside"]), e["bad"], round(e["seconds"], 1), e["error"]] for e in answers]
+    single = [entry for entry in answers if len(entry["hidden"]) == 1 and entry["hidden"][0]["listed"]]
     title = f"Names of a single listed effect, over its strength ({len(single)} cases, {which})"
     PICTURES.joinpath(f"naming_{which}.svg").write_bytes(
         drawn([entry["hidden"][0]["named"] for entry in single], [judged(entry) for entry in single], title))
-    header = ("case", "bench", "hidden", "seen", "named", "findings", "rivals", "nats", "unexplained", "set_aside",
-              "bad_runs", "seconds", "error")
+    header = ("case", "bench", "hidden", "seen", "named", "findings", "rivals", "nats", "unexplained", "unlikely",
+              "set_aside", "bad_runs", "seconds", "error")
     write(f"naming_{which}_cases", header, rows, made_by)
 
 

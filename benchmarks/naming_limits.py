@@ -17,9 +17,10 @@ import numpy as np
 
 from benchmarks.benches import BENCHES
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import evidence_of, fits_with_pairs, settled, shows_closing
+from slipstick.naming.closing import fits_with_pairs, shows_closing
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import fit
+from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import begin

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rates import bounds
-from slipstick.study.confidence import BANDS, confidence
+from slipstick.study.confidence import BANDS, Evidence, confidence, is_reported
 from tests.validation.hidden.case import LAWS
 
 CLEAR = 0.9
@@ -81,7 +81,11 @@ def rate(label: str, values: list[bool]) -> list[object]:
 
 
 def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
-    """The rates of the answers to a list, over ranges of strengths in naming limits."""
+    """The rates of the answers to a list, over ranges of strengths in naming limits.
+
+    Findings have the confidence that other lists give them.
+    """
+    entries = [reported(entry, which) for entry in entries]
     verdicts = [(entry, judged(entry)) for entry in entries]
     nulls = [(e, v) for e, v in verdicts if not e["hidden"]]
     single = [(e, v) for e, v in verdicts if len(e["hidden"]) == 1 and e["hidden"][0]["listed"]]
@@ -97,13 +101,14 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
                  rate(f"{label}: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some])]
     strong = [e for e, _ in single if e["hidden"][0]["named"] >= 1]
     rows += [rate("listed, from 1 naming limits: a wrong name called clear",
-                  [any(sure >= CLEAR and not is_right for sure, is_right in called(e, which)) for e in strong]),
+                  [any(its["confidence"] >= CLEAR and not its["right"] for its in e["findings"]) for e in strong]),
              rate("listed, from 1 naming limits: right names that are clear",
-                  [sure >= CLEAR for e in strong for sure, is_right in called(e, which) if is_right])]
+                  [its["confidence"] >= CLEAR for e in strong for its in e["findings"] if its["right"]])]
     seen = [(e, v) for e, v in outside if e["hidden"][0]["seen"] >= 1]
     rows += [rate("unlisted, visible: right block", [v["block"] for _, v in seen]),
              rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
-             rate("unlisted, visible: a name of the catalogue", [bool(names(e)) for e, _ in seen]),
+             rate("unlisted, visible: a name of the catalogue",
+                  [any(its["effect"] for its in e["findings"]) for e, _ in seen]),
              rate("unlisted, from 1 naming limit: right pair",
                   [v["found"] == 1 for e, v in seen if e["hidden"][0]["named"] >= 1])]
     named = [its for e, _ in single for its in e["findings"] if its["effect"] and same(its["pair"]) in
@@ -111,22 +116,32 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
     rows.append(rate("right names, left out of the catalogue: unlisted", [not its["left_out"] for its in named]))
     rows.append(rate("two effects, both from 1 naming limit: both found",
                      [v["found"] == 2 for e, v in both if min(its["named"] for its in e["hidden"]) >= 1]))
-    every = [name for e in entries for name in called(e, which)]
-    rows += [rate(f"names with a confidence of {low:g} to {high:g}: right",
-                  [is_right for sure, is_right in every if low <= sure < high])
+    every = [its for e in entries for its in e["findings"]]
+    rows += [rate(f"findings with a confidence of {low:g} to {high:g}: right",
+                  [its["right"] for its in every if low <= its["confidence"] < high])
              for low, high in pairwise(BANDS.tolist())]
+    rows.append(["findings: expected right, and right", round(sum(its["confidence"] for its in every), 1),
+                 sum(its["right"] for its in every), "", "", ""])
     rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
     return rows
 
 
-def names(entry: dict[str, Any]) -> list[tuple[int, float, bool, bool]]:
-    """Of each effect that a finding is called: the evidence of its confidence, and whether it or a rival is right."""
+def findings_of(entry: dict[str, Any]) -> list[tuple[Evidence, bool]]:
+    """The evidence of each finding, and whether it or a rival is right."""
     every = right_of_any(entry)
-    return [(len(entry["findings"]), round(its["errors"], 2), its["further"],
+    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], bool(its["rivals"])),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
-            for its in entry["findings"] if its["effect"]]
+            for its in entry["findings"]]
 
 
-def called(entry: dict[str, Any], which: str) -> list[tuple[float, bool]]:
-    """The confidence of each name of a case of the list `which`, from other lists, and whether it is right."""
-    return [(float(confidence(*evidence, which)), is_right) for *evidence, is_right in names(entry)]
+def reported(entry: dict[str, Any], which: str) -> dict[str, Any]:
+    """A case of the list `which` with the findings that a study reports: further ones must be likely.
+
+    What others leave in a block that only unlikely ones explain is not explained.
+    """
+    kept, unlikely = list[dict[str, Any]](), list[dict[str, Any]]()
+    for its, (evidence, is_right) in zip(entry["findings"], findings_of(entry), strict=True):
+        its = its | {"confidence": confidence(evidence, which), "right": is_right}
+        (kept if is_reported(evidence, which) else unlikely).append(its)
+    left = {*entry["unexplained"], *(block(its["pair"]) for its in unlikely)}
+    return entry | {"findings": kept, "unlikely": unlikely, "unexplained": sorted(left)}

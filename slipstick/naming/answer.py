@@ -39,6 +39,11 @@ def names(pair: Pair, catalogue: Collection[str] | None = None) -> tuple[str, ..
                  if catalogue is None or effect.name in catalogue)
 
 
+def is_same_effect(pair: Pair, other: Pair) -> bool:
+    """Whether an effect of the catalogue changes both pairs."""
+    return pair == other or not set(names(pair)).isdisjoint(names(other))
+
+
 def _has_shape(name: str, law: LawPoints) -> bool:
     effect = find(name)
     # The shape is that of the change of the effect's own quantity.

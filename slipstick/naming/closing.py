@@ -1,66 +1,42 @@
 """Which pairs the closing piston asks for, by fits with the law of each that promises something."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipstick.naming.answer import is_same_effect
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import Laws, Pair, finest
+from slipstick.naming.block import Pair, finest
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
-from slipstick.naming.search import relocated, retimed
-from slipstick.naming.selection import Finding, is_enough, is_finding, is_unexplained, leads, priced, rivals
+from slipstick.naming.restarts import annealed, evidence_of, from_common, regained
+from slipstick.naming.search import retimed
+from slipstick.naming.selection import (
+    Finding,
+    Rival,
+    in_errors,
+    is_enough,
+    is_finding,
+    is_unexplained,
+    leads,
+    priced,
+    rivals,
+)
 from slipstick.naming.settings import NamingSettings
 
 _QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
 _LAGS = (("output torque sensor", "lag"), ("contact pressure", "lag"))
-_RESTARTS, _RISE = 4, 1.0  # of a fit from its own means, and the nats that one must gain for another one
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
 _FIRST = 3  # iterations by which the pairs that are fitted to the end are chosen
-_MISFIT = 1.5  # reduced chi-square of an engagement from which its piston is searched again
 _MOST = 2
 
 
 def shows_closing(pair: Pair) -> bool:
     """Whether a pair is asked for while the plates close; the other ones of the clutch are in full contact."""
     return pair[0] in _QUANTITIES or pair in _LAGS
-
-
-def settled(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: tuple[Pair, ...] = (),
-            coefficients: dict[Pair, np.ndarray] | None = None) -> CurvedFit:
-    """The best fit from `points` (n, q) and `shared` values, from searches where it fails, and from its own means."""
-    known = coefficients or {}
-    found = retimed(block, points, shared, [(law, known[law]) for law in laws])
-    best = fit_curved(block, laws, points=found, coefficients=known, shared=shared, iterations=8)
-    rows = best.chi2 > max(_MISFIT, 2 * float(np.median(best.chi2)))
-    if rows.any():
-        found = relocated(block, best.points, best.shared, best.held, rows)
-        again = fit_curved(block, laws, points=found, coefficients=best.coefficients, shared=best.shared, iterations=8)
-        best = max(best, again, key=evidence_of)
-    for _ in range(_RESTARTS):
-        again = from_common(block, best.mean, best.shared, best.held, iterations=8)
-        if not evidence_of(again) > evidence_of(best) + _RISE:
-            break
-        best = again
-    return best
-
-
-def from_common(block: ClutchBlock, means: np.ndarray, shared: np.ndarray, held: Laws, iterations: int) -> CurvedFit:
-    """A fit with the laws `held` that begins where all engagements have the parameters `means` (q,).
-
-    Points that a fit without a law has scattered to explain what it cannot do not come back by steps of their own.
-    """
-    points = np.tile(means, (len(block.measured), 1))
-    return fit_curved(block, [law for law, _ in held], points=retimed(block, points, shared, held),
-                      coefficients=dict(held), shared=shared, iterations=iterations)
-
-
-def evidence_of(fit: CurvedFit) -> float:
-    """Evidence of all engagements in nats."""
-    return float(fit.evidence.sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +47,18 @@ class _Tried:
     gain: np.ndarray
     fit: CurvedFit
     finer: int
+
+    def beside(self, now: CurvedFit) -> "_Tried":
+        """The same beside another fit without the pair."""
+        return replace(self, gain=priced(self.fit.evidence - now.evidence, self.fit.leverage(self.pair)))
+
+
+def _best_of(tried: Sequence[_Tried]) -> list[_Tried]:
+    """The best fit with each pair, the largest gain first."""
+    best = dict[Pair, _Tried]()
+    for one in sorted(tried, key=lambda one: -float(one.gain.sum())):
+        best.setdefault(one.pair, one)
+    return list(best.values())
 
 
 def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, least: float = 0.0,
@@ -88,7 +76,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
                         from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
-                tried = _tried(block, now, settings, ask, [one.pair for one in enough])
+                tried = _best_of([*(one.beside(now) for one in enough),
+                                  *_tried(block, now, settings, ask, [one.pair for one in enough])])
                 enough = _enough(tried, now, settings)
         further = settings.further * sum(one.nats for one in findings)
         if not enough or enough[0].gain.sum() < max(least, further):
@@ -100,7 +89,10 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
             continue
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         tied = rivals(best.gain, [(one.gain, one.pair) for one in enough[1:]], settings)
-        findings.append(Finding(("clutch",), best.pair, best.gain, tied))
+        others = [Rival(one.pair, float(one.gain.sum()), in_errors(best.gain - one.gain)) for one in tried
+                  if not is_same_effect(one.pair, best.pair)]
+        findings.append(Finding(("clutch",), best.pair, best.gain, tied,
+                                max(others, key=lambda one: one.nats, default=None)))
     return now, findings
 
 
@@ -168,18 +160,22 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     about = table(now, [pair for pair in block.pairs() if shows_closing(pair)])
     known = [pair for pair in about.places if (pairs is None or pair in pairs) and pair not in now.laws]
     promising = gains([about], list(now.laws), known)
-    strained = np.any(now.variance >= block.widest**2)
-    if not (strained or is_unexplained(now.chi2, now.chi2, settings)):
+    strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
+    if not (strained or lacks):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
     begun = []
     for one in promising:
         ask(Asked("clutch", ("clutch",), one.pair))
-        begun.append(fit_curved(block, (*now.laws, one.pair), start=now, iterations=_FIRST))
+        first = fit_curved(block, (*now.laws, one.pair), start=now, iterations=_FIRST)
+        if strained or lacks:
+            first = max(first, annealed(block, now, one.pair), key=evidence_of)
+        begun.append(first)
     begun.sort(key=evidence_of, reverse=True)
     found = {}
     for start in begun[:1 + settings.rivals]:
         ask(Asked("clutch", ("clutch",), start.laws[-1]))
         best = fit_curved(block, start.laws, start=start, iterations=10)
         again = from_common(block, best.mean, best.shared, best.held, iterations=10)
-        found[best.laws[-1]] = max(best, again, key=evidence_of)
+        best = max(best, again, key=evidence_of)
+        found[best.laws[-1]] = regained(block, best) if lacks else best
     return found

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipstick.naming.answer import is_same_effect
 from slipstick.naming.asked import Ask, Asked, Step
 from slipstick.naming.block import NOT_FINER, Pair, finest
 from slipstick.naming.evidence import Gain, Table, gains, table
@@ -53,7 +54,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
             if touched & {block for one in (best, *near) for block in one.blocks}:
                 continue
-            finding, its = _settled(fits, best, near, ranked, settings,
+            finding, its = _settled(fits, best, near, compared, ranked, settings,
                                     lambda one: ask(Asked(step, one.blocks, one.pair)))
             finding = replace(finding, rivals=(*finding.rivals, *_uneven(finding, compared, settings)))
             finer = _finer(fits, finding.blocks, settings, finding.gain)
@@ -145,8 +146,9 @@ class _Tried:
     finer: int
 
 
-def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ranked: Sequence[Gain],
-             settings: NamingSettings, ask: Callable[[Gain], None]) -> tuple[Finding, dict[str, BlockFit]]:
+def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], compared: Sequence[Gain],
+             ranked: Sequence[Gain], settings: NamingSettings,
+             ask: Callable[[Gain], None]) -> tuple[Finding, dict[str, BlockFit]]:
     """The finding among the best pair and others `near` it, and the fits of the blocks that it changes.
 
     Every pair is fitted anew in all its blocks at once, because a strong law is far from the linearisation. Rises of
@@ -181,7 +183,23 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], ran
                                 if _is_enough_with(fits, other.its, other.one.blocks, other.rise, settings)], settings)
     for name in chosen.one.blocks:
         fits[name].block.finer = {**fits[name].block.finer, chosen.one.pair: chosen.finer}
-    return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied), chosen.its
+    second = _next_best(chosen, list(known.values()), compared)
+    return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied, second), chosen.its
+
+
+def _next_best(chosen: _Tried, tried: Sequence[_Tried], compared: Sequence[Gain]) -> Rival | None:
+    """The pair that gains most after the one that was chosen, in its blocks, of those that are another effect.
+
+    The lead over a pair that was not fitted in full is the one in the linear model.
+    """
+    fitted = {one.one.pair for one in tried}
+    found = [Rival(one.one.pair, float(one.rise.sum()), in_errors(chosen.rise - one.rise)) for one in tried]
+    for one in compared:
+        if one.pair not in fitted and set(one.blocks) <= set(chosen.one.blocks):
+            ahead = chosen.one.nats - one.nats
+            found.append(Rival(one.pair, float((chosen.rise - ahead).sum()), in_errors(ahead)))
+    others = [one for one in found if not is_same_effect(one.pair, chosen.one.pair)]
+    return max(others, key=lambda one: one.nats, default=None)
 
 
 def _is_fault(pair: Pair) -> bool:

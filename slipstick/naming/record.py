@@ -14,7 +14,8 @@ def to_json(found: Naming) -> dict[str, Any]:
     """The naming as JSON."""
     return {
         "findings": [{"blocks": list(one.blocks), "pair": list(one.pair), "gain": one.gain.tolist(),
-                      "rivals": [[list(rival.pair), rival.nats, rival.behind] for rival in one.rivals]}
+                      "rivals": [_values(rival) for rival in one.rivals],
+                      "next_best": one.next_best and _values(one.next_best)}
                      for one in found.findings],
         "set_aside": list(found.set_aside), "unexplained": list(found.unexplained), "chi_square": found.chi_square,
         "measured": [law.to_dict() for law in found.measured.values()],
@@ -27,7 +28,7 @@ def from_json(values: dict[str, Any]) -> Naming:
     """The naming of `to_json`."""
     findings = tuple(
         Finding(tuple(one["blocks"]), tuple(one["pair"]), np.array(one["gain"]),
-                tuple(Rival(tuple(pair), nats, behind) for pair, nats, behind in one["rivals"]))
+                tuple(_rival(rival) for rival in one["rivals"]), one["next_best"] and _rival(one["next_best"]))
         for one in values["findings"])
     laws = [LawPoints.from_dict(law) for law in values["measured"]]
     return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"],
@@ -35,3 +36,12 @@ def from_json(values: dict[str, Any]) -> Naming:
                   {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
                   Converter.from_spec(values["converter"]),
                   {name: (std, rho) for name, (std, rho) in values["noise"].items()}, values["seconds"])
+
+
+def _values(rival: Rival) -> list[Any]:
+    return [list(rival.pair), rival.nats, rival.behind]
+
+
+def _rival(values: list[Any]) -> Rival:
+    pair, nats, behind = values
+    return Rival(tuple(pair), nats, behind)

@@ -25,12 +25,16 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """A pair that `blocks` ask for: `gain` (n,) in nats of each engagement, and the pairs not told apart from it."""
+    """A pair that `blocks` ask for: `gain` (n,) in nats of each engagement, and the pairs not told apart from it.
+
+    `next_best` is the pair that gains most after it in these blocks, of those that are another effect.
+    """
 
     blocks: tuple[str, ...]
     pair: Pair
     gain: np.ndarray
     rivals: tuple[Rival, ...] = ()
+    next_best: Rival | None = None
 
     @property
     def nats(self) -> float:
@@ -41,6 +45,11 @@ class Finding:
     def errors(self) -> float:
         """Mean gain in its standard errors over engagements."""
         return in_errors(self.gain)
+
+    @property
+    def lead(self) -> float:
+        """Standard errors by which it leads the next best explanation: another pair, or no law at all."""
+        return self.errors if self.next_best is None else min(self.errors, self.next_best.behind)
 
 
 def is_further(finding: Finding, findings: Sequence[Finding]) -> bool:

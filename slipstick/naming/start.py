@@ -14,7 +14,6 @@ import scipy
 
 from slipstick.blocks.sensor_noise import Noise, in_common, noise_of
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.closing import settled
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
@@ -23,6 +22,7 @@ from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.parameters import converter_of, parameters_of
 from slipstick.naming.piston import ClutchBlock, Late
+from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, is_unexplained
@@ -30,6 +30,8 @@ from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
 
+Onset = tuple[np.ndarray, np.ndarray]
+"""Parameters (n, q) of the piston in each engagement, and the shared values (p,), at the onset of the torque."""
 Linear = TypeVar("Linear", ValveBlock, LoadBlock, InputBlock)
 
 _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
@@ -65,8 +67,11 @@ class Start:
         return [one.chi2 for one in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
 
 
-def begin(scene: Scene, ask: Ask) -> Start:
-    """Fit the blocks one after the other, each with what the ones before explain of its inputs."""
+def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
+    """Fit the blocks one after the other, each with what the ones before explain of its inputs.
+
+    What an earlier start found is `known` of the onset: it is another place from which the piston is fitted.
+    """
     can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
     if "valve" in can:
         ask(Asked("valve", ("valve",)))
@@ -85,7 +90,7 @@ def begin(scene: Scene, ask: Ask) -> Start:
                         pressure_error=in_common(left, profiles) if lacks else (0.0, 0.0), pressure_modes=modes)
     if "clutch" in can:
         ask(Asked("onset", ("clutch",)))
-        rough = _rough(scene, pressure, late)
+        rough = _rough(scene, pressure, late, known)
         closing_piston = _onset(scene, pressure, late, rough)
         contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points, late))
         scene = _with_noise(scene, closing_piston.onset, contact)
@@ -166,11 +171,14 @@ def noise_left(start: Start, fits: Mapping[str, BlockFit]) -> dict[str, Noise]:
     return {its[0].block.signal: noise_of(*_left(its), its[0].noise) for its in leave}
 
 
-def _rough(scene: Scene, pressure: np.ndarray, late: Late) -> CurvedFit:
-    """The piston until shortly after the torque sets in, from a search."""
+def _rough(scene: Scene, pressure: np.ndarray, late: Late | None, known: Onset | None) -> CurvedFit:
+    """The piston until shortly after the torque sets in, from a search, or from what is known if that ends better."""
     block = OnsetBlock(scene, pressure, late)
     clock = np.zeros(len(block.fixed))
-    return fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
+    found = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
+    if known is None:
+        return found
+    return max(found, fit_curved(block, points=known[0], shared=known[1], iterations=8), key=evidence_of)
 
 
 def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> Closing:

@@ -15,13 +15,14 @@ from slipstick.blocks.sensor_noise import Noise, power
 from slipstick.errors import InvalidValue
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import closing, evidence_of, settled
+from slipstick.naming.closing import closing
 from slipstick.naming.contact import OnsetBlock
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.forward import forward
 from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
+from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, is_unexplained
@@ -75,7 +76,10 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     noise = noise_left(start, fits)
     if len(bad) or _differ(noise, start.noise):
         kept = np.delete(kept, bad)
-        start = begin(replace(whole.take(kept), noise=noise, noise_is_known=True), ask)
+        known = None
+        if start.closing is not None:
+            known = np.delete(start.closing.onset.points, bad, axis=0), start.closing.onset.shared
+        start = begin(replace(whole.take(kept), noise=noise, noise_is_known=True), ask, known)
         fits, findings = _with_laws(start, settings, ask)
     before = {key: one.chi2 for key, one in start.fits.items()}
     everything, more = dict(fits), list[Finding]()

@@ -1,76 +1,100 @@
-"""How likely a name is right: a logistic regression on how certain a finding is, and on what else is found.
+"""How likely a finding is right: a logistic regression on how far it leads, and on what else is found.
 
-It is fitted to names that were given to lists of recordings with hidden effects, on benches that were drawn at random
-after the method had been developed on others (confidence.json, written by `benchmarks.naming`).
+It is fitted to what was found in lists of recordings with hidden effects, on benches that were drawn at random
+(confidence.json, written by `benchmarks.naming`).
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from slipstick.naming.selection import Finding, is_further
-from slipstick.study.result import CountedNames
+from slipstick.study.result import CountedFindings
 
 FILE = Path(__file__).with_name("confidence.json")
 BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
-"""Bounds of the ranges of confidence in which right names are counted."""
+"""Bounds of the ranges of confidence in which right findings are counted."""
 _STEPS = 20
 """Newton's steps: the likelihood is concave, and converges to the last digit in fewer."""
 
 
-@cache
-def names() -> dict[str, np.ndarray]:
-    """The names of each list (n, 4): the evidence of `confidence` in three columns, and whether the name is right."""
-    return {which: np.array(rows, float).reshape(-1, 4) for which, rows in json.loads(FILE.read_text()).items()}
+class Evidence(NamedTuple):
+    """What the confidence of a finding depends on."""
+
+    lead: float
+    """Standard errors by which it leads the next best explanation."""
+    alone: bool
+    """Whether nothing else is found: one cause that no law describes often shows as several findings."""
+    further: bool
+    """Whether another finding gains more in its part of the bench: what the law of one leaves shows as another one."""
+    tied: bool
+    """Whether others are not told apart from it: the finding is right if any of them is."""
+
+    @property
+    def row(self) -> list[float]:
+        """What the logarithm of the odds is linear in (5,). Leads below 1, which noise gives, are no leads."""
+        size = float(np.log(max(self.lead, 1.0)))
+        return [1.0, size, size * self.alone, float(self.further), float(self.tied)]
 
 
-def confidence(findings: float | np.ndarray, errors: float | np.ndarray, further: float | np.ndarray,
-               without: str = "") -> np.ndarray:
-    """The expected share of right names among those at these standard `errors`, each one of so many `findings`.
+def evidence_of(finding: Finding, findings: Sequence[Finding]) -> Evidence:
+    """The evidence of one of the `findings` of a case."""
+    return Evidence(finding.lead, len(findings) == 1, is_further(finding, findings), bool(finding.rivals))
 
-    A `further` finding gains less than another one in its part of the bench. The share follows from all lists but
-    `without`, whose names are predicted.
+
+def confidence(evidence: Evidence, without: str = "") -> float:
+    """The expected share of right findings among those with this evidence.
+
+    It follows from all lists but `without`, whose findings are predicted.
     """
-    return np.asarray(scipy.special.expit(_evidence(findings, errors, further) @ _coefficients(without)))
+    return float(_expected([evidence], without)[0])
 
 
-def confidence_of(finding: Finding, findings: Sequence[Finding]) -> float:
-    """The confidence of one of the `findings` of a case, if it has a name."""
-    return float(confidence(len(findings), finding.errors, is_further(finding, findings)))
+def is_reported(evidence: Evidence, without: str = "") -> bool:
+    """Whether a finding is reported as such: that there is another cause must be more likely than not.
+
+    In a part of the bench in which something was found, something is missing. A further finding there says that there
+    are two causes, where the law of the first may only not follow its own one.
+    """
+    return not evidence.further or confidence(evidence, without) > 0.5
+
+
+def counted(its: float) -> CountedFindings:
+    """How many findings in the same band of confidence as `its` were right, each predicted from the other lists."""
+    band = int(_band(its))
+    right = np.concatenate([[is_right for evidence, is_right in rows if _band(confidence(evidence, which)) == band]
+                            for which, rows in found().items()])
+    return CountedFindings(float(BANDS[band]), float(BANDS[band + 1]), int(right.sum()), len(right))
+
+
+@cache
+def found() -> dict[str, list[tuple[Evidence, bool]]]:
+    """The findings of each list: their evidence, and whether they are right."""
+    lists = json.loads(FILE.read_text())
+    return {which: [(Evidence(lead, *map(bool, rest)), bool(is_right)) for lead, *rest, is_right in rows]
+            for which, rows in lists.items()}
+
+
+def _expected(evidence: Iterable[Evidence], without: str) -> np.ndarray:
+    return np.asarray(scipy.special.expit(np.array([one.row for one in evidence]) @ _coefficients(without)))
 
 
 @cache
 def _coefficients(without: str) -> np.ndarray:
-    """Maximum-likelihood coefficients (4,) of the evidence, fitted to all lists but one."""
-    rows = np.concatenate([its for which, its in names().items() if which != without])
-    evidence, at = _evidence(rows[:, 0], rows[:, 1], rows[:, 2]), np.zeros(4)
+    """Maximum-likelihood coefficients (5,) of the evidence, fitted to all lists but one."""
+    pairs = [pair for which, its in found().items() if which != without for pair in its]
+    rows, right = np.array([evidence.row for evidence, _ in pairs]), np.array([its for _, its in pairs], float)
+    at = np.zeros(rows.shape[1])
     for _ in range(_STEPS):
-        expected = scipy.special.expit(evidence @ at)
-        information = (evidence.T * (expected * (1 - expected))) @ evidence
-        at = at + np.linalg.solve(information, evidence.T @ (rows[:, 3] - expected))
+        expected = scipy.special.expit(rows @ at)
+        information = (rows.T * (expected * (1 - expected))) @ rows
+        at = at + np.linalg.solve(information, rows.T @ (right - expected))
     return at
-
-
-def _evidence(findings: float | np.ndarray, errors: float | np.ndarray, further: float | np.ndarray) -> np.ndarray:
-    """What the logarithm of the odds is linear in (..., 4).
-
-    One cause that no law describes often shows as several findings, and what the law of one finding leaves shows as
-    another, further one. Standard errors are at least 1, as a law that few engagements show may have fewer. Whether a
-    rival is near or a block is unexplained adds nothing to this.
-    """
-    return np.stack(np.broadcast_arrays(1.0, np.log(np.maximum(errors, 1.0)), np.subtract(findings, 1.0), further), -1)
-
-
-def counted(its: float) -> CountedNames:
-    """How many names with a confidence in the same band as `its` were right, each predicted from the other lists."""
-    band = int(_band(its))
-    right = np.concatenate([rows[_band(confidence(rows[:, 0], rows[:, 1], rows[:, 2], which)) == band, 3]
-                            for which, rows in names().items()])
-    return CountedNames(float(BANDS[band]), float(BANDS[band + 1]), int(right.sum()), len(right))
 
 
 def _band(confidences: float | np.ndarray) -> np.ndarray:

@@ -7,13 +7,20 @@ import scipy
 
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.worth import worth
-from slipstick.naming.answer import Answer, names
+from slipstick.naming.answer import Answer, answer, names
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding
-from slipstick.naming.study import Naming
-from slipstick.study.confidence import confidence_of, counted
+from slipstick.naming.selection import Finding, Rival
+from slipstick.study.confidence import Evidence, confidence, counted
 from slipstick.study.formula import formula
-from slipstick.study.result import Candidate, Coefficient, Confirmation, FindingResult, FurtherExperiment, Law
+from slipstick.study.result import (
+    Candidate,
+    Coefficient,
+    Confirmation,
+    FindingResult,
+    FurtherExperiment,
+    Law,
+    Remainder,
+)
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import title
 
@@ -23,16 +30,15 @@ _AT_BOUND = 1e-3
 
 def finding_result(settings: StudySettings, finding: Finding, said: Answer, law: LawPoints | None,
                    formulas: SimulationFit, after: SimulationFit,
-                   experiments: list[FurtherExperiment], found: Naming) -> FindingResult:
-    """A finding of all that was `found`, with all that was found out about it.
+                   experiments: list[FurtherExperiment], evidence: Evidence) -> FindingResult:
+    """A finding with all that was found out about it.
 
     `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
     """
     term = _term(said, law, after)
     at = _places(after, term)
-    sure = confidence_of(finding, found.findings) if said.effect else None
-    rivals = [Candidate(next(iter(names(one.pair, settings.catalogue)), None), *one.pair, one.nats, one.behind)
-              for one in finding.rivals]
+    sure, second = confidence(evidence), finding.next_best
+    rivals = [_candidate(settings, one) for one in finding.rivals]
     # Effects with the same pair have the same gain.
     same = [name for name in names(finding.pair, settings.catalogue) if name in said.others]
     rivals = [*(Candidate(name, *finding.pair, finding.nats, 0.0) for name in same), *rivals]
@@ -41,7 +47,20 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
         finding.nats, finding.errors, rivals, drawn,
         _confirmation(settings, after, at, term, term == said.effect),
-        worth(after, term) if at else None, sure, None if sure is None else counted(sure), experiments)
+        worth(after, term) if at else None, sure, counted(sure), experiments, finding.lead,
+        None if second is None else _candidate(settings, second))
+
+
+def remainder(settings: StudySettings, finding: Finding, law: LawPoints | None, evidence: Evidence) -> Remainder:
+    """A finding that is more likely a part of the cause of another one."""
+    effect, sure = answer(finding, law, settings.catalogue).effect or None, confidence(evidence)
+    return Remainder(effect, title(finding.pair, effect), *finding.pair, list(finding.blocks), finding.nats, sure,
+                     counted(sure))
+
+
+def _candidate(settings: StudySettings, one: Rival) -> Candidate:
+    effect = next(iter(names(one.pair, settings.catalogue)), None)
+    return Candidate(effect, *one.pair, one.nats, one.behind)
 
 
 def _term(said: Answer, law: LawPoints | None, after: SimulationFit) -> str:

@@ -39,7 +39,8 @@ def _typed(kind: Any, value: Any) -> Any:
 
 def _record(kind: Any, values: Mapping[str, Any]) -> Any:
     hints = get_type_hints(kind)
-    missing = [one.name for one in fields(kind) if one.name not in values and one.default_factory is MISSING]
+    missing = [one.name for one in fields(kind)
+               if one.name not in values and one.default is MISSING and one.default_factory is MISSING]
     if missing:
         raise InvalidValue(f"The stored {kind.__name__} has no '{missing[0]}'",
                            "Repeat the study: the result is that of another version")

@@ -33,8 +33,9 @@ from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import NEEDED
 from slipstick.study.conditions import by_level, with_measured
+from slipstick.study.confidence import evidence_of, is_reported
 from slipstick.study.figures import Figures, figures
-from slipstick.study.findings import finding_result
+from slipstick.study.findings import finding_result, remainder
 from slipstick.study.progress import Log, StudySteps
 from slipstick.study.result import BlockResult, ClosedBlock, Control, FurtherExperiment, Gap, SimulationResult
 from slipstick.study.result import StudyResult as Result
@@ -56,7 +57,8 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
              log: Log = lambda _: None) -> tuple[Result, Figures]:
     """Confirm in the simulation what `examine` has named, and say what it is worth."""
     found = from_json(named)
-    found = replace(found, findings=tuple(_distinct(settings, found)))
+    every = tuple(_distinct(settings, found))
+    found = replace(found, findings=tuple(one for one in every if is_reported(evidence_of(one, every))))
     answers = [answer(one, found.measured.get(one.pair), settings.catalogue) for one in found.findings]
     traces, points = _traces(settings, bench, recordings, found)
     doing = _steps(recordings, log).confirming
@@ -70,7 +72,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, finding, one, found.measured.get(finding.pair), formulas, after, its,
-                              found)
+                              evidence_of(finding, every))
                for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
     doing("predict", "Predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)
@@ -88,14 +90,16 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     misfits = [channel for channel, value in left.chi_square.items() if closed and value > settings.naming.strong]
     kind = "several" if len(results) > 1 else results[0].kind if results else \
         "unlisted" if found.unexplained or misfits else "none"
+    left_over = [remainder(settings, one, found.measured.get(one.pair), evidence_of(one, every)) for one in every
+                 if one not in found.findings]
     result = Result(
-        kind, sentence(results, found.unexplained, missing, misfits), results,
+        kind, sentence(results, found.unexplained, missing, misfits, left_over), results,
         [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
                      block in found.unexplained) for block, value in found.chi_square.items()],
         list(found.set_aside), _simulation(before), left, gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed, traces.scene.unused,
-        list(by_level(traces.scene.recordings.conditions, traces.conditions)))
+        list(by_level(traces.scene.recordings.conditions, traces.conditions)), left_over)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from slipstick.clutch import effects
 from slipstick.naming.block import Pair
-from slipstick.study.result import FindingResult
+from slipstick.study.result import FindingResult, Remainder
 
 _FORMS = {"lag": "lag of the {0}", "offset": "offset of the {0}", "gain": "gain error of the {0}",
           "past current": "{0} that depends on the past of the current",
@@ -25,13 +25,13 @@ def title(pair: Pair, effect: str | None) -> str:
 
 
 def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str], missing: Sequence[str] = (),
-             misfits: Sequence[str] = ()) -> str:
+             misfits: Sequence[str] = (), remainders: Sequence[Remainder] = ()) -> str:
     """The answer.
 
     Signals are `missing` without which some blocks could not be tested. `misfits` are the signals, or the shifting
     time, in which the simulation leaves a misfit that the tested blocks do not explain.
     """
-    answer = _said(findings, unexplained)
+    answer = _said(findings, unexplained) + "".join(_left_over(one) for one in remainders)
     if misfits:
         absent = f"Something is missing that shows in the {_words(misfits)}, but in no block that could be tested"
         answer = absent if answer == NOTHING else f"{answer}. {absent}"
@@ -49,6 +49,12 @@ def _said(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> str:
     parts = [_phrase(one) for one in findings]
     more = f". Something more is missing in the block {left}, and no law that was tried explains it" if left else ""
     return f"Missing: {'; and '.join(parts)}{more}"
+
+
+def _left_over(one: Remainder) -> str:
+    blocks = " and ".join(f"“{SIGNALS[block]}”" for block in one.blocks)
+    return (f". What is left in the block {blocks} resembles this: {one.title[0].lower() + one.title[1:]}. More likely "
+            "it is what the laws of the findings do not follow")
 
 
 def _phrase(one: FindingResult) -> str:

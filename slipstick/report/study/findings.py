@@ -8,7 +8,7 @@ from slipstick.pictures.units import number, signed
 from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
 from slipstick.report.study.words import channel, coefficient_row, effect_of, many
 from slipstick.report.words import listed
-from slipstick.study.result import FindingResult, FurtherExperiment, StudyResult
+from slipstick.study.result import Candidate, FindingResult, FurtherExperiment, StudyResult
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import title
 
@@ -62,10 +62,10 @@ def _evidence(one: FindingResult, result: StudyResult) -> Entries:
               f"that is {errors} standard errors over engagements."
               + (" Few engagements show it: it is named because it explains nearly all that is missing there."
                  if one.errors < StudySettings().naming.errors else ""))]
-    rivals = [f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by "
-              f"{number(other.behind, 2)} standard errors)" for other in one.rivals]
+    rivals = [_trailing(other) for other in one.rivals]
+    second = f" The next best is {_trailing(one.next_best)}." if one.next_best else ""
     found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
-                  "no other pair of quantity and dependence is close."))
+                  f"no other pair of quantity and dependence is close.{second}"))
     # Effects of the same pair are no rival pairs; the experiments that tell them apart name them.
     same = [within(effect_title(name)) for name in dict.fromkeys(other.rival for other in one.experiments)
             if name not in [other.effect for other in one.rivals]]
@@ -74,14 +74,21 @@ def _evidence(one: FindingResult, result: StudyResult) -> Entries:
     return [*found, *_confidence(one)]
 
 
+def _trailing(other: Candidate) -> str:
+    behind = f"more than {CERTAIN:.0f}" if other.behind > CERTAIN else number(other.behind, 2)
+    return (f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by {behind} "
+            "standard errors)")
+
+
 def _confidence(one: FindingResult) -> Entries:
-    """The confidence, and how often names with such a one were right."""
+    """The confidence, and how often findings with such a one were right."""
     if one.confidence is None or one.counted is None:
         return []
     its = one.counted
-    return [("Confidence:", f"{one.confidence:.2f}. {its.right} of {its.of} names with a confidence of {its.lower:g} "
-             f"to {its.upper:g} were right, on simulated benches that the development had not used. It follows from "
-             "the standard errors and what else was found, and is an average over these benches: yours may differ.")]
+    return [("Confidence:", f"{one.confidence:.2f}. {its.right} of {its.of} findings with a confidence of "
+             f"{its.lower:g} to {its.upper:g} were right, on simulated benches with hidden effects. It follows from "
+             "the lead over the next best explanation and what else was found, and is an average over these benches: "
+             "yours may differ.")]
 
 
 def _confirmed(one: FindingResult) -> Entries:

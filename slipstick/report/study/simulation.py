@@ -67,6 +67,7 @@ def blocks(result: StudyResult) -> Section:
         shown = [within(title) for title in block.findings]
         if block.unexplained:
             shown.append("something that no law explains")
+        shown += [f"left over: {within(one.title)}?" for one in result.remainders if block.name in one.blocks]
         rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(shown) or "none"))
     rows += [(block.signals, "", f"not tested: {listed([channel(name) for name in block.missing])} not measured")
              for block in result.closed]

@@ -7,7 +7,7 @@ from slipstick.pictures.units import number
 from slipstick.report.study.parts import Entries
 from slipstick.report.study.words import MISFIT, channel
 from slipstick.report.words import listed
-from slipstick.study.result import WITHIN, Control, FindingResult, Gap, StudyResult
+from slipstick.study.result import WITHIN, Control, FindingResult, Gap, Remainder, StudyResult
 
 _CONTROL = 0.5
 """Share of the closure by the findings from which on the control casts doubt on it."""
@@ -33,9 +33,19 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     found += [(f"Unexplained: “{block.signals}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                "findings, and no law that was tried explains the rest. The findings and their intervals may be off.")
               for block in result.blocks if block.unexplained]
+    found += [_left_over(one, result) for one in result.remainders]
     for one in result.findings:
         found += _about(one)
     return found + _simulation(result) + _gap(result)
+
+
+def _left_over(one: Remainder, result: StudyResult) -> tuple[str, str]:
+    """What a finding may leave."""
+    blocks = [f"“{block.signals}”" for block in result.blocks if block.name in one.blocks]
+    return (f"Left over: {within(one.title)}?",
+            f"Beside the findings it would explain {one.nats:.0f} nats in {listed(blocks or ['?'])}. Only "
+            f"{one.counted.right} of {one.counted.of} such further findings were right on simulated benches: more "
+            "likely a law that was found does not follow its cause everywhere. It is neither named nor simulated.")
 
 
 def _about(one: FindingResult) -> Entries:

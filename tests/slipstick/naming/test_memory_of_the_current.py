@@ -43,6 +43,11 @@ def test_a_current_that_is_larger_while_it_rises_depends_on_its_past() -> None:
     assert [one.pair for one in findings] == [PAST]
     assert fits["valve"].chi2.mean() - 1 < 0.05 * (plain.chi2.mean() - 1)
     assert block.finer[PAST] > 0
+    second = findings[0].next_best  # another pair of the block, which trails
+    assert second is not None
+    assert second.pair != PAST
+    assert 0 < findings[0].lead <= second.behind
+    assert second.nats < findings[0].nats
 
 
 def test_play_alone_does_not_explain_it() -> None:

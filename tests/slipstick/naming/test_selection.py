@@ -1,6 +1,7 @@
 """What counts as enough, as a tie, and as an answer: pure functions of gains."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -161,3 +162,12 @@ def test_a_block_is_unexplained_if_its_chi_square_is_beyond_spread_and_noise() -
     single = spread.copy()
     single[0] = 100.0
     assert not is_unexplained(single, single, SETTINGS)
+
+
+def test_the_lead_is_that_over_the_next_best_explanation() -> None:
+    gain = np.full(30, 8.0)
+    alone = Finding(("load",), ("load torque", "output speed"), gain)
+    assert alone.lead == alone.errors  # no law at all is the next best one
+    near, far = (replace(alone, next_best=Rival(("load torque", "time"), 200.0, behind)) for behind in (1.5, 99.0))
+    assert near.lead == 1.5
+    assert far.lead == alone.errors

@@ -14,7 +14,15 @@ from slipstick.report.study.page import study_page
 from slipstick.report.study.warnings import warnings
 from slipstick.study import StudyResult, StudySettings
 from slipstick.study.figures import Figures
-from slipstick.study.result import Candidate, Closure, Coefficient, CountedNames, FindingResult, FurtherExperiment
+from slipstick.study.result import (
+    Candidate,
+    Closure,
+    Coefficient,
+    CountedFindings,
+    FindingResult,
+    FurtherExperiment,
+    Remainder,
+)
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Read = Callable[[str], Any]
@@ -199,9 +207,9 @@ def test_a_finding_that_few_engagements_show_says_why_it_is_named(studied: Studi
 @pytest.mark.usefixtures("undrawn")
 def test_confidence_has_its_counts(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
-    counted = CountedNames(0.9, 1.0, 41, 45)
+    counted = CountedFindings(0.9, 1.0, 41, 45)
     text = reading(page(changed(result, confidence=0.934, counted=counted), figures)).text
-    assert "Confidence: 0.93. 41 of 45 names with a confidence of 0.9 to 1 were right" in text
+    assert "Confidence: 0.93. 41 of 45 findings with a confidence of 0.9 to 1 were right" in text
     assert "is an average over these benches: yours may differ" in text
 
 
@@ -233,6 +241,28 @@ def test_an_unlisted_finding_has_its_law_and_its_factor(studied: Studied, readin
     assert "multiple of the measured law" in text
     assert "Confidence:" not in text
     assert "Formula:" not in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_a_finding_may_leave_is_a_warning_and_no_finding(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    left = Remainder("viscosity_drift", "Drifting <film>", "film torque", "run order", ["clutch"], 38.0, 0.21,
+                     CountedFindings(0.0, 0.4, 9, 44))
+    text = reading(page(replace(result, remainders=[left]), figures)).text
+    assert "Left over: drifting <film>? Beside the findings it would explain 38 nats in" in text
+    assert "Only 9 of 44 such further findings were right on simulated benches" in text
+    assert "left over: drifting <film>?" in text
+    assert "Finding: drifting" not in text
+    assert "Left over" not in reading(page(result, figures)).text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_next_best_explanation_is_named(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    second = Candidate(None, "load torque", "time", 48.0, 6.5)
+    text = reading(page(changed(result, rivals=[], next_best=second), figures)).text
+    assert ("no other pair of quantity and dependence is close. The next best is load torque over time (48 nats, "
+            "behind by 6.5 standard errors)") in text
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -1,4 +1,4 @@
-"""Confidence follows from standard errors and what else was found, as the names of other lists do."""
+"""Confidence follows from the lead and what else was found, as the findings of other lists do."""
 
 from itertools import pairwise
 
@@ -6,43 +6,79 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from slipstick.study.confidence import BANDS, confidence, counted, names
+from slipstick.naming.selection import Finding, Rival
+from slipstick.study.confidence import BANDS, Evidence, confidence, counted, evidence_of, found, is_reported
+
+LEADS = (1.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 
-def test_confidence_rises_with_standard_errors_and_falls_with_further_findings() -> None:
-    assert (np.diff(confidence(2, np.array([4.0, 8.0, 16.0, 32.0, 64.0]), 0)) > 0).all()
-    assert (np.diff(confidence(np.arange(1, 7), 20.0, 0)) < 0).all()
-    assert confidence(2, 20.0, 1) < confidence(2, 20.0, 0)
+@pytest.mark.parametrize("alone", [True, False])
+def test_confidence_rises_with_the_lead(alone: bool) -> None:
+    sure = [confidence(Evidence(lead, alone, further=False, tied=False)) for lead in LEADS]
+    assert (np.diff(sure) > 0).all()
 
 
-def test_fewer_standard_errors_than_one_count_as_one() -> None:
-    assert confidence(1, -3.0, 0) == confidence(1, 1.0, 0)
+def test_a_lead_is_worth_more_where_nothing_else_is_found() -> None:
+    def rise(alone: bool) -> float:
+        sure = [confidence(Evidence(lead, alone, further=False, tied=False)) for lead in (4.0, 32.0)]
+        return float(np.diff(np.log(np.divide(sure, 1 - np.array(sure))))[0])
+
+    assert rise(alone=True) > rise(alone=False)
 
 
-def test_the_mean_confidence_is_the_share_of_right_names() -> None:
+def test_a_further_finding_is_less_likely_and_one_of_several_more() -> None:
+    plain = Evidence(8.0, alone=False, further=False, tied=False)
+    assert confidence(plain._replace(further=True)) < confidence(plain) < confidence(plain._replace(tied=True))
+
+
+def test_leads_below_one_count_as_one() -> None:
+    plain = Evidence(1.0, alone=True, further=False, tied=False)
+    assert confidence(plain._replace(lead=-3.0)) == confidence(plain)
+
+
+def test_evidence_of_a_finding_is_that_beside_the_others() -> None:
+    gain, torque = np.full(30, 8.0), "load torque"
+    first = Finding(("load",), (torque, "output speed"), gain, next_best=Rival((torque, "time"), 9.0, 5.0))
+    second = Finding(("load",), (torque, "time"), 0.5 * gain, rivals=(Rival((torque, "slip"), 99.0, 1.0),))
+    assert evidence_of(first, [first]) == Evidence(5.0, alone=True, further=False, tied=False)
+    assert evidence_of(first, [first, second]) == Evidence(5.0, alone=False, further=False, tied=False)
+    assert evidence_of(second, [first, second]) == Evidence(second.errors, alone=False, further=True, tied=True)
+
+
+def test_only_further_findings_must_be_likely() -> None:
+    doubtful = Evidence(1.0, alone=False, further=False, tied=False)
+    assert is_reported(doubtful)
+    assert not is_reported(doubtful._replace(further=True))
+    likely = [lead for lead in (1e2, 1e6, 1e12) if confidence(Evidence(lead, False, True, tied=True)) > 0.5]
+    assert likely
+    assert is_reported(Evidence(likely[0], alone=False, further=True, tied=True))
+
+
+def test_the_mean_confidence_is_the_share_of_right_findings() -> None:
     """A score equation of a logistic regression."""
-    every = np.concatenate(list(names().values()))
-    assert (every[:, 3] - confidence(*every[:, :3].T)).sum() == pytest.approx(0, abs=1e-6)
+    every = [pair for its in found().values() for pair in its]
+    assert sum(is_right - confidence(evidence) for evidence, is_right in every) == pytest.approx(0, abs=1e-6)
 
 
 def test_a_list_does_not_predict_itself() -> None:
-    which, rows = next(iter(names().items()))
-    assert not np.allclose(confidence(*rows[:, :3].T, which), confidence(*rows[:, :3].T))
+    which, rows = next(iter(found().items()))
+    assert not np.allclose([confidence(one, which) for one, _ in rows], [confidence(one) for one, _ in rows])
 
 
-def test_evidence_predicts_the_names_of_other_lists_better_than_their_share_does() -> None:
-    gain = []
-    for which, rows in names().items():
-        others = np.concatenate([its for other, its in names().items() if other != which])[:, 3].mean()
-        sure, right = confidence(*rows[:, :3].T, which), rows[:, 3] == 1
-        gain += np.where(right, np.log(sure / others), np.log((1 - sure) / (1 - others))).tolist()
-    assert 2 * sum(gain) > chi2.ppf(0.99, 3)
+def test_evidence_predicts_the_findings_of_other_lists_better_than_their_share_does() -> None:
+    gain = 0.0
+    for which, rows in found().items():
+        others = np.mean([is_right for other, its in found().items() if other != which for _, is_right in its])
+        for evidence, is_right in rows:
+            sure = confidence(evidence, which)
+            gain += np.log(sure / others) if is_right else np.log((1 - sure) / (1 - others))
+    assert 2 * gain > chi2.ppf(0.99, 4)
 
 
-def test_every_name_is_counted_in_one_band() -> None:
+def test_every_finding_is_counted_in_one_band() -> None:
     each = [counted((low + high) / 2) for low, high in pairwise(BANDS)]
     assert [(one.lower, one.upper) for one in each] == list(pairwise(BANDS))
-    rows = np.concatenate(list(names().values()))
+    rows = [is_right for its in found().values() for _, is_right in its]
     assert sum(one.of for one in each) == len(rows)
-    assert sum(one.right for one in each) == rows[:, 3].sum()
+    assert sum(one.right for one in each) == sum(rows)
     assert counted(1.0) == each[-1]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from slipstick.study.result import Candidate, Confirmation, FindingResult
+from slipstick.study.result import Candidate, Confirmation, CountedFindings, FindingResult, Remainder
 from slipstick.study.words import NOTHING, sentence, title
 
 CONFIRMED = Confirmation("formula", [], True)
@@ -48,3 +48,12 @@ def test_what_the_simulation_does_not_confirm_is_said() -> None:
     doubtful = finding(confirmation=Confirmation("formula", [], False))
     assert "not confirmed by the simulation" in sentence([doubtful], [])
     assert "not confirmed" not in sentence([finding(confirmation=Confirmation("no", [], None))], [])
+
+
+def test_what_a_finding_leaves_is_no_second_finding() -> None:
+    left = Remainder(None, "Load torque that depends on the time", "load torque", "time", ["load"], 30.0, 0.2,
+                     CountedFindings(0.0, 0.4, 9, 44))
+    said = sentence([finding()], [], remainders=[left])
+    assert said == ("Missing: quadratic load drag. What is left in the block “torque → output speed” resembles this: "
+                    "load torque that depends on the time. More likely it is what the laws of the findings do not "
+                    "follow")

@@ -1,0 +1,75 @@
+"""Fits of the closing piston from other places find laws, and engagements, that steps from one fit do not reach."""
+
+from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.model import Model
+from slipstick.naming.curved import CurvedFit, fit_curved
+from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.restarts import annealed, evidence_of, regained, settled
+from slipstick.naming.search import search
+from slipstick.naming.settings import NamingSettings
+from tests.benches import HEAVY
+from tests.slipstick.naming.engagements import block_of, scene_of
+
+SPRING = ("piston rate", "piston position")
+OTHER = ("film torque", "slip")
+NATS = NamingSettings().nats
+
+
+@cache
+def fitted(stiffening: float) -> tuple[ClutchBlock, CurvedFit]:
+    """The closing piston of 18 engagements with a nonlinear return spring, and its fit without a law."""
+    effects: Mapping[str, Mapping[str, float]] = {"return_spring": {"stiffening": stiffening}} if stiffening else {}
+    block = block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics, effects=effects), 18, seed=3))
+    assert isinstance(block, ClutchBlock)
+    return block, settled(block, search(block, np.zeros(1)), np.zeros(1))
+
+
+def test_a_strong_law_is_found_from_nominal_points_with_a_loud_noise_first() -> None:
+    block, without = fitted(-0.15)
+    assert (without.variance >= block.widest**2).any()  # engagements stand for what the law would explain
+    stuck = fit_curved(block, [SPRING], start=without, iterations=10)
+    assert evidence_of(stuck) - evidence_of(without) < NATS
+    found = fit_curved(block, [SPRING], start=annealed(block, without, SPRING), iterations=10)
+    assert evidence_of(found) - evidence_of(without) > 100 * NATS
+
+
+def test_a_wrong_law_does_not_gain_by_it() -> None:
+    block, without = fitted(-0.15)
+    wrong = fit_curved(block, [OTHER], start=annealed(block, without, OTHER), iterations=10)
+    assert evidence_of(wrong) - evidence_of(without) < NATS
+
+
+@pytest.mark.parametrize("pair", [SPRING, OTHER])
+def test_no_law_gains_where_nothing_is_missing(pair: tuple[str, str]) -> None:
+    block, without = fitted(0.0)
+    found = fit_curved(block, [pair], start=annealed(block, without, pair), iterations=10)
+    assert evidence_of(found) - evidence_of(without) < NATS
+
+
+def test_the_noise_is_that_of_the_sensor_again() -> None:
+    block, without = fitted(0.0)
+    noise = block.scene.noise
+    annealed(block, without, SPRING)
+    assert block.scene.noise == noise
+
+
+def test_engagements_that_a_fit_misses_are_found_about_the_others() -> None:
+    block, without = fitted(0.0)
+    lost = without.points.copy()
+    lost[:3] += np.array([0.0, -0.6, 0.9, 0.0, 0.0, 0.0, 0.0])  # pressure bias and initial position
+    missed = fit_curved(block, points=lost, shared=without.shared, iterations=8)
+    counted = block.counted.copy()
+    found = regained(block, missed)
+    assert evidence_of(missed) < evidence_of(without) - 1000 * NATS
+    assert evidence_of(found) > evidence_of(without) - 3 * NATS
+    assert np.array_equal(block.counted, counted)
+
+
+def test_a_fit_that_misses_none_is_kept() -> None:
+    block, without = fitted(0.0)
+    assert regained(block, without) is without

@@ -1,0 +1,57 @@
+"""Rates of naming count what a study would report: further findings only where they are likely."""
+
+from typing import Any
+
+import pytest
+
+from benchmarks.naming_rates import findings_of, judged, reported
+from slipstick.study.confidence import Evidence, confidence
+
+LIST = "a list that no confidence was fitted to"
+
+
+def finding(pair: tuple[str, str], lead: float, *, further: bool, rivals: tuple[tuple[str, str], ...] = ()) -> Any:
+    return {"pair": list(pair), "lead": lead, "further": further, "rivals": [list(one) for one in rivals], "effect": ""}
+
+
+def case(*findings: Any) -> dict[str, Any]:
+    hidden = {"name": "quadratic", "pair": ["load torque", "output speed"], "listed": True}
+    return {"case": "x", "hidden": [hidden], "findings": list(findings), "unexplained": []}
+
+
+RIGHT = finding(("load torque", "output speed"), 9.0, further=False)
+WRONG = finding(("input torque", "time"), 1.5, further=True)
+
+
+@pytest.fixture(autouse=True)
+def effects(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The hidden benches know no effect of this name."""
+    monkeypatch.setattr("benchmarks.naming_rates.LAWS", {})
+
+
+def test_an_unlikely_further_finding_is_none_and_its_block_is_not_explained() -> None:
+    both = case(RIGHT, WRONG)
+    assert judged(both)["wrong"] == 1
+    found = reported(both, LIST)
+    assert [its["pair"] for its in found["findings"]] == [RIGHT["pair"]]
+    assert [its["pair"] for its in found["unlikely"]] == [WRONG["pair"]]
+    assert found["unexplained"] == ["input"]
+    assert (judged(found)["found"], judged(found)["wrong"]) == (1, 0)
+
+
+def test_the_largest_finding_is_reported_however_unlikely() -> None:
+    alone = case(finding(("input torque", "time"), 1.0, further=False))
+    found = reported(alone, LIST)
+    assert judged(found)["wrong_alone"] == 1
+    assert found["unlikely"] == []
+
+
+def test_confidence_is_that_of_all_findings_of_a_case() -> None:
+    found = reported(case(RIGHT, WRONG), LIST)
+    assert found["findings"][0]["confidence"] == confidence(Evidence(9.0, False, False, False), LIST)
+    assert found["findings"][0]["right"]
+
+
+def test_a_tie_is_right_if_one_of_it_is() -> None:
+    tied = finding(("input torque", "time"), 1.0, further=False, rivals=(("load torque", "output speed"),))
+    assert findings_of(case(tied)) == [(Evidence(1.0, True, False, True), True)]
