@@ -28,7 +28,8 @@ def from_json(values: dict[str, Any]) -> Naming:
     """The naming of `to_json`."""
     findings = tuple(
         Finding(tuple(one["blocks"]), tuple(one["pair"]), np.array(one["gain"]),
-                tuple(_rival(rival) for rival in one["rivals"]), one["next_best"] and _rival(one["next_best"]))
+                tuple(_rival(rival) for rival in one["rivals"]),
+                _rival(one["next_best"]) if one.get("next_best") else None)
         for one in values["findings"])
     laws = [LawPoints.from_dict(law) for law in values["measured"]]
     return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"],

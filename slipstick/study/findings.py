@@ -1,5 +1,6 @@
 """One finding as a result: its measured law, its coefficients in the simulation, its worth and its confidence."""
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -10,7 +11,8 @@ from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, answer, names
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, Rival
-from slipstick.study.confidence import Evidence, confidence, counted
+from slipstick.naming.study import Naming
+from slipstick.study.confidence import Evidence, confidence, counted, evidence_of
 from slipstick.study.formula import formula
 from slipstick.study.result import (
     Candidate,
@@ -28,17 +30,37 @@ _AT_BOUND = 1e-3
 """Distance from a bound, over the width of the bounds, below which a coefficient is at it."""
 
 
-def finding_result(settings: StudySettings, finding: Finding, said: Answer, law: LawPoints | None,
-                   formulas: SimulationFit, after: SimulationFit,
-                   experiments: list[FurtherExperiment], evidence: Evidence) -> FindingResult:
+@dataclass(frozen=True)
+class Judged:
+    """A `finding`, what it is called, and the `evidence` of its confidence."""
+
+    finding: Finding
+    said: Answer
+    evidence: Evidence
+
+
+def judged(settings: StudySettings, found: Naming) -> list[Judged]:
+    """The findings, but of those that are the same effect, such as air in the oil under two of its pairs, the first."""
+    kept, seen = list[Judged](), set[str]()
+    for one in found.findings:
+        said = answer(one, found.measured.get(one.pair), settings.catalogue)
+        if not said.effect or said.effect not in seen:
+            kept.append(Judged(one, said, evidence_of(one, found.findings)))
+        seen.add(said.effect)
+    return kept
+
+
+def finding_result(settings: StudySettings, one: Judged, law: LawPoints | None, formulas: SimulationFit,
+                   after: SimulationFit, experiments: list[FurtherExperiment]) -> FindingResult:
     """A finding with all that was found out about it.
 
     `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
     """
+    finding, said = one.finding, one.said
     term = _term(said, law, after)
     at = _places(after, term)
-    sure, second = confidence(evidence), finding.next_best
-    rivals = [_candidate(settings, one) for one in finding.rivals]
+    sure, second = confidence(one.evidence), finding.next_best
+    rivals = [_candidate(settings, rival) for rival in finding.rivals]
     # Effects with the same pair have the same gain.
     same = [name for name in names(finding.pair, settings.catalogue) if name in said.others]
     rivals = [*(Candidate(name, *finding.pair, finding.nats, 0.0) for name in same), *rivals]
@@ -51,9 +73,9 @@ def finding_result(settings: StudySettings, finding: Finding, said: Answer, law:
         None if second is None else _candidate(settings, second))
 
 
-def remainder(settings: StudySettings, finding: Finding, law: LawPoints | None, evidence: Evidence) -> Remainder:
+def remainder(one: Judged) -> Remainder:
     """A finding that is more likely a part of the cause of another one."""
-    effect, sure = answer(finding, law, settings.catalogue).effect or None, confidence(evidence)
+    effect, sure, finding = one.said.effect or None, confidence(one.evidence), one.finding
     return Remainder(effect, title(finding.pair, effect), *finding.pair, list(finding.blocks), finding.nats, sure,
                      counted(sure))
 

@@ -6,7 +6,6 @@
 Both take some seconds to a minute. What `examine` returns is JSON, complete, and the same after a restart.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -24,18 +23,18 @@ from slipstick.confirmation.measured import with_measured_laws
 from slipstick.confirmation.simulated import CONDITIONS, RANDOM
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import Traces
-from slipstick.naming import answer, name
+from slipstick.naming import name
 from slipstick.naming.answer import Answer
 from slipstick.naming.record import from_json, to_json
 from slipstick.naming.scene import Scene
-from slipstick.naming.selection import Finding, is_enough
+from slipstick.naming.selection import is_enough
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import NEEDED
 from slipstick.study.conditions import by_level, with_measured
-from slipstick.study.confidence import evidence_of, is_reported
+from slipstick.study.confidence import is_reported
 from slipstick.study.figures import Figures, figures
-from slipstick.study.findings import finding_result, remainder
+from slipstick.study.findings import finding_result, judged, remainder
 from slipstick.study.progress import Log, StudySteps
 from slipstick.study.result import BlockResult, ClosedBlock, Control, FurtherExperiment, Gap, SimulationResult
 from slipstick.study.result import StudyResult as Result
@@ -57,9 +56,11 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
              log: Log = lambda _: None) -> tuple[Result, Figures]:
     """Confirm in the simulation what `examine` has named, and say what it is worth."""
     found = from_json(named)
-    every = tuple(_distinct(settings, found))
-    found = replace(found, findings=tuple(one for one in every if is_reported(evidence_of(one, every))))
-    answers = [answer(one, found.measured.get(one.pair), settings.catalogue) for one in found.findings]
+    every = judged(settings, found)
+    reported = [one for one in every if is_reported(one.evidence)]
+    left_over = [remainder(one) for one in every if one not in reported]
+    found = replace(found, findings=tuple(one.finding for one in reported))
+    answers = [one.said for one in reported]
     traces, points = _traces(settings, bench, recordings, found)
     doing = _steps(recordings, log).confirming
     terms = _terms(bench, found, answers)
@@ -71,9 +72,8 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     after = with_measured_laws(formulas, laws, points, lambda gain: is_enough(gain, settings.naming))
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
-    results = [finding_result(settings, finding, one, found.measured.get(finding.pair), formulas, after, its,
-                              evidence_of(finding, every))
-               for finding, one, its in zip(found.findings, answers, experiments, strict=True)]
+    results = [finding_result(settings, one, found.measured.get(one.finding.pair), formulas, after, its)
+               for one, its in zip(reported, experiments, strict=True)]
     doing("predict", "Predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)
     if is_extended:
@@ -90,8 +90,6 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     misfits = [channel for channel, value in left.chi_square.items() if closed and value > settings.naming.strong]
     kind = "several" if len(results) > 1 else results[0].kind if results else \
         "unlisted" if found.unexplained or misfits else "none"
-    left_over = [remainder(settings, one, found.measured.get(one.pair), evidence_of(one, every)) for one in every
-                 if one not in found.findings]
     result = Result(
         kind, sentence(results, found.unexplained, missing, misfits, left_over), results,
         [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
@@ -106,16 +104,6 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
 
 def _steps(recordings: Recordings, log: Log) -> StudySteps:
     return StudySteps(() if recordings.signals is None else recordings.signals.names, log)
-
-
-def _distinct(settings: StudySettings, found: Naming) -> Iterator[Finding]:
-    """The findings, but of those that are the same effect, such as air in the oil under two of its pairs, the first."""
-    seen = set[str]()
-    for one in found.findings:
-        effect = answer(one, found.measured.get(one.pair), settings.catalogue).effect
-        if not effect or effect not in seen:
-            yield one
-        seen.add(effect)
 
 
 def _traces(settings: StudySettings, bench: Bench, recordings: Recordings,

@@ -14,7 +14,7 @@ def evidence(result: StudyResult, settings: StudySettings, pictures: Collection[
     """The sections from the measured laws to the closed gap. `pictures` are those for which there are data."""
     laws = "The measured law" if len(result.findings) == 1 else "The measured laws"
     return [Section(laws, [Picture("law")] if "law" in pictures else []),
-            *findings.sections(result, settings.level),
+            *findings.sections(result, settings),
             Section("What decided", [Picture("evidence")] if "evidence" in pictures else []), simulation.blocks(result),
             simulation.gap(result, "gap" in pictures),
             Section("Signals of the worst engagements", [Picture("signals")] if "signals" in pictures else [])]

@@ -22,15 +22,16 @@ _NOTHING = 0.05
 """Change in ms, or in standard deviations of the noise, below which no number is given."""
 
 
-def sections(result: StudyResult, level: float) -> list[Section]:
+def sections(result: StudyResult, settings: StudySettings) -> list[Section]:
     """A section for each finding."""
     several = len(result.findings) > 1
     return [Section(f"Finding {place}: {within(one.title)}" if several else f"Finding: {within(one.title)}",
-                    _parts(one, result, level)) for place, one in enumerate(result.findings, 1)]
+                    _parts(one, result, settings)) for place, one in enumerate(result.findings, 1)]
 
 
-def _parts(one: FindingResult, result: StudyResult, level: float) -> list[Part]:
-    parts: list[Part] = [Items([*_what(one, level), *_evidence(one, result), *_confirmed(one), *_worth(one)])]
+def _parts(one: FindingResult, result: StudyResult, settings: StudySettings) -> list[Part]:
+    level, least = settings.level, settings.naming.errors
+    parts: list[Part] = [Items([*_what(one, level), *_evidence(one, result, least), *_confirmed(one), *_worth(one)])]
     if one.confirmation.coefficients:
         effect = effect_of(one.effect)
         rows = [coefficient_row(coefficient, effect) for coefficient in one.confirmation.coefficients]
@@ -54,14 +55,14 @@ def _what(one: FindingResult, level: float) -> Entries:
     return found
 
 
-def _evidence(one: FindingResult, result: StudyResult) -> Entries:
+def _evidence(one: FindingResult, result: StudyResult, least: float) -> Entries:
     blocks = [f"“{block.signals}”" for block in result.blocks if block.name in one.blocks]
     errors = f"more than {CERTAIN:.0f}" if one.errors > CERTAIN else number(one.errors)
     found = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
               f"{one.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} {listed(blocks or ['?'])}; "
               f"that is {errors} standard errors over engagements."
               + (" Few engagements show it: it is named because it explains nearly all that is missing there."
-                 if one.errors < StudySettings().naming.errors else ""))]
+                 if one.errors < least else ""))]
     rivals = [_trailing(other) for other in one.rivals]
     second = f" The next best is {_trailing(one.next_best)}." if one.next_best else ""
     found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
