@@ -1,6 +1,6 @@
 """The words of an answer: what a finding is called, from the catalogue of effects."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +10,7 @@ from slipstick.clutch.effects import find, matching
 from slipstick.clutch.effects.effect import DEPENDENCES, QUANTITIES, SENSORS
 from slipstick.naming.block import Pair
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.selection import Finding
+from slipstick.naming.selection import Finding, Rival
 
 MOST_TIED = 3
 """Names in a tie at most: more tell nobody anything, and the answer is then the pair."""
@@ -39,9 +39,11 @@ def names(pair: Pair, catalogue: Collection[str] | None = None) -> tuple[str, ..
                  if catalogue is None or effect.name in catalogue)
 
 
-def is_same_effect(pair: Pair, other: Pair) -> bool:
-    """Whether an effect of the catalogue changes both pairs."""
-    return pair == other or not set(names(pair)).isdisjoint(names(other))
+def next_best(pair: Pair, others: Sequence[Rival]) -> Rival | None:
+    """The one of `others` that gains most, of those that no effect of the catalogue changes together with a `pair`."""
+    own = names(pair)
+    return max((one for one in others if one.pair != pair and set(own).isdisjoint(names(one.pair))),
+               key=lambda one: one.nats, default=None)
 
 
 def _has_shape(name: str, law: LawPoints) -> bool:

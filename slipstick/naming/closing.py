@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.naming.answer import is_same_effect
+from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.curved import CurvedFit, fit_curved
@@ -89,10 +89,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
             continue
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         tied = rivals(best.gain, [(one.gain, one.pair) for one in enough[1:]], settings)
-        others = [Rival(one.pair, float(one.gain.sum()), in_errors(best.gain - one.gain)) for one in tried
-                  if not is_same_effect(one.pair, best.pair)]
-        findings.append(Finding(("clutch",), best.pair, best.gain, tied,
-                                max(others, key=lambda one: one.nats, default=None)))
+        others = [Rival(one.pair, float(one.gain.sum()), in_errors(best.gain - one.gain)) for one in tried]
+        findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others)))
     return now, findings
 
 

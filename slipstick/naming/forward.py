@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.naming.answer import is_same_effect
+from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask, Asked, Step
 from slipstick.naming.block import NOT_FINER, Pair, finest
 from slipstick.naming.evidence import Gain, Table, gains, table
@@ -198,8 +198,7 @@ def _next_best(chosen: _Tried, tried: Sequence[_Tried], compared: Sequence[Gain]
         if one.pair not in fitted and set(one.blocks) <= set(chosen.one.blocks):
             ahead = chosen.one.nats - one.nats
             found.append(Rival(one.pair, float((chosen.rise - ahead).sum()), in_errors(ahead)))
-    others = [one for one in found if not is_same_effect(one.pair, chosen.one.pair)]
-    return max(others, key=lambda one: one.nats, default=None)
+    return next_best(chosen.one.pair, found)
 
 
 def _is_fault(pair: Pair) -> bool:

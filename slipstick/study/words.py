@@ -43,7 +43,7 @@ def _words(names: Sequence[str]) -> str:
 
 
 def _said(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> str:
-    left = " and ".join(f"“{SIGNALS[block]}”" for block in unexplained)
+    left = _quoted(unexplained)
     if not findings:
         return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING
     parts = [_phrase(one) for one in findings]
@@ -51,10 +51,13 @@ def _said(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> str:
     return f"Missing: {'; and '.join(parts)}{more}"
 
 
+def _quoted(blocks: Sequence[str]) -> str:
+    return " and ".join(f"“{SIGNALS[block]}”" for block in blocks)
+
+
 def _left_over(one: Remainder) -> str:
-    blocks = " and ".join(f"“{SIGNALS[block]}”" for block in one.blocks)
-    return (f". What is left in the block {blocks} resembles this: {one.title[0].lower() + one.title[1:]}. More likely "
-            "it is what the laws of the findings do not follow")
+    return (f". What is left in the block {_quoted(one.blocks)} resembles this: "
+            f"{one.title[0].lower() + one.title[1:]}. More likely it is what the laws of the findings do not follow")
 
 
 def _phrase(one: FindingResult) -> str:
