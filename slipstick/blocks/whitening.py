@@ -35,7 +35,7 @@ class BlockNoise:
     onto: np.ndarray | None = None
     modes: np.ndarray | None = None
 
-    def of(self, rows: slice) -> "BlockNoise":
+    def of(self, rows: slice | np.ndarray) -> "BlockNoise":
         """The noise of some of the n engagements."""
         of_each = {name: values[rows] for name in ("decay", "onto", "modes")
                    if (values := getattr(self, name)) is not None}

@@ -43,7 +43,7 @@ _WIDE = 0.3
 class SimulatedBench:
     """All signals and the shifting time of recordings, from their conditions alone, with `terms` in the model."""
 
-    name, signal, fine = "simulation", "all signals", 0
+    name, signal, fine, thorough = "simulation", "all signals", 0, False
     finer: Mapping[Pair, int] = {}
     random: tuple[str, ...] = tuple(RANDOM)
 
@@ -72,6 +72,13 @@ class SimulatedBench:
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The rows (n, K) at `points` (n, q)."""
         return np.asarray(self.rows_at(points[None], self.shared)[0])
+
+    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+        """The rows (n, K) of the engagements `rows` (n,) alone, and 0 of the others."""
+        its = SimulatedBench(self.traces.of_engagements(rows), self.terms, self.widest)
+        found = np.zeros_like(self.measured)
+        found[rows] = its.rows_at(points[None, rows], shared)[0]
+        return found
 
     def rows_at(self, points: np.ndarray, shared: np.ndarray) -> np.ndarray:
         """The rows (s, n, K) at s sets of `points` (s, n, q) relative to nominal."""

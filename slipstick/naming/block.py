@@ -99,10 +99,15 @@ def finest(block: Block, pair: Pair) -> int:
 class SearchedBlock(Block, Protocol):
     """A block that is far from linear, whose start values are searched.
 
-    `bounds` (2, p) are the least and the largest shared values, beyond which the block does not change.
+    `bounds` (2, p) are the least and the largest shared values, beyond which the block does not change. A `thorough`
+    fit tries all steps in each engagement.
     """
 
     bounds: np.ndarray
+    thorough: bool
 
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair, without its columns."""
+
+    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+        """The signal (n, k) of the engagements `rows` (n,) alone, at `points` (n, q) and `shared` values (p,)."""

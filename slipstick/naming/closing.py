@@ -20,6 +20,7 @@ from slipstick.naming.selection import (
     in_errors,
     is_enough,
     is_finding,
+    is_shown,
     is_unexplained,
     leads,
     priced,
@@ -47,6 +48,11 @@ class _Tried:
     gain: np.ndarray
     fit: CurvedFit
     finer: int
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Standard errors (n,) in which engagements should show the law."""
+        return self.fit.expected(self.pair)
 
     def beside(self, now: CurvedFit) -> "_Tried":
         """The same beside another fit without the pair."""
@@ -90,7 +96,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         tied = rivals(best.gain, [(one.gain, one.pair) for one in enough[1:]], settings)
         others = [Rival(one.pair, float(one.gain.sum()), in_errors(best.gain - one.gain)) for one in tried]
-        findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others)))
+        findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
+                                best.expected))
     return now, findings
 
 
@@ -121,8 +128,8 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
 
     What few engagements show counts only if the one that gains most is enough.
     """
-    found = [one for one in tried if is_finding(one.gain, now.chi2[None], one.fit.chi2[None], settings)]
-    return found if found[:1] == tried[:1] else [one for one in tried if is_enough(one.gain, settings)]
+    found = [one for one in tried if is_finding(one.gain, one.expected, now.chi2[None], one.fit.chi2[None], settings)]
+    return found if found[:1] == tried[:1] else [one for one in tried if is_shown(one.gain, one.expected, settings)]
 
 
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray) -> CurvedFit | None:

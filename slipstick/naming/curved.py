@@ -14,10 +14,11 @@ An iteration estimates mean and variance by expectation-maximisation with the be
 model about the beta_i (Lindstrom and Bates, Biometrics 46, 673, 1990) with what engagements share damped as by
 Marquardt (J. Soc. Ind. Appl. Math. 11, 431, 1963): the beta_i that suit other c lie on curves, along which a linear
 model holds for short steps. For each engagement steps of several dampings are tried, and none, and the one that suits
-the new c best is taken. A step that does not lower the first two terms and the priors is taken again with more damping,
-so that none lowers the joint likelihood of the data, the beta_i and c at the variances for which it was made. The
-determinant is not in it, which changes with J and the variances: the evidence of an iteration can be below that of the
-one before, and the best one is returned.
+the new c best is taken. A block whose prediction takes long tries others than the first one only where that lowers the
+two terms by much less than the linear model promises. A common step that does not lower the first two terms and the
+priors is taken again with more damping, so that none lowers the joint likelihood of the data, the beta_i and c at the
+variances for which it was made. The determinant is not in it, which changes with J and the variances: the evidence of
+an iteration can be below that of the one before, and the best one is returned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,8 +32,11 @@ from slipstick.naming.fit import BlockFit, gram_of, predict, reduced
 from slipstick.naming.grams import REACH, Gram, estimate, marginalise, solve
 from slipstick.threads import mapped
 
-_OWN_DAMPINGS = (0.0, 0.003, 0.03, 0.3, 3.0)
-"""Dampings of the step of an engagement, relative to the diagonal of its second derivatives; none is tried as well."""
+_OWN_DAMPINGS = (0.003, 0.0, 0.03, 0.3, 3.0)
+"""Dampings of the step of an engagement, relative to its second derivatives; the first takes 0.3 % off a step."""
+_SUFFICIENT, _NEGLIGIBLE = 0.5, 0.01
+"""Share of the promised decrease from which a block that is not `thorough` tries no other damping, and a decrease on
+which nothing depends. In fits of the shipped recordings others add less than a hundredth to such steps."""
 
 _DAMPING, _LEAST_DAMPING, _FACTOR, _TRIALS = 1e-3, 1e-5, 10.0, 5
 """Damping to begin with, relative to the information about each common value, and at least; the factor by which it
@@ -215,26 +219,22 @@ def _damped(values: _Values, gram: Gram, variance: np.ndarray, damping: float) -
     return solve(gram, marginal).coefficients
 
 
-def _followed(block: SearchedBlock, values: _Values, gram: Gram, variance: np.ndarray,
-              common: np.ndarray) -> list[_Values]:
-    """Values with this `common` part (q + p + m,), shared ones within their bounds, and the points that follow.
-
-    They are first as they are, and then after a step of each damping.
-    """
-    q, p = gram.random, len(values.shared)
+def _with_common(block: SearchedBlock, values: _Values, common: np.ndarray) -> _Values:
+    """Values with this `common` part (q + p + m,), shared ones within their bounds, and the points as they are."""
+    q, p = len(values.mean), len(values.shared)
     mean, shared, rest = np.split(common, [q, q + p])
     ends = np.cumsum([len(law) for _, law in values.laws])
     coefficients = dict(zip(values.coefficients, np.split(rest, ends[:-1]), strict=True)) if len(ends) else {}
+    return _Values(values.points, mean, np.clip(shared, *block.bounds), coefficients)
+
+
+def _own_terms(values: _Values, gram: Gram, variance: np.ndarray,
+               common: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slope (n, q) of half the two terms in the points, downwards, at this `common` part, and curvature (n, q, q)."""
+    q = gram.random
     own, others = gram.products[:, :q, :q], gram.products[:, :q, q:-1] @ common[q:]
     slope = gram.products[:, :q, -1] - others - (own @ values.points[..., None])[..., 0]
-    slope = slope - (values.points - mean) / variance
-    curvature = own + np.diag(1 / variance)
-    shared = np.clip(shared, *block.bounds)
-    found = [_Values(values.points, mean, shared, coefficients)]
-    for damping in _OWN_DAMPINGS:
-        change = _within_bounds(values.points, curvature * (1 + damping * np.eye(q)), slope)
-        found.append(replace(found[0], points=values.points + change))
-    return found
+    return slope - (values.points - common[:q]) / variance, own + np.diag(1 / variance)
 
 
 def _within_bounds(points: np.ndarray, curvature: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -261,14 +261,42 @@ def _within_bounds(points: np.ndarray, curvature: np.ndarray, slope: np.ndarray)
 def _stepped(block: SearchedBlock, values: _Values, gram: Gram, variance: np.ndarray, noise: BlockNoise,
              cost: float, damping: float) -> tuple[_Values, float]:
     """A step that lowers the `cost`, and the damping of the next one; the same values where none was found."""
-    def cost_of(one: _Values) -> np.ndarray:
-        return np.asarray(_squares(block, _predicted(block, one), noise) + _scatter(one, variance))
-
     for _ in range(_TRIALS):
-        moved = _followed(block, values, gram, variance, _damped(values, gram, variance, damping))
-        each = [cost_of(moved[0]), *mapped(cost_of, moved[1:])]  # the first sets what they share in the block
-        if np.min(each, axis=0).sum() + _prior(moved[0], gram) < cost:
-            points = np.stack([one.points for one in moved])[np.argmin(each, axis=0), np.arange(len(values.points))]
-            return replace(moved[0], points=points), max(damping / _FACTOR, _LEAST_DAMPING)
+        common = _damped(values, gram, variance, damping)
+        begun = _with_common(block, values, common)
+        moved, least = _followed(block, begun, _own_terms(values, gram, variance, common), variance, noise)
+        if least.sum() + _prior(moved, gram) < cost:
+            return moved, max(damping / _FACTOR, _LEAST_DAMPING)
         damping = max(damping * _FACTOR, _DAMPING)
     return values, damping
+
+
+def _followed(block: SearchedBlock, begun: _Values, terms: tuple[np.ndarray, np.ndarray], variance: np.ndarray,
+              noise: BlockNoise) -> tuple[_Values, np.ndarray]:
+    """The values with the best points that were tried, and their two terms (n,)."""
+    (slope, curvature), (n, q) = terms, begun.points.shape
+
+    def tried(damping: float, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        change = _within_bounds(begun.points, curvature * (1 + damping * np.eye(q)), slope)
+        points: np.ndarray = begun.points + change
+        return points, _terms_of(block, replace(begun, points=points), variance, noise, rows)
+
+    rows = np.ones(n, bool)
+    found = [(begun.points, _terms_of(block, begun, variance, noise, rows)), tried(_OWN_DAMPINGS[0], rows)]
+    change = found[1][0] - begun.points
+    promised = np.einsum("nq,nq->n", 2 * slope - (curvature @ change[..., None])[..., 0], change)
+    left = rows if block.thorough else found[0][1] - found[1][1] < _SUFFICIENT * promised - _NEGLIGIBLE
+    if left.any():
+        found += mapped(lambda one: tried(one, left), _OWN_DAMPINGS[1:])
+    points, terms_of_each = (np.stack(one) for one in zip(*found, strict=True))
+    best = np.argmin(terms_of_each, axis=0), np.arange(n)
+    return replace(begun, points=points[best]), terms_of_each[best]
+
+
+def _terms_of(block: SearchedBlock, values: _Values, variance: np.ndarray, noise: BlockNoise,
+              rows: np.ndarray) -> np.ndarray:
+    """The two terms (n,) of the engagements `rows` (n,); infinite for the others."""
+    found = np.full(len(rows), np.inf)
+    left = (block.measured - block.part(values.points, values.shared, values.laws, rows))[rows, None]
+    found[rows] = (whitened(left, block.counted[rows], noise.of(rows)) ** 2).sum(axis=(1, 2))
+    return np.asarray(found + _scatter(values, variance))

@@ -49,11 +49,20 @@ class Gain:
         They are standard normal where the pair adds nothing. An engagement in which the others expect less than one
         standard error has a share of its score.
         """
-        end = np.zeros((len(self.nats), 1))
-        left, step = np.hstack([-self.without, end + 1]), np.hstack([self.held - self.without, end])
-        along = np.einsum("npq,nq->np", self.fitted.marginal, step)
-        size = np.sqrt(np.maximum((step * along).sum(axis=1), 1.0))
-        return np.asarray((left * along).sum(axis=1) / size)
+        left = np.hstack([-self.without, np.ones((len(self.nats), 1))])
+        return np.asarray((left * self._along[1]).sum(axis=1) / np.maximum(self.expected, 1.0))
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Standard errors (n,) in which each engagement shows the law that the others give."""
+        step, along = self._along
+        return np.asarray(np.sqrt(np.maximum((step * along).sum(axis=1), 0.0)))
+
+    @property
+    def _along(self) -> tuple[np.ndarray, np.ndarray]:
+        """What changes with the pair (n, c), the residual last, and its products with all columns (n, c)."""
+        step = np.hstack([self.held - self.without, np.zeros((len(self.nats), 1))])
+        return step, np.einsum("npq,nq->np", self.fitted.marginal, step)
 
     @property
     def law(self) -> np.ndarray:

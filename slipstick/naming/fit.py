@@ -70,10 +70,23 @@ class BlockFit:
 
         It adds up to the number of coefficients, less what the prior tells.
         """
-        places, covariance = self.places(pair), self.fitted.covariance
-        along = covariance[:, places] @ np.linalg.inv(covariance[np.ix_(places, places)])
+        places, along = self.places(pair), self._along(pair)
         return np.asarray(np.einsum("pk,npq,ql,lk->n", along, self.fitted.marginal[:, :-1, :-1], along,
-                                    covariance[np.ix_(places, places)], optimize=True))
+                                    self.fitted.covariance[np.ix_(places, places)], optimize=True))
+
+    def expected(self, pair: Pair) -> np.ndarray:
+        """Standard errors (n,) in which each engagement shows a law, if the law is as it was fitted.
+
+        Its square is twice the log-likelihood that an engagement without noise loses without the law, where all that
+        engagements share follows as far as it can.
+        """
+        step = self._along(pair) @ self.fitted.coefficients[self.places(pair)]
+        return np.asarray(np.sqrt(np.maximum(step @ (self.fitted.marginal[:, :-1, :-1] @ step).T, 0.0)))
+
+    def _along(self, pair: Pair) -> np.ndarray:
+        """Changes (c, m) of all that engagements share with the m coefficients of a law."""
+        places, covariance = self.places(pair), self.fitted.covariance
+        return np.asarray(covariance[:, places] @ np.linalg.inv(covariance[np.ix_(places, places)]))
 
     @property
     def chi2(self) -> np.ndarray:

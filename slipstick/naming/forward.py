@@ -17,6 +17,7 @@ from slipstick.naming.selection import (
     in_errors,
     is_enough,
     is_finding,
+    is_shown,
     is_unexplained,
     lacks,
     leads,
@@ -43,7 +44,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
         pairs = [pair for pair in offered if pair not in current]
         compared = gains(list(tables.values()), current, pairs)
-        ranked = [one for one in compared if is_enough(one.nats, settings)]
+        ranked = [one for one in compared
+                  if is_enough(one.nats, settings) or is_shown(one.nats, one.expected, settings)]
         if not ranked:
             off = {name for name, one in fits.items() if lacks(one.chi2, settings)}
             ranked = [one for one in compared if off & set(one.blocks) and _agrees(one, settings)]
@@ -63,7 +65,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
                 fits |= finer
                 continue
             earlier = max((one.nats for one in findings if set(one.blocks) & set(finding.blocks)), default=0.0)
-            enough = _is_enough_with(fits, its, finding.blocks, finding.gain, settings)
+            enough = _is_enough_with(fits, its, finding.blocks, finding.pair, finding.gain, settings)
             if not enough or finding.nats < settings.further * earlier:
                 closed |= set(best.blocks)
                 continue
@@ -88,7 +90,8 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
         found = dict(zip(order, fit_together([fits[name].block for name in order], laws,
                                              [fits[name] for name in order]), strict=True))
         price = np.sum([fits[name].leverage(finding.pair) for name in finding.blocks], axis=0)
-        if not _is_enough_with(found, fits, finding.blocks, priced(-_rise(fits, found), price), settings):
+        if not _is_enough_with(found, fits, finding.blocks, finding.pair, priced(-_rise(fits, found), price),
+                               settings):
             fits |= found
             kept.remove(finding)
     return fits, kept
@@ -102,11 +105,16 @@ def _agrees(one: Gain, settings: NamingSettings) -> bool:
     return bool(one.nats.sum() > settings.nats and in_agreement(one.scores) > settings.errors)
 
 
-def _is_enough_with(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], blocks: Sequence[str], gain: np.ndarray,
-          settings: NamingSettings) -> bool:
+def _is_enough_with(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], blocks: Sequence[str], pair: Pair,
+                    gain: np.ndarray, settings: NamingSettings) -> bool:
     """Whether a law that changes `blocks` of `fits` to those of `its` and gains (n,) nats is enough for a finding."""
     before, after = (np.array([some[name].chi2 for name in blocks]) for some in (fits, its))
-    return is_finding(gain, before, after, settings)
+    return is_finding(gain, _expected(its, blocks, pair), before, after, settings)
+
+
+def _expected(its: Mapping[str, BlockFit], blocks: Sequence[str], pair: Pair) -> np.ndarray:
+    """Standard errors (n,) in which engagements should show a law that these `blocks` of `its` have."""
+    return np.asarray(np.sqrt(np.sum([its[name].expected(pair) ** 2 for name in blocks], axis=0)))
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
@@ -179,12 +187,14 @@ def _settled(fits: Mapping[str, BlockFit], best: Gain, near: Sequence[Gain], com
         those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks) and one is not chosen]
     else:
         those = those[1:]
-    tied = rivals(chosen.rise, [(other.rise, other.one.pair) for other in those
-                                if _is_enough_with(fits, other.its, other.one.blocks, other.rise, settings)], settings)
+    others = [one for one in those
+              if _is_enough_with(fits, one.its, one.one.blocks, one.one.pair, one.rise, settings)]
+    tied = rivals(chosen.rise, [(other.rise, other.one.pair) for other in others], settings)
     for name in chosen.one.blocks:
         fits[name].block.finer = {**fits[name].block.finer, chosen.one.pair: chosen.finer}
     second = _next_best(chosen, list(known.values()), compared)
-    return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied, second), chosen.its
+    expected = _expected(chosen.its, chosen.one.blocks, chosen.one.pair)
+    return Finding(chosen.one.blocks, chosen.one.pair, chosen.rise, tied, second, expected), chosen.its
 
 
 def _next_best(chosen: _Tried, tried: Sequence[_Tried], compared: Sequence[Gain]) -> Rival | None:

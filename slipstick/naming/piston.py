@@ -44,7 +44,7 @@ class ClutchBlock:
     are how far the torque is known, because the pressure is.
     """
 
-    name, signal = "clutch", "output_torque"
+    name, signal, thorough = "clutch", "output_torque", True
     random: tuple[str, ...] = OWN
     fixed: tuple[str, ...] = ("clock",)
 
@@ -95,6 +95,11 @@ class ClutchBlock:
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m as the sensor reads it, at `points` (n, q); 0 after the samples that are counted."""
         return self._closed(points, laws, self.end)[0]
+
+    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+        """Torque (n, k) in N m of the engagements `rows` (n,) alone, and 0 of the others."""
+        self.at(shared)
+        return self._closed(points, laws, np.where(rows, self.end, 0))[0]
 
     def predicted_beyond(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m up to the measured lock-up, where samples near it are not counted."""

@@ -10,6 +10,8 @@ from slipstick.naming.settings import NamingSettings
 
 CERTAIN = 3.0
 """Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
+_LEAST_SPREAD = 0.1 * CERTAIN
+"""Least spread of such roots: where all engagements are beyond doubt, so is their mean."""
 _ODD = 2
 """Engagements that may be odd although they were not set aside."""
 
@@ -27,7 +29,8 @@ class Rival:
 class Finding:
     """A pair that `blocks` ask for: `gain` (n,) in nats of each engagement, and the pairs not told apart from it.
 
-    `next_best` is the pair that gains most after it in these blocks, of those that are another effect.
+    `next_best` is the pair that gains most after it in these blocks, of those that are another effect. `expected` (n,)
+    are the standard errors in which engagements should show the law; without them all should show it alike.
     """
 
     blocks: tuple[str, ...]
@@ -35,6 +38,7 @@ class Finding:
     gain: np.ndarray
     rivals: tuple[Rival, ...] = ()
     next_best: Rival | None = None
+    expected: np.ndarray | None = None
 
     @property
     def nats(self) -> float:
@@ -43,13 +47,14 @@ class Finding:
 
     @property
     def errors(self) -> float:
-        """Mean gain in its standard errors over engagements."""
-        return in_errors(self.gain)
+        """Standard errors over engagements in which they show the law."""
+        return in_errors(self.gain) if self.expected is None else in_proportion(self.gain, self.expected)
 
     @property
     def lead(self) -> float:
         """Standard errors by which it leads the next best explanation: another pair, or no law at all."""
-        return self.errors if self.next_best is None else min(self.errors, self.next_best.behind)
+        over_none = in_errors(self.gain)
+        return over_none if self.next_best is None else min(over_none, self.next_best.behind)
 
 
 def is_further(finding: Finding, findings: Sequence[Finding]) -> bool:
@@ -66,13 +71,39 @@ def in_errors(gain: np.ndarray) -> float:
     A gain is quadratic in the size of what an engagement shows, and its root (of the deviance) nearly normal. A strong
     law gains much in some engagements and far more in others, and their spread must not speak against it.
     """
-    return in_agreement(np.sign(gain) * np.sqrt(2 * np.abs(gain)))
+    return in_agreement(_roots(gain))
+
+
+def in_proportion(gain: np.ndarray, expected: np.ndarray) -> float:
+    """Slope of the signed roots of gains (n,) over those `expected` (n,), in its standard errors.
+
+    A law may act on few engagements. Those in which it should not show say nothing about it, whatever they gain or lose
+    by other values of what all share. The standard error is robust to a spread that differs between engagements
+    (HC3; MacKinnon and White, J. Econometrics 29, 305, 1985). Student's t, with the degrees of freedom of the
+    engagements that count, is given as the standard normal deviate of the same probability (Wallace, Ann. Math. Stat.
+    30, 1124, 1959).
+    """
+    roots, expected = np.clip(_roots(gain), -CERTAIN, CERTAIN), np.minimum(expected, CERTAIN)
+    weights = expected**2
+    total = float(weights.sum())
+    freedom = total**2 / max(float((weights**2).sum()), 1e-300) - 1
+    if freedom < 1:
+        return 0.0
+    slope = float((expected * roots).sum()) / total
+    left = np.maximum(np.abs(roots - slope * expected), _LEAST_SPREAD) / (1 - weights / total)
+    t = slope * total / float(np.sqrt((weights * left**2).sum()))
+    return float(np.copysign((8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(t**2 / freedom)), t))
+
+
+def _roots(gain: np.ndarray) -> np.ndarray:
+    """Signed roots (n,) of twice the gains."""
+    return np.asarray(np.sign(gain) * np.sqrt(2 * np.abs(gain)))
 
 
 def in_agreement(scores: np.ndarray) -> float:
     """Mean of scores (n,), each at most `CERTAIN`, in its standard errors."""
     scores = np.clip(scores, -CERTAIN, CERTAIN)
-    deviation = max(float(scores.std(ddof=1)), 0.1 * CERTAIN)  # where all are beyond doubt, so is the mean
+    deviation = max(float(scores.std(ddof=1)), _LEAST_SPREAD)
     return float(scores.mean()) * float(np.sqrt(len(scores))) / deviation
 
 
@@ -99,9 +130,15 @@ def explains(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: 
                 and left < settings.few_leave * lacking)
 
 
-def is_finding(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: NamingSettings) -> bool:
-    """Whether a law that gains (n,) nats is named: most engagements show it, or it `explains` what its blocks lack."""
-    return is_enough(gain, settings) or explains(gain, before, after, settings)
+def is_shown(gain: np.ndarray, expected: np.ndarray, settings: NamingSettings) -> bool:
+    """Whether the engagements on which a law acts show it: a gain (n,) in nats, where (n,) errors are `expected`."""
+    return bool(gain.sum() > settings.nats and in_proportion(gain, expected) > settings.errors)
+
+
+def is_finding(gain: np.ndarray, expected: np.ndarray, before: np.ndarray, after: np.ndarray,
+               settings: NamingSettings) -> bool:
+    """Whether a law that gains (n,) nats is named: it `is_shown`, or it `explains` what its blocks lack."""
+    return is_shown(gain, expected, settings) or explains(gain, before, after, settings)
 
 
 def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings: NamingSettings) -> tuple[Rival, ...]:

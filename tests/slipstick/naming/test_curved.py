@@ -46,6 +46,7 @@ class Decay:
     fixed_std: np.ndarray = field(default_factory=lambda: np.array([0.05]))
     bounds: np.ndarray = field(default_factory=lambda: np.array([[-np.inf], [np.inf]]))
     widest: np.ndarray = field(default_factory=lambda: np.array([1.0]))
+    thorough: bool = True
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         return BlockNoise(self.std, 0.3)
@@ -54,6 +55,10 @@ class Decay:
         known = dict(laws)
         rate = (1 + points[:, 0]) * (1 + known.get(SPEED, np.zeros(1))[0] * self.speed)
         return np.exp(-3 * rate[:, None] * TIME) + known.get(WAVE, np.zeros(1))[0] * 0.1 * np.sin(20 * TIME)
+
+    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+        predicted = self.base(points, laws)
+        return np.where(rows[:, None], predicted + shared @ self.shared_columns(points, laws, predicted), np.nan)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         return -np.gradient(predicted, TIME, axis=1)[:, None]

@@ -30,7 +30,7 @@ COUNT, SEED = 24, 5
 SETTINGS = NamingSettings()
 OVER_SPEED, GAIN = ("load torque", "output speed"), ("output torque sensor", "gain")
 AT = np.linspace(0, 52, 16)  # most points of a law of the simulator
-WAVE = MeasuredLaw(*OVER_SPEED, tuple(AT), tuple(18.0 * np.sin(AT * 2 * np.pi / 16)), relative=False)
+WAVE = MeasuredLaw(*OVER_SPEED, tuple(AT), tuple(30.0 * np.sin(AT * 2 * np.pi / 16)), relative=False)
 
 
 @cache

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.naming.answer import answer, names
@@ -15,8 +17,10 @@ from slipstick.naming.selection import (
     explains,
     in_agreement,
     in_errors,
+    in_proportion,
     is_enough,
     is_further,
+    is_shown,
     is_unexplained,
     lacks,
     priced,
@@ -59,6 +63,36 @@ def test_a_strong_law_is_not_harder_to_name_than_a_weak_one() -> None:
     errors = [in_errors(strength * shown * noise + 0.5 * (strength * shown) ** 2) for strength in (0.5, 2.0, 8.0, 80.0)]
     assert np.all(np.diff(errors) > 0)
     assert errors[-1] > SETTINGS.errors
+
+
+def test_engagements_on_which_a_law_does_not_act_say_nothing_about_it() -> None:
+    acting = np.arange(54) < 9
+    gain, expected = np.where(acting, 8.0, -0.4), np.where(acting, 4.0, 0.1)  # it costs the others some scatter
+    assert in_errors(gain) < SETTINGS.errors < in_proportion(gain, expected)
+    assert is_shown(gain, expected, SETTINGS)
+    # If all of them should show it, it is not there; nor do two odd ones show what would act on nothing else.
+    assert in_proportion(gain, np.full(54, 4.0)) < SETTINGS.errors
+    odd = np.arange(54) < 2
+    assert in_proportion(np.where(odd, 300.0, -0.4), np.where(odd, 30.0, 0.1)) < SETTINGS.errors
+    assert in_proportion(np.where(odd, 300.0, 0.0), np.where(np.arange(54) < 1, 30.0, 0.0)) == 0
+
+
+def test_noise_is_not_in_proportion_to_anything() -> None:
+    """A twentieth of the deviates exceeds 1.64, where laws act on all engagements or on few, without what fits select."""
+    rng = np.random.default_rng(7)
+    for expected in (np.full(54, 2.0), np.geomspace(0.02, 6.0, 54)):
+        roots = rng.standard_normal((2000, 54))
+        found = np.array([in_proportion(np.sign(one) * one**2 / 2, expected) for one in roots])
+        assert np.mean(found > 1.64) == pytest.approx(0.05, abs=0.02)
+        assert np.mean(found > 3.0) < 0.005
+
+
+def test_the_deviate_is_that_of_the_probability_of_students_t() -> None:
+    gain = np.random.default_rng(8).normal(0.3, 1.0, 30)
+    roots = np.clip(np.sign(gain) * np.sqrt(2 * np.abs(gain)), -3, 3)
+    # All alike, HC3 is the standard error of the mean times n / (n - 1); small residuals count as 0.3.
+    t = roots.mean() / (roots.std() / np.sqrt(30)) * (29 / 30)
+    assert in_proportion(gain, np.ones(30)) == pytest.approx(norm.isf(student.sf(t, 29)), rel=5e-3)
 
 
 def test_a_law_that_few_engagements_show_must_explain_what_its_blocks_lack() -> None:
