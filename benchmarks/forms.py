@@ -1,13 +1,13 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
-    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond|abroad|afield|farther|remote]
+    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond|abroad|afield|farther|remote|outlying]
 
 The forms are those of a list of cases (forms.csv, forms_unseen.csv, forms_elsewhere.csv, forms_fresh.csv,
 forms_later.csv, forms_further.csv, forms_beyond.csv, forms_abroad.csv, forms_afield.csv, forms_farther.csv,
-forms_remote.csv). Each form of a listed pair is compared with each catalogue effect of the same pair, at its typical
-strength and on the benches on which the list may have it: the RMS difference after the best fit of the effect's
-coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the abscissae that
-twelve engagements with the form visit.
+forms_remote.csv, forms_outlying.csv). Each form of a listed pair is compared with each catalogue effect of the same
+pair, at its typical strength and on the benches on which the list may have it: the RMS difference after the best fit
+of the effect's coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the
+abscissae that twelve engagements with the form visit.
 
 - Where the law is over one number, a second fit adds a constant, which a parameter of the model would take up.
 - A lag, an offset or a compliance is compared as such, with the constant of the catalogue; zero counts to its range.
@@ -50,6 +50,8 @@ from tests.validation.hidden.sixth import SIXTH
 from tests.validation.hidden.tenth import BENCHES as OF_TENTH
 from tests.validation.hidden.tenth import TENTH
 from tests.validation.hidden.third import THIRD
+from tests.validation.hidden.thirteenth import BENCHES as OF_THIRTEENTH
+from tests.validation.hidden.thirteenth import THIRTEENTH
 from tests.validation.hidden.twelfth import BENCHES as OF_TWELFTH
 from tests.validation.hidden.twelfth import TWELFTH
 from tests.validation.hidden.unseen import UNSEEN
@@ -60,9 +62,10 @@ FORMS = {"final": ("forms", UNSEEN, tuple(SHIPPED)), "unseen": ("forms_unseen", 
          "later": ("forms_later", SIXTH, ()), "further": ("forms_further", SEVENTH, ()),
          "beyond": ("forms_beyond", EIGHTH, ()), "abroad": ("forms_abroad", NINTH, ()),
          "afield": ("forms_afield", TENTH, ()), "farther": ("forms_farther", ELEVENTH, ()),
-         "remote": ("forms_remote", TWELFTH, ())}
+         "remote": ("forms_remote", TWELFTH, ()), "outlying": ("forms_outlying", THIRTEENTH, ())}
 # From `fresh` on
-ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
+ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
+               | OF_THIRTEENTH)
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",

@@ -10,7 +10,20 @@ import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import ABROAD, AFIELD, BEYOND, DEVELOPMENT, ELSEWHERE, FARTHER, FINAL, FRESH, FURTHER, LATER, REMOTE
+from hidden.cases import (
+    ABROAD,
+    AFIELD,
+    BEYOND,
+    DEVELOPMENT,
+    ELSEWHERE,
+    FARTHER,
+    FINAL,
+    FRESH,
+    FURTHER,
+    LATER,
+    OUTLYING,
+    REMOTE,
+)
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
 from hidden.eighth import BENCHES as OF_EIGHTH
@@ -35,6 +48,8 @@ from hidden.temptations import TEMPTATIONS
 from hidden.tenth import BENCHES as OF_TENTH
 from hidden.tenth import TENTH
 from hidden.third import THIRD
+from hidden.thirteenth import BENCHES as OF_THIRTEENTH
+from hidden.thirteenth import THIRTEENTH
 from hidden.twelfth import BENCHES as OF_TWELFTH
 from hidden.twelfth import TWELFTH
 
@@ -79,9 +94,10 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 
 
 OF_EACH_QUANTITY: dict[str, Effect] = {}
-for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH, NINTH, TENTH, ELEVENTH, TWELFTH):
+for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH, NINTH, TENTH, ELEVENTH, TWELFTH, THIRTEENTH):
     OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
-ITS_BENCHES = OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
+ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
+               | OF_THIRTEENTH)
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
@@ -99,7 +115,7 @@ def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
     for (name, _), limit in limits.items():
-        drawn = name in OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
+        drawn = name in OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH | OF_THIRTEENTH
         least, most = (0.5, 100) if drawn else (1, 100) if name in ITS_BENCHES else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
@@ -153,13 +169,13 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
 
 @pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2),
                                               ("further", 2), ("beyond", 2), ("abroad", 2), ("afield", 2),
-                                              ("farther", 2), ("remote", 2)])
+                                              ("farther", 2), ("remote", 2), ("outlying", 2)])
 def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
     more = {"beyond": ["batches"], "abroad": ["ambient", "many_bad_runs"],
             "afield": ["batches", "loud_sensor"], "farther": ["ambient", "thermometer"],
-            "remote": ["batches", "many_bad_runs"]}.get(which, [])
+            "remote": ["batches", "many_bad_runs"], "outlying": ["loud_sensor", "thermometer"]}.get(which, [])
     assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(
         [*TEMPTATIONS] * times + more)
 
@@ -236,10 +252,10 @@ def test_seeds_and_files_of_the_lists_differ() -> None:
     seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
                                        *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values(),
                                        *BEYOND.values(), *ABROAD.values(), *AFIELD.values(), *FARTHER.values(),
-                                       *REMOTE.values())]
+                                       *REMOTE.values(), *OUTLYING.values())]
     assert len(set(seeds)) == len(seeds)
     assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER, *BEYOND, *ABROAD,
-                *AFIELD, *FARTHER, *REMOTE}) == len(seeds)
+                *AFIELD, *FARTHER, *REMOTE, *OUTLYING}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from hidden.responses import RESPONSES
 from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
-            "wake", "tooth", "hammer", "divide", "peak", "blind")  # on a ramp by a time of its own
+            "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -142,6 +142,26 @@ def test_a_counter_is_blind_at_each_change_of_its_range() -> None:
     assert len(blind) * HEAVY.period == pytest.approx(3 * 0.08, abs=4 * HEAVY.period)
     starts = HEAVY.time[blind[np.diff(blind, prepend=-2) > 1]]
     np.testing.assert_allclose(starts, [0.25, 0.5, 1.0], atol=2 * HEAVY.period)
+
+
+def test_a_paste_creeps_after_a_small_change_and_yields_to_a_large_one() -> None:
+    reading = {}
+    for change in (0.001, 8.0):
+        step = np.where(HEAVY.time > 0.5, 1 + change, 1.0)[None]
+        missing = (step - RESPONSES["paste"](step, 0.01, "pressure", HEAVY))[0] / change
+        assert np.all((missing >= 0) & (missing <= 1))
+        reading[change] = np.sum(missing) * HEAVY.period
+    assert reading[0.001] == pytest.approx(0.1, rel=0.05)
+    assert reading[8.0] < 0.01
+
+
+def test_a_value_is_sent_when_a_share_of_it_has_changed() -> None:
+    ramp = 30 * HEAVY.time[None]
+    reading = RESPONSES["share"](ramp, 0.01, "output_speed", HEAVY)[0]
+    sent = np.unique(reading)
+    late = sent > 8
+    assert np.all(ramp[0] - reading <= np.maximum(0.08 * reading, 60 / 200))
+    np.testing.assert_allclose(sent[late][1:] / sent[late][:-1], 1.08, atol=30 * HEAVY.period / 8)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -2,8 +2,8 @@
 
     python -m tests.validation.hidden DIRECTORY LIST [id ...] [--truth FILE]
 
-LIST is development, final, unseen, elsewhere, fresh, later, further, beyond, abroad, afield, farther or
-remote.
+LIST is development, final, unseen, elsewhere, fresh, later, further, beyond, abroad, afield, farther,
+remote or outlying.
 """
 
 import argparse

@@ -1,5 +1,5 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER` and `REMOTE` for judging it.
+`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE` and `OUTLYING` for judging it.
 """
 
 import csv
@@ -48,6 +48,7 @@ ABROAD = read(_DATA / "abroad.csv")
 AFIELD = read(_DATA / "afield.csv")
 FARTHER = read(_DATA / "farther.csv")
 REMOTE = read(_DATA / "remote.csv")
+OUTLYING = read(_DATA / "outlying.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
-         "farther": FARTHER, "remote": REMOTE}
+         "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING}

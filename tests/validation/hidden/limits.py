@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, BEYOND, FARTHER, REMOTE
+from .cases import ABROAD, AFIELD, BEYOND, FARTHER, OUTLYING, REMOTE
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
 from .fifth import BENCHES as OF_FIFTH
@@ -22,6 +22,7 @@ from .seventh import BENCHES as OF_SEVENTH
 from .signature import remaining
 from .sixth import BENCHES as OF_SIXTH
 from .tenth import TENTH
+from .thirteenth import THIRTEENTH
 from .twelfth import TWELFTH
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
@@ -39,8 +40,8 @@ def read() -> dict[tuple[str, str], float]:
 def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
-    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH)}
-    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE):
+    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH)}
+    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

@@ -246,6 +246,29 @@ def blind(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return filtered
 
 
+def paste(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by 10 times `strength`, but by far less once half of it in ranges per second is missing, as behind a paste.
+
+    The rate is that of a flow that is set free by heat and drawn by what is missing: its hyperbolic sine.
+    """
+    band = size(name, setup) * strength / 2
+    decay = np.exp(-setup.period / (10 * strength * _slowness(setup)))
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        missing = np.clip((signal[:, k] - filtered[:, k - 1]) / (2 * band), -15, 15)
+        filtered[:, k] = signal[:, k] - 2 * band * np.arctanh(np.tanh(missing) * decay)
+    return filtered
+
+
+def share(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Hold until 8 times `strength` of the value have changed, and 0.5 % of the range, then follow, to save a bus."""
+    least, sent = size(name, setup) / 200, signal.copy()
+    for k in range(1, signal.shape[1]):
+        band = np.maximum(8 * strength * np.abs(sent[:, k - 1]), least)
+        sent[:, k] = np.where(np.abs(signal[:, k] - sent[:, k - 1]) < band, sent[:, k - 1], signal[:, k])
+    return sent
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -279,4 +302,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "collapse": collapse, "lead": lead, "slip": slip, "clock": clock,
              "wake": wake, "tooth": tooth,
              "hammer": hammer, "divide": divide,
-             "peak": peak, "blind": blind}
+             "peak": peak, "blind": blind,
+             "paste": paste, "share": share}
