@@ -1,8 +1,8 @@
 """Whole studies of fixed cases: convergence, the gap, its control, and measured laws beside the hidden ones.
 
-    python -m benchmarks.studies sixty|elsewhere|fresh|later|further|beyond [PROCESSES]
+    python -m benchmarks.studies sixty|elsewhere|fresh|later|further|beyond|outlying [PROCESSES]
 
-`sixty` is every fourth case of the lists development and final. Every finished case is a line of
+`sixty` is every fourth case of the lists development and final, and `outlying` every fifth of that list. Every finished case is a line of
 var/studies-WHICH.jsonl, so that a killed run goes on where it was. studies_WHICH_cases.csv has the cases,
 studies_WHICH.csv what comes of them.
 """
@@ -32,7 +32,8 @@ from tests.validation.hidden.truths import truth
 CHOSEN = {"sixty": [(which, identity) for which in ("development", "final")
                     for identity in list(cases.LISTS[which])[::4]],
           **{which: [(which, identity) for identity in cases.LISTS[which]]
-             for which in ("elsewhere", "fresh", "later", "further", "beyond")}}
+             for which in ("elsewhere", "fresh", "later", "further", "beyond")},
+          "outlying": [("outlying", identity) for identity in list(cases.LISTS["outlying"])[::5]]}
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:

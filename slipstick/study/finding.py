@@ -127,7 +127,7 @@ class FindingResult:
     nats: float
     """Gain of the natural log-likelihood of held-out engagements in these blocks."""
     errors: float
-    """Mean gain in its standard errors over engagements."""
+    """Standard errors over engagements in which they show the law, as a standard normal deviate."""
     rivals: list[Candidate]
     """Pairs that the recordings do not tell apart from it."""
     law: Law | None

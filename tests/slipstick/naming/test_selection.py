@@ -78,7 +78,7 @@ def test_engagements_on_which_a_law_does_not_act_say_nothing_about_it() -> None:
 
 
 def test_noise_is_not_in_proportion_to_anything() -> None:
-    """A twentieth of the deviates exceeds 1.64, where laws act on all engagements or on few, without what fits select."""
+    """A twentieth of the deviates exceeds 1.64, where a law acts on all engagements or on few."""
     rng = np.random.default_rng(7)
     for expected in (np.full(54, 2.0), np.geomspace(0.02, 6.0, 54)):
         roots = rng.standard_normal((2000, 54))
