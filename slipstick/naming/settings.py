@@ -24,8 +24,8 @@ class NamingSettings:
     nats: float = 12.0
     """Least gain in natural log-likelihood. One odd engagement can give nats: `errors` is required as well."""
     errors: float = 4.0
-    """Standard errors over engagements in which they must show a law, as a standard normal deviate. With 70 pairs tried,
-    noise exceeds 3.6 once in a hundred sets of recordings."""
+    """Standard errors over engagements in which they must show a law, as a standard normal deviate. With 70 pairs
+    tried, noise exceeds 3.6 once in a hundred sets of recordings."""
     apart: float = 2.5
     """Standard errors by which the best pair must lead another one, or both are reported as a tie."""
     further: float = 0.03
