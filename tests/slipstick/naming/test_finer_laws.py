@@ -11,11 +11,11 @@ import pytest
 
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
-from slipstick.naming import forward as forward_module
-from slipstick.naming import mechanics, sensor_errors
+from slipstick.naming import full_fits, mechanics, sensor_errors
 from slipstick.naming.block import Pair, finest
+from slipstick.naming.choice import uneven
 from slipstick.naming.fit import fit
-from slipstick.naming.forward import _uneven, forward
+from slipstick.naming.forward import forward
 from slipstick.naming.law_map import refined
 from slipstick.naming.measured import law_points
 from slipstick.naming.piston import ClutchBlock
@@ -47,7 +47,7 @@ def findings(model: Model) -> list[Pair]:
 def test_what_few_knots_leave_of_a_law_is_not_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
     model = Model(HEAVY.physics).with_law(WAVE)
     assert findings(model) == [OVER_SPEED]
-    monkeypatch.setattr(forward_module, "finest", lambda block, pair: 0)
+    monkeypatch.setattr(full_fits, "finest", lambda block, pair: 0)
     assert len(findings(model)) > 1
 
 
@@ -140,12 +140,12 @@ def test_what_all_engagements_have_in_common_is_part_of_a_law_of_the_torque_over
 
 
 def test_a_pair_that_gains_more_but_unevenly_is_a_rival() -> None:
-    steady, uneven = np.full(COUNT, 10.0), np.where(np.arange(COUNT) < 4, 500.0, -1.0)
+    steady, rough = np.full(COUNT, 10.0), np.where(np.arange(COUNT) < 4, 500.0, -1.0)
 
     def gain(pair: Pair, nats: np.ndarray, blocks: tuple[str, ...]) -> Any:
         return SimpleNamespace(pair=pair, nats=nats, blocks=blocks)
 
     finding = Finding(("load", "lock"), ("a", "x"), steady)
-    compared = [gain(("b", "x"), uneven, ("load",)), gain(("c", "x"), uneven / 10, ("load",)),
-                gain(("d", "x"), uneven, ("load", "input")), gain(("e", "x"), 2 * steady, ("load",))]
-    assert [one.pair for one in _uneven(finding, compared, SETTINGS)] == [("b", "x")]
+    compared = [gain(("b", "x"), rough, ("load",)), gain(("c", "x"), rough / 10, ("load",)),
+                gain(("d", "x"), rough, ("load", "input")), gain(("e", "x"), 2 * steady, ("load",))]
+    assert [one.pair for one in uneven(finding, compared, SETTINGS)] == [("b", "x")]

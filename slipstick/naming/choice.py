@@ -1,0 +1,108 @@
+"""The choice between a pair that gains most in the linear model and those near it, by full fits."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from slipstick.naming.answer import next_best
+from slipstick.naming.block import Pair, finest
+from slipstick.naming.evidence import Gain
+from slipstick.naming.fit import BlockFit
+from slipstick.naming.full_fits import Tried, is_enough_with, is_fault, tried
+from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, rivals
+from slipstick.naming.settings import NamingSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The pairs `compared` in the linear model about `fits`, and those of them that are `ranked`, best first.
+
+    `ask` is told which pair is fitted in full. Each is fitted once, and then `known`.
+    """
+
+    fits: Mapping[str, BlockFit]
+    compared: Sequence[Gain]
+    ranked: Sequence[Gain]
+    settings: NamingSettings
+    ask: Callable[[Gain], None]
+    known: dict[Pair, Tried] = field(default_factory=dict)
+
+    def near(self, best: Gain) -> list[Gain]:
+        """Those that a full fit may put before the best one of some blocks in the linear model."""
+        others = [one for one in self.ranked if one is not best and set(one.blocks) & set(best.blocks)]
+        return [one for one in others if one.nats.sum() > 0.5 * best.nats.sum()
+                or in_errors(best.nats - one.nats) < 2 * self.settings.apart][:self.settings.rivals]
+
+    def settled(self, best: Gain) -> tuple[Finding, dict[str, BlockFit]]:
+        """The finding among the best pair and others near it, and the fits of the blocks that it changes.
+
+        Rises of the likelihood are summed over all blocks, where a pair changes nothing in a block that it does not act
+        on. A pair that acts on several blocks must do better than pairs of their own: two names are asked for where
+        they explain enough more than one.
+        """
+        those = sorted(map(self._tried, (best, *self.near(best))), key=_total, reverse=True)
+        chosen = those[0]
+        apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
+        if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):
+            chosen = max(apart, key=_total)
+            those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks)]
+        others = [one for one in those if one is not chosen and is_enough_with(
+            self.fits, one.its, one.one.blocks, one.one.pair, one.rise, self.settings)]
+        for name in chosen.one.blocks:
+            block = self.fits[name].block
+            block.finer = {**block.finer, chosen.one.pair: chosen.finer}
+        finding = Finding(chosen.one.blocks, chosen.one.pair, chosen.rise,
+                          rivals(chosen.rise, [(one.rise, one.one.pair) for one in others], self.settings),
+                          self._next_best(chosen), chosen.expected)
+        more = uneven(finding, self.compared, self.settings)
+        return replace(finding, rivals=(*finding.rivals, *more)), chosen.its
+
+    def _tried(self, one: Gain) -> Tried:
+        if one.pair not in self.known:
+            self.ask(one)
+            block = self.fits[one.blocks[0]].block
+            found = tried(self.fits, one, block.finer.get(one.pair, 0))
+            # An error of a sensor has few numbers. Where it is strong, it must compete with the freedom of others.
+            most = finest(block, one.pair) if is_fault(one.pair) else 0
+            while found.finer < most and self.settings.further * found.rise.sum() > self.settings.nats:
+                finer = tried(self.fits, one, found.finer + 1)
+                if not is_enough(finer.rise - found.rise, self.settings):
+                    break
+                found = finer
+            self.known[one.pair] = found
+        return self.known[one.pair]
+
+    def _next_best(self, chosen: Tried) -> Rival | None:
+        """The pair that gains most after the one that was chosen, in its blocks, of those that are another effect.
+
+        The lead over a pair that was not fitted in full is the one in the linear model.
+        """
+        found = [Rival(pair, float(one.rise.sum()), in_errors(chosen.rise - one.rise))
+                 for pair, one in self.known.items()]
+        for one in self.compared:
+            if one.pair not in self.known and set(one.blocks) <= set(chosen.one.blocks):
+                ahead = chosen.one.nats - one.nats
+                found.append(Rival(one.pair, float((chosen.rise - ahead).sum()), in_errors(ahead)))
+        return next_best(chosen.one.pair, found)
+
+
+def uneven(finding: Finding, compared: Sequence[Gain], settings: NamingSettings) -> list[Rival]:
+    """Pairs that gain more than a finding, but not in most engagements: neither can be told to be right."""
+    return [Rival(one.pair, float(one.nats.sum()), in_errors(finding.gain - one.nats)) for one in compared
+            if set(one.blocks) <= set(finding.blocks) and not is_enough(one.nats, settings)
+            and one.nats.sum() > finding.nats + settings.nats]
+
+
+def _total(one: Tried) -> float:
+    return float(one.rise.sum())
+
+
+def _apart(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:
+    """The best pairs of the blocks of a `joint` one that do not share a block with each other."""
+    found, taken = list[Gain](), set[str]()
+    for one in ranked:
+        if one is not joint and set(one.blocks) < set(joint.blocks) and not set(one.blocks) & taken:
+            found.append(one)
+            taken |= set(one.blocks)
+    return found
