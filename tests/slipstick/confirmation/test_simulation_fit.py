@@ -53,6 +53,15 @@ def test_the_coefficient_is_the_true_one_within_its_error(fits: Callable) -> Non
     assert max(left.values()) < 1.3
 
 
+def test_some_engagements_alone_are_simulated_as_all_are(fits: Callable) -> None:  # type: ignore[type-arg]
+    _, after = fits("drag")
+    block, points, shared = after.block, after.fitted.points, after.fitted.shared
+    rows = np.arange(len(points)) % 3 == 1
+    found = block.part(points, shared, (), rows)
+    np.testing.assert_allclose(found[rows], after.fitted.predicted[rows], rtol=1e-9, atol=1e-9)
+    assert not found[~rows].any()
+
+
 @pytest.mark.slow
 def test_a_measured_law_does_as_well_as_the_formula(fits: Callable) -> None:  # type: ignore[type-arg]
     before, after = fits("law")

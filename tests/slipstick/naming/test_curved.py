@@ -211,6 +211,26 @@ def test_a_step_never_raises_the_cost_and_is_damped_where_a_whole_one_would() ->
     assert damping > 1e-3
 
 
+def test_a_block_that_takes_long_tries_other_steps_only_where_the_first_falls_short() -> None:
+    block, _ = drawn(5, law=LAW)
+    asked = list[int]()
+
+    class Counting(Decay):
+        def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+            asked.append(int(rows.sum()))
+            return super().part(points, shared, laws, rows)
+
+    fits = {}
+    for thorough in (True, False):
+        counting = Counting(block.measured, block.speed, block.counted, block.std, thorough=thorough)
+        asked.clear()
+        fits[thorough] = fit_curved(counting, [SPEED], iterations=20), sum(asked)
+        assert min(asked) > 0
+    assert fits[False][1] < 0.6 * fits[True][1]
+    assert fits[False][0].evidence.sum() == pytest.approx(fits[True][0].evidence.sum(), abs=0.3)
+    assert fits[False][0].converged
+
+
 def test_the_spread_is_that_of_the_most_likely_normal_distribution() -> None:
     rng, information = np.random.default_rng(6), np.full((500, 1, 1), 100.0)
     measured = 0.2 + rng.normal(size=500) * np.sqrt(0.15**2 + 1 / 100)

@@ -70,6 +70,14 @@ def test_engagements_that_a_fit_misses_are_found_about_the_others() -> None:
     assert np.array_equal(block.counted, counted)
 
 
+def test_some_engagements_alone_have_the_same_torque() -> None:
+    block, without = fitted(0.0)
+    rows = np.arange(18) % 3 == 1
+    torque = block.part(without.points, without.shared, (), rows)
+    np.testing.assert_array_equal(torque[rows], block.base(without.points)[rows])
+    assert not torque[~rows].any()
+
+
 def test_a_fit_that_misses_none_is_kept() -> None:
     block, without = fitted(0.0)
     assert regained(block, without) is without
