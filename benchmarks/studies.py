@@ -2,9 +2,9 @@
 
     python -m benchmarks.studies sixty|elsewhere|fresh|later|further|beyond|outlying [PROCESSES]
 
-`sixty` is every fourth case of the lists development and final, and `outlying` every eighth of that list. Every finished
-case is a line of var/studies-WHICH.jsonl, so that a killed run goes on where it was. studies_WHICH_cases.csv has the
-cases, studies_WHICH.csv what comes of them.
+`sixty` is every fourth case of the lists development and final, and `outlying` every eighth of that list. Every
+finished case is a line of var/studies-WHICH.jsonl, so that a killed run goes on where it was. studies_WHICH_cases.csv
+has the cases, studies_WHICH.csv what comes of them.
 """
 
 import json

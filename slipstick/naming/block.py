@@ -89,11 +89,9 @@ more columns than the other would win; while the plates close, the torque rises 
 def finest(block: Block, pair: Pair) -> int:
     """How many times the resolution of a law can be doubled: of those over signals, and of some errors of sensors."""
     quantity, on = pair
-    if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair in NOT_FINER:
-        return 0
-    if quantity.endswith("sensor") and on not in ("gain", "lag", "time"):
-        return 0
-    return _FINEST
+    if quantity.endswith("sensor"):
+        return _FINEST if on in ("gain", "lag", "time", "run order") and pair not in NOT_FINER else 0
+    return 0 if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair in NOT_FINER else _FINEST
 
 
 class SearchedBlock(Block, Protocol):

@@ -58,7 +58,7 @@ def expected_of(its: Mapping[str, BlockFit], blocks: Sequence[str], pair: Pair) 
 def is_fault(pair: Pair) -> bool:
     """Whether a pair is an error of a sensor, a lag or a memory, whose law has few numbers but can be finer."""
     return pair not in NOT_FINER and (pair[1] in ("lag", "past current") or (pair[0].endswith("sensor")
-                                      and pair[1] in ("gain", "time")))
+                                      and pair[1] in ("gain", "time", "run order")))
 
 
 def rise_of(fits: Mapping[str, BlockFit], others: Mapping[str, BlockFit]) -> np.ndarray:

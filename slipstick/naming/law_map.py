@@ -88,7 +88,7 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
     """
     sensor, on = pair
     if on == "run order":
-        knots = sensor_errors.drift_knots(scene)
+        knots = sensor_errors.drift_knots(scene, finer)
         return over(pair, knots, sensor_errors.drift(scene, sensor) * np.eye(len(knots)))
     if on == "offset":
         return single(1.0, UNITS[sensor])

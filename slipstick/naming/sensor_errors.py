@@ -28,7 +28,7 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
     """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit.
 
     Over the run order or over time it is an offset that drifts, which need not be 0 on average. It may also depend
-    on another signal. A `finer` gain, lag or drift over time has more columns.
+    on another signal. A `finer` gain, lag or drift has more columns.
     """
     if on == "time":
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer)) * drift(scene, sensor))
@@ -36,7 +36,7 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
         # Without the first hat: an error where the other signal is 0 is an offset.
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on))[:, 1:] * drift(scene, sensor))
     if on == "run order":
-        onto = hats(scene.run, drift_knots(scene)) * drift(scene, sensor)
+        onto = hats(scene.run, drift_knots(scene, finer)) * drift(scene, sensor)
         return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
     basis = np.asarray(sensor_basis(on, signal, scene.time, lag_scale(scene), largest(scene, sensor), finer))
     return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
@@ -71,9 +71,9 @@ def error_knots(scene: Scene, on: str, finer: int = 0) -> np.ndarray:
     return from_zero(x, np.ones(x.shape, bool), scene.settings.knots)
 
 
-def drift_knots(scene: Scene) -> np.ndarray:
+def drift_knots(scene: Scene, finer: int = 0) -> np.ndarray:
     """Knots (m,) of drifts over the run order; none where that is not known."""
-    return between_knots(scene.run, scene.settings.knots) if np.ptp(scene.run) > 0 else np.zeros(0)
+    return between_knots(scene.run, doubled(scene.settings.knots, finer)) if np.ptp(scene.run) > 0 else np.zeros(0)
 
 
 def drift(scene: Scene, sensor: str) -> float:
