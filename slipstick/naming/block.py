@@ -20,7 +20,7 @@ from slipstick.naming.scene import Pair, Scene
 Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
-__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest"]
+__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest", "is_fault"]
 
 
 class Block(Protocol):
@@ -86,11 +86,17 @@ more columns than the other would win; while the plates close, the torque rises 
 """
 
 
+def is_fault(pair: Pair) -> bool:
+    """Whether a pair is an error of a sensor, a lag or a memory, whose law has few numbers but can be finer."""
+    return pair not in NOT_FINER and (pair[1] in ("lag", "past current") or (pair[0].endswith("sensor")
+                                      and pair[1] in ("gain", "time", "run order")))
+
+
 def finest(block: Block, pair: Pair) -> int:
     """How many times the resolution of a law can be doubled: of those over signals, and of some errors of sensors."""
     quantity, on = pair
     if quantity.endswith("sensor"):
-        return _FINEST if on in ("gain", "lag", "time", "run order") and pair not in NOT_FINER else 0
+        return _FINEST if is_fault(pair) else 0
     return 0 if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair in NOT_FINER else _FINEST
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slipstick.naming.answer import next_best
-from slipstick.naming.block import Pair, finest
+from slipstick.naming.block import Pair, finest, is_fault
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit
-from slipstick.naming.full_fits import Tried, is_enough_with, is_fault, tried
+from slipstick.naming.full_fits import Tried, is_enough_with, tried
 from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, rivals
 from slipstick.naming.settings import NamingSettings
 
@@ -34,14 +34,14 @@ class Choice:
         return [one for one in others if one.nats.sum() > 0.5 * best.nats.sum()
                 or in_errors(best.nats - one.nats) < 2 * self.settings.apart][:self.settings.rivals]
 
-    def settled(self, best: Gain) -> tuple[Finding, dict[str, BlockFit]]:
-        """The finding among the best pair and others near it, and the fits of the blocks that it changes.
+    def settled(self, best: Gain, near: Sequence[Gain]) -> tuple[Finding, dict[str, BlockFit]]:
+        """The finding among the best pair and others `near` it, and the fits of the blocks that it changes.
 
         Rises of the likelihood are summed over all blocks, where a pair changes nothing in a block that it does not act
         on. A pair that acts on several blocks must do better than pairs of their own: two names are asked for where
         they explain enough more than one.
         """
-        those = sorted(map(self._tried, (best, *self.near(best))), key=_total, reverse=True)
+        those = sorted(map(self._tried, (best, *near)), key=_total, reverse=True)
         chosen = those[0]
         apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
         if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):

@@ -194,10 +194,11 @@ def _spread(points: np.ndarray, information: np.ndarray, precision: np.ndarray, 
     return mean, variance
 
 
-def _squares(block: SearchedBlock, predicted: np.ndarray, noise: BlockNoise) -> np.ndarray:
-    """Sums of squared whitened residuals (n,) of a prediction (n, k)."""
-    left = block.measured - predicted
-    return np.asarray((whitened(left[:, None], block.counted, noise) ** 2).sum(axis=(1, 2)))
+def _squares(block: SearchedBlock, predicted: np.ndarray, noise: BlockNoise,
+             rows: slice | np.ndarray = slice(None)) -> np.ndarray:
+    """Sums of squared whitened residuals (m,) of a prediction (n, k) in the engagements `rows`, by default in all."""
+    left = (block.measured - predicted)[rows, None]
+    return np.asarray((whitened(left, block.counted[rows], noise.of(rows)) ** 2).sum(axis=(1, 2)))
 
 
 def _scatter(values: _Values, variance: np.ndarray) -> np.ndarray:
@@ -297,6 +298,5 @@ def _terms_of(block: SearchedBlock, values: _Values, variance: np.ndarray, noise
               rows: np.ndarray) -> np.ndarray:
     """The two terms (n,) of the engagements `rows` (n,); infinite for the others."""
     found = np.full(len(rows), np.inf)
-    left = (block.measured - block.part(values.points, values.shared, values.laws, rows))[rows, None]
-    found[rows] = (whitened(left, block.counted[rows], noise.of(rows)) ** 2).sum(axis=(1, 2))
+    found[rows] = _squares(block, block.part(values.points, values.shared, values.laws, rows), noise, rows)
     return np.asarray(found + _scatter(values, variance))

@@ -5,10 +5,11 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
+from slipstick.naming.block import is_fault
 from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
-from slipstick.naming.full_fits import finer_fits, is_enough_with, is_fault, rise_of, sharing
+from slipstick.naming.full_fits import finer_fits, is_enough_with, rise_of, sharing
 from slipstick.naming.selection import (
     Finding,
     in_agreement,
@@ -46,10 +47,11 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         touched = set[str]()
         for best in ranked:
             choice = Choice(fits, compared, ranked, settings, lambda one: ask(Asked(step, one.blocks, one.pair)))
+            near = choice.near(best)
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
-            if touched & {block for one in (best, *choice.near(best)) for block in one.blocks}:
+            if touched & {block for one in (best, *near) for block in one.blocks}:
                 continue
-            finding, its = choice.settled(best)
+            finding, its = choice.settled(best, near)
             finer = finer_fits(fits, finding.blocks, settings, finding.gain)
             touched |= set(best.blocks) | set(finer or its)
             if finer is not None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.naming.block import NOT_FINER, Pair, finest
+from slipstick.naming.block import Pair, finest
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.selection import is_enough, is_finding, leads, priced
@@ -53,12 +53,6 @@ def is_enough_with(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], bl
 def expected_of(its: Mapping[str, BlockFit], blocks: Sequence[str], pair: Pair) -> np.ndarray:
     """Standard errors (n,) in which engagements should show a law that these `blocks` of `its` have."""
     return np.asarray(np.sqrt(np.sum([its[name].expected(pair) ** 2 for name in blocks], axis=0)))
-
-
-def is_fault(pair: Pair) -> bool:
-    """Whether a pair is an error of a sensor, a lag or a memory, whose law has few numbers but can be finer."""
-    return pair not in NOT_FINER and (pair[1] in ("lag", "past current") or (pair[0].endswith("sensor")
-                                      and pair[1] in ("gain", "time", "run order")))
 
 
 def rise_of(fits: Mapping[str, BlockFit], others: Mapping[str, BlockFit]) -> np.ndarray:
