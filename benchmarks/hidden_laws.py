@@ -18,6 +18,8 @@ _OTHER = {"load_point", "pump_angle", "heat"}
 constant of some tenths of a second, and that of the laws is all energy of friction."""
 _AGAINST = {"input_drag"}
 """Quantities of the hidden bench with the opposite sign of those of the laws: an input torque drives the shaft."""
+_FED = "piston_feed"
+"""Quantity of the hidden bench that acts with the rate of the pressure, over which the piston rate has no laws."""
 _LEVEL = 0.9
 
 
@@ -33,13 +35,17 @@ class Difference:
 def is_over_a_number(pair: tuple[str, str], changed: Mapping[str, Any]) -> bool:
     """Whether a law of this pair and an entry of `changed` are laws over the same number."""
     abscissa = changed["abscissa"]
+    if changed["quantity"] == _FED:
+        return False
     return pair[1] in SCALAR_DEPENDENCES and DEPENDS_ON.get(abscissa) == pair[1] and abscissa not in _OTHER
 
 
-def compared(law: LawPoints, changed: Mapping[str, Any], gear_ratio: float) -> Difference | None:
+def compared(law: LawPoints, changed: Mapping[str, Any], parameters: Mapping[str, float]) -> Difference | None:
     """Compare a law with an entry of `changed` of a truth, weighted by the visits of the recordings.
 
-    The slip of the hidden bench is that behind the gear; that of the laws is `gear_ratio` times as large.
+    The hidden bench has these nominal `parameters`. Its slip is that behind the gear; that of the laws is the gear
+    ratio times as large. It has forces on the piston, in bar and as spring rates, where laws have the piston rate that
+    they cause.
     What a law is known up to is fitted to the difference first. A relative change that is known up to a constant is
     a share of the mean over the recordings: both are taken relative to that. None where the law has no point among the
     visits.
@@ -51,8 +57,9 @@ def compared(law: LawPoints, changed: Mapping[str, Any], gear_ratio: float) -> D
         change = change / changed["base"]
     if changed["quantity"] in _AGAINST:
         change = -change
+    change = change * _rate_per_unit(changed["quantity"], grid, parameters)
     assert law.x is not None
-    x = grid * (gear_ratio if changed["abscissa"] == "slip" else _PER_UNIT.get(changed["abscissa"], 1.0))
+    x = grid * (parameters["gr"] if changed["abscissa"] == "slip" else _PER_UNIT.get(changed["abscissa"], 1.0))
     if law.pair[1] == "run order":
         x = law.x[0] + grid * np.ptp(law.x)
     visits = visits * ((x >= law.x[0]) & (x <= law.x[-1]))
@@ -67,6 +74,13 @@ def compared(law: LawPoints, changed: Mapping[str, Any], gear_ratio: float) -> D
     wide, size = float(ndtri((1 + _LEVEL) / 2)), np.average(change**2, weights=visits)
     return Difference(law.pair, float(np.sqrt(np.average(left**2, weights=visits) / size)),
                       float(np.average(np.abs(left) <= wide * std, weights=visits)))
+
+
+def _rate_per_unit(quantity: str, position: np.ndarray, parameters: Mapping[str, float]) -> np.ndarray | float:
+    """Piston rate in m/s for each unit of a force on the piston at these positions (m,); 1 for other quantities."""
+    if quantity == "net_pressure":
+        return parameters["b2"] / parameters["c2"]
+    return -position / parameters["c2"] if quantity == "spring_rate" else 1.0
 
 
 def _fitted(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:

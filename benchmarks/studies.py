@@ -52,8 +52,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
         return entry | {"error": repr(error)}
     laws = from_json(named).measured
     hidden = zip(known["hidden"], known["changed"], strict=True)
-    gear_ratio = case.setup.parameters["gr"]
-    found = [compared(laws[its["pair"]], changed, gear_ratio) for its, changed in hidden
+    found = [compared(laws[its["pair"]], changed, case.setup.parameters) for its, changed in hidden
              if its["pair"] in laws and is_over_a_number(its["pair"], changed)]
     differences = [asdict(one) for one in found if one is not None]
     return entry | {"naming": between - began, "confirmation": perf_counter() - between, "laws": differences,

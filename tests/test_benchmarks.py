@@ -107,9 +107,24 @@ def test_a_hidden_law_is_compared_over_the_slip_before_the_gear_and_with_the_sig
     law = LawPoints(("friction coefficient", "slip"), 3 * grid, "rad/s", 0.1 * grid, "1", True, np.eye(5))
     torque = LawPoints(("input torque", "input speed"), grid, "rad/s", -0.1 * grid, "N m", False, np.eye(5))
     for one, hidden in ((law, friction), (torque, drag)):
-        found = compared(one, hidden, gear_ratio=3.0)
+        found = compared(one, hidden, {"gr": 3.0})
         assert found is not None
         assert (found.share, found.held) == (pytest.approx(0, abs=1e-12), pytest.approx(1))
+
+
+def test_a_force_on_the_piston_is_compared_as_the_rate_that_it_causes() -> None:
+    grid, parameters = np.linspace(0, 2e-3, 5), {"gr": 3.0, "b2": 2e-3, "c2": 4.0, "d2": 8.0}
+    force = {"abscissa": "piston", "quantity": "net_pressure", "kind": "difference", "base": None, "grid": list(grid),
+             "change": list(-100 * grid), "visits": [0.2] * 5}
+    spring = {**force, "quantity": "spring_rate", "kind": "ratio", "base": 8.0, "change": [1.5] * 5}
+    pair = ("piston rate", "piston position")
+    for hidden, rate in ((force, -100 * grid * 2e-3 / 4), (spring, -0.5 * 8.0 * grid / 4)):
+        found = compared(LawPoints(pair, grid, "m", rate, "m/s", False, np.eye(5)), hidden, parameters)
+        assert found is not None
+        assert found.share == pytest.approx(0, abs=1e-12)
+        wrong = compared(LawPoints(pair, grid, "m", 2 * rate, "m/s", False, np.eye(5)), hidden, parameters)
+        assert wrong is not None
+        assert wrong.share == pytest.approx(1)
 
 
 def test_the_rounds_of_kills_are_added_by_database_and_work() -> None:

@@ -78,7 +78,7 @@ def fineness(block: Block, pair: Pair) -> int:
 
 _FINEST = 2
 """How many times the resolution of a law is doubled at most: from 9 to 33 knots over a signal."""
-_NOT_OVER_SIGNALS = ("offset", "twist", "direction")
+_NOT_OVER_SIGNALS = ("offset", "direction")
 """Dependences of laws that are a few numbers, and that have no resolution."""
 NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
 """Lags without a resolution. Those of the friction and of the torque sensor are the same in full contact, and one with
@@ -87,8 +87,8 @@ more columns than the other would win; while the plates close, the torque rises 
 
 
 def is_fault(pair: Pair) -> bool:
-    """Whether a pair is an error of a sensor, a lag or a memory, whose law has few numbers but can be finer."""
-    return pair not in NOT_FINER and (pair[1] in ("lag", "past current") or (pair[0].endswith("sensor")
+    """Whether a pair is an error of a sensor, a lag, a memory or a twist: its law has few numbers, but can be finer."""
+    return pair not in NOT_FINER and (pair[1] in ("lag", "past current", "twist") or (pair[0].endswith("sensor")
                                       and pair[1] in ("gain", "time", "run order")))
 
 

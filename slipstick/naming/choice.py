@@ -63,9 +63,9 @@ class Choice:
             self.ask(one)
             block = self.fits[one.blocks[0]].block
             found = tried(self.fits, one, block.finer.get(one.pair, 0))
-            # An error of a sensor has few numbers. Where it is strong, it must compete with the freedom of others.
+            # An error of a sensor has few numbers, and must compete with the freedom of others.
             most = finest(block, one.pair) if is_fault(one.pair) else 0
-            while found.finer < most and self.settings.further * found.rise.sum() > self.settings.nats:
+            while found.finer < most:
                 finer = tried(self.fits, one, found.finer + 1)
                 if not is_enough(finer.rise - found.rise, self.settings):
                     break

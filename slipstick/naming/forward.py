@@ -16,7 +16,6 @@ from slipstick.naming.selection import (
     is_enough,
     is_shown,
     is_unexplained,
-    lacks,
     priced,
 )
 from slipstick.naming.settings import NamingSettings
@@ -39,13 +38,10 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
         pairs = [pair for pair in offered if pair not in current]
         compared = gains(list(tables.values()), current, pairs)
-        ranked = [one for one in compared
-                  if is_enough(one.nats, settings) or is_shown(one.nats, one.expected, settings)]
-        if not ranked:
-            off = {name for name, one in fits.items() if lacks(one.chi2, settings)}
-            ranked = [one for one in compared if off & set(one.blocks) and _agrees(one, settings)]
+        ranked = [one for one in compared if _is_promising(one, settings)]
+        shown = [one for one in ranked if _is_shown(one, settings)]
         touched = set[str]()
-        for best in ranked:
+        for best in shown or ranked:
             choice = Choice(fits, compared, ranked, settings, lambda one: ask(Asked(step, one.blocks, one.pair)))
             near = choice.near(best)
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
@@ -90,12 +86,19 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
     return fits, kept
 
 
-def _agrees(one: Gain, settings: NamingSettings) -> bool:
-    """Whether a pair gains enough nats in a direction in which engagements agree, each of a size of its own.
+def _is_shown(one: Gain, settings: NamingSettings) -> bool:
+    """Whether a pair gains enough in the linear model."""
+    return is_enough(one.nats, settings) or is_shown(one.nats, one.expected, settings)
 
-    The linear model of a strong law may gain in few engagements although the law itself gains in most.
+
+def _is_promising(one: Gain, settings: NamingSettings) -> bool:
+    """Whether a pair gains enough in the linear model, or enough nats in a direction in which engagements agree.
+
+    The linear model of a strong law, or one that few knots do not follow, may gain in few engagements although the law
+    gains in most.
     """
-    return bool(one.nats.sum() > settings.nats and in_agreement(one.scores) > settings.errors)
+    agrees = bool(one.nats.sum() > settings.nats) and in_agreement(one.scores) > settings.errors
+    return agrees or _is_shown(one, settings)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:

@@ -12,15 +12,13 @@ from slipstick.naming.block import Block, Pair
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import LAW_PRECISION, BlockFit
 from slipstick.naming.law_map import UpTo
+from slipstick.naming.smoothness import between_points, smoothed
 from slipstick.naming.thinning import thinned
 
 _IN_SIMULATOR = {"input torque": "converter torque"}
 """Quantities of pairs that the simulator has under another name: an input torque adds to the converter's."""
 _COARSE = 0.1
 """Standard error of a lag over the lag: mixtures of four lags are up to 20 % off lags between them."""
-_BEND = 1 / 12
-"""Error of the best linear spline at a knot, over the second derivative times the squared distance of the knots: de
-Boor, A Practical Guide to Splines, chapter III."""
 _SEEN = 0.5
 """Largest standard error of a point, over that of the prior: friction is not seen at a slip of 0, for instance."""
 
@@ -101,8 +99,9 @@ class LawPoints:
 def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
     """The law of one of the pairs of a fit, without points at which the recordings do not determine it.
 
-    The lag of the sensor that a block predicts is the delay of its reading, with that of its clock: mixtures of few
-    lags leave a part of other lags to the clock.
+    The values of a law over a number also have a random walk as prior (smoothness.py). The lag of the sensor that a
+    block predicts is the delay of its reading, with that of its clock: mixtures of few lags leave a part of other lags
+    to the clock.
     """
     places = fit.places(pair)
     values = fit.block.law(pair)
@@ -112,26 +111,19 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
         clock = fit.block.fixed.index("clock")
         onto, coefficients = np.insert(onto, 0, 1.0, axis=1), np.insert(coefficients, 0, fit.shared[clock])
         places = np.insert(places, 0, len(fit.block.random) + clock)
-    covariance = onto @ fit.fitted.covariance[np.ix_(places, places)] @ onto.T
-    change = onto @ coefficients
-    seen = np.diag(covariance) <= _SEEN**2 * prior
+    covariance = fit.fitted.covariance[np.ix_(places, places)]
+    seen = np.einsum("mp,pq,mq->m", onto, covariance, onto) <= _SEEN**2 * prior
     if seen.sum() < 2 or values.x is None:
         seen[:] = True
-    covariance = covariance[np.ix_(seen, seen)]
-    if values.x is not None and not values.at_levels:
-        covariance = covariance + np.diag(bend_errors(values.x[seen], change[seen]) ** 2)
-    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change[seen], values.unit,
+    is_curve = values.x is not None and not values.at_levels
+    if is_curve and len(coefficients) > 2:
+        coefficients, covariance = smoothed(onto, coefficients, covariance)
+    onto = onto[seen]
+    change, covariance = onto @ coefficients, onto @ covariance @ onto.T
+    if is_curve:
+        covariance = covariance + between_points(change, covariance) ** 2 * np.eye(len(change))
+    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change, values.unit,
                      values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
-
-
-def bend_errors(x: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Errors (m,) of a law that is linear between its points, where the true one bends: by second differences."""
-    if len(x) < 3:
-        return np.zeros(len(x))
-    width, slope = np.diff(x), np.diff(change) / np.diff(x)
-    second = 2 * np.diff(slope) / (width[:-1] + width[1:])
-    inner = _BEND * np.abs(second) * np.maximum(width[:-1], width[1:]) ** 2
-    return np.pad(inner, 1, mode="edge")
 
 
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:

@@ -112,12 +112,6 @@ def is_enough(gain: np.ndarray, settings: NamingSettings) -> bool:
     return bool(gain.sum() > settings.nats and in_errors(gain) > settings.errors)
 
 
-def lacks(chi_square: np.ndarray, settings: NamingSettings) -> bool:
-    """Whether chi-squares (n,) of a block show that it lacks something, in most engagements or in a few."""
-    few = np.sort(chi_square)[:-_ODD]
-    return is_unexplained(chi_square, chi_square, settings) or bool(few.mean() - 1 > settings.errors * settings.noise)
-
-
 def explains(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: NamingSettings) -> bool:
     """Whether a law explains nearly all that its blocks lack, as one that acts on few engagements does.
 

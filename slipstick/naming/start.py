@@ -14,6 +14,7 @@ import scipy
 
 from slipstick.blocks.sensor_noise import Noise, in_common, noise_of
 from slipstick.naming.asked import Ask, Asked
+from slipstick.naming.block import Block
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
@@ -45,6 +46,20 @@ class Closing:
     onset: CurvedFit
     counted: np.ndarray
     """Samples (n, k) up to full contact."""
+
+    def with_explained_speeds(self, fits: Mapping[str, BlockFit]) -> ClutchBlock:
+        """The clutch with the speeds that `fits` explain: what a noisy slip predicts has too weak a film torque.
+
+        A speed that is not explained remains the smoothed measured one.
+        """
+        scene = self.block.scene
+        for name in ("load", "input"):
+            if name in fits and not is_unexplained(fits[name].chi2, fits[name].chi2, scene.settings):
+                scene = _explained(scene, fits[name].block, fits[name])
+        block = ClutchBlock(scene, self.block.pressure, self.block.late)
+        block.in_contact = self.block.in_contact
+        block.know(self.onset.points)
+        return block
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,9 +154,9 @@ def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
     return _explained(_with_noise(scene, found), block, found), found
 
 
-def _explained(scene: Scene, block: Linear, found: BlockFit) -> Scene:
+def _explained(scene: Scene, block: Block, found: BlockFit) -> Scene:
     """The scene with the speed that a fit explains; the pressure is explained once the valve has its laws."""
-    if isinstance(block, ValveBlock):
+    if not isinstance(block, LoadBlock | InputBlock):
         return scene
     return scene.explained(block.signal, block.true_speed(found.predicted))
 

@@ -87,7 +87,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
         before["valve"], everything = start.valve[0].chi2, {"valve": start.valve[1], **everything}
     if start.closing is not None:
         before["clutch"] = before["contact"]
-        everything["clutch"], more = _closed(start, fits["contact"], findings, settings, ask)
+        everything["clutch"], more = _closed(start, fits, findings, settings, ask)
     return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   tuple(key for key, one in everything.items()  # the clutch holds full contact, with a better piston
                         if key != "contact" and is_unexplained(one.chi2, before[key], settings)),
@@ -132,13 +132,14 @@ def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> 
     return Scene.of(bench, recordings, settings)
 
 
-def _closed(start: Start, contact: BlockFit, findings: list[Finding], settings: NamingSettings,
+def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], settings: NamingSettings,
             ask: Ask) -> tuple[CurvedFit, list[Finding]]:
     """The closing piston with the laws of full contact, and what it asks for itself."""
     assert start.closing is not None
     assert start.valve is not None
     ask(Asked("clutch", ("clutch",)))
-    block = start.closing.block
+    contact = fits["contact"]
+    block = start.closing.with_explained_speeds(fits)
     block.fine, block.finer = contact.block.fine, contact.block.finer
     points, clock = start.closing.onset.points.copy(), contact.shared[:1]
     points[:, 0] = contact.points[:, 0]

@@ -131,8 +131,7 @@ class _Sums:
         scores = normals @ candidate.inputs.factor.T
         inside = np.all((scores >= box[:, 0]) & (scores <= box[:, 1]), axis=1)
         scores, normals = scores[inside], normals[inside]
-        rows, columns = np.triu_indices(normals.shape[1])
-        monomials = np.concatenate([normals, normals[:, rows] * normals[:, columns]], axis=1)
+        monomials = _monomials(normals) if len(self.rows) > 1 else np.empty((len(normals), 0))
         distances = np.sum(normals**2, axis=1)
         for first in range(0, len(scores), _BLOCK):
             block = slice(first, first + _BLOCK)
@@ -143,6 +142,12 @@ class _Sums:
     def density(self, noise: float, size: float, dimension: int) -> np.ndarray:
         """log10 p per ms (n,) for cells of this size."""
         return _density(self.peaks, self.rows[0], noise, size, dimension)
+
+
+def _monomials(normals: np.ndarray) -> np.ndarray:
+    """u and the upper triangle of u u^T at the points u (m, d), side by side."""
+    rows, columns = np.triu_indices(normals.shape[1])
+    return np.concatenate([normals, normals[:, rows] * normals[:, columns]], axis=1)
 
 
 def _change(before: np.ndarray, after: np.ndarray) -> float:

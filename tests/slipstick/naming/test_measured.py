@@ -10,10 +10,9 @@ from slipstick.clutch.laws import MOST_POINTS
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.naming import answer
-from slipstick.naming.bases import hats
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.law_map import over_runs
-from slipstick.naming.measured import LawPoints, bend_errors, law_points, measured
+from slipstick.naming.measured import LawPoints, law_points, measured
 from slipstick.naming.selection import Finding
 from slipstick.naming.thinning import thinned
 from tests.benches import HEAVY
@@ -112,16 +111,6 @@ def test_the_shape_of_a_linearised_law_is_tested_with_wider_errors() -> None:
     assert answer(finding, law).effect == ""
     assert answer(finding, replace(law, linearised=True)).effect == "clearance_drift"
     assert answer(finding, replace(law, linearised=True, change=-10 * law.change)).effect == ""
-
-
-def test_the_error_of_a_bend_is_that_of_the_best_linear_spline() -> None:
-    knots, x = np.linspace(0, 2, 9), np.linspace(0, 2, 4001)
-    columns = hats(x[None], knots)[0].T
-    spline = np.linalg.lstsq(columns, x**2)[0]
-    off = spline - knots**2
-    np.testing.assert_allclose(bend_errors(knots, spline)[2:-2], np.abs(off)[2:-2], rtol=0.1)
-    assert np.all(bend_errors(knots, 3 - 2 * knots) < 1e-12)
-    assert np.all(bend_errors(knots[:2], spline[:2]) == 0)
 
 
 def test_a_law_over_levels_has_no_error_between_them(fits: dict[str, BlockFit]) -> None:

@@ -39,7 +39,7 @@ LAWS: dict[Pair, tuple[Callable[[np.ndarray], np.ndarray], float]] = {
     ("line pressure", "motor speed"): (lambda x: -DROOP * (200 / x - 1), 0.003),
     ("load torque", "output speed"): (lambda x: DRAG * x**2, 2.0),
     ("friction coefficient", "slip"): (lambda x: STRENGTH * np.exp(-x / DECAY), 0.004),
-    ("chamber pressure", "input speed"): (lambda x: HEAD * x**2, 0.03),
+    ("chamber pressure", "input speed"): (lambda x: HEAD * x**2, 0.033),
     ("input torque", "time"): (lambda x: np.interp(x, WAVES.at, WAVES.change), 0.6)}
 """The true law, and how far knots may be from it: in the unit of the change."""
 NAMED = {("line pressure", "motor speed"): "supply_droop", ("load torque", "output speed"): "quadratic_load_drag",

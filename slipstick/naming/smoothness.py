@@ -1,0 +1,51 @@
+"""How much a measured law varies from point to point: a prior for where it is hardly determined, and its error between.
+
+The values of a law at its points are given the prior of a random walk: the steps from point to point are independent
+and normal, with mean 0 and one variance. Its estimate from the law itself (the largest marginal likelihood) decides how
+far neighbours tell what the recordings do not. Bands of such posteriors contain about as much of a fixed curve as they
+state (Wahba, J. R. Stat. Soc. B 45, 133, 1983; Nychka, J. Am. Stat. Assoc. 83, 1134, 1988).
+"""
+
+import numpy as np
+
+_EIGHTHS = np.arange(-16 * 8, 16 * 8 + 1) / 8
+"""Natural logarithms of the ratios of variances that are tried, about the ratio at which the prior counts as much as
+the recordings in the mean direction: from none of the steps to all of them."""
+_NOTHING = 1e-9
+"""Share of the largest eigenvalue below which an eigenvalue is 0."""
+_BRIDGE = 1 / 12
+"""Mean squared deviation of a random walk in continuous time from its chords, over that of its second differences: a
+sixth of the variance of a step, of which a second difference has twice."""
+
+
+def smoothed(onto: np.ndarray, coefficients: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (c,) of a law and their covariance (c, c), when its values also have the prior of a random walk.
+
+    `onto` (m, c) gives the values at the m points.
+    """
+    told = np.linalg.inv(covariance)
+    steps = np.diff(onto, axis=0)
+    # In axes in which each coordinate is told with variance 1, and the prior has no correlation.
+    axes = np.linalg.inv(np.linalg.cholesky((told + told.T) / 2))
+    rough, turn = np.linalg.eigh(axes @ (steps.T @ steps) @ axes.T)
+    axes, rough = turn.T @ axes, np.where(rough > _NOTHING * rough.max(), rough, 0.0)
+    at = axes @ told @ coefficients
+    kept = rough[rough > 0]
+    ratios = np.exp(_EIGHTHS) / np.exp(np.log(kept).mean())
+    weights = 1 + ratios[:, None] * rough
+    evidence = len(kept) * np.log(ratios) - np.log(weights).sum(axis=1) + (at**2 / weights).sum(axis=1)
+    best = weights[np.argmax(evidence)]
+    return axes.T @ (at / best), (axes.T / best) @ axes
+
+
+def between_points(change: np.ndarray, covariance: np.ndarray) -> float:
+    """Standard deviation of a law from its chords between points with these values (m,), whose covariance is (m, m).
+
+    It follows from the second differences of the values, less what their errors contribute: 0 for a straight line.
+    """
+    if len(change) < 3:
+        return 0.0
+    second = np.diff(np.eye(len(change)), 2, axis=0)
+    squares = (second @ change) ** 2 - np.einsum("ij,jk,ik->i", second, covariance, second)
+    return float(np.sqrt(_BRIDGE * max(squares.mean(), 0.0)))
+
