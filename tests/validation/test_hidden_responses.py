@@ -7,7 +7,8 @@ from hidden.responses import RESPONSES
 from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
-            "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share")  # on a ramp by a time of its own
+            "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
+            "relax", "opens")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -162,6 +163,22 @@ def test_a_value_is_sent_when_a_share_of_it_has_changed() -> None:
     late = sent > 8
     assert np.all(ramp[0] - reading <= np.maximum(0.08 * reading, 60 / 200))
     np.testing.assert_allclose(sent[late][1:] / sent[late][:-1], 1.08, atol=30 * HEAVY.period / 8)
+
+
+def test_a_resin_yields_over_decades_of_time() -> None:
+    step = np.where(HEAVY.time > 0.5, 10.0, 0.0)[None]
+    missing = (step - RESPONSES["relax"](step, 0.02, "pressure", HEAVY))[0]
+    for later in (0.03, 0.2, 0.8):
+        left = 0.4 * np.sum(np.exp(-later / np.array([0.012, 0.072, 0.416])))
+        assert np.interp(0.5 + later, HEAVY.time, missing) == pytest.approx(left, rel=0.03)
+
+
+def test_a_filter_opens_after_the_command() -> None:
+    ramp = 30 * HEAVY.time[None]
+    late = (ramp - RESPONSES["opens"](ramp, 0.01, "output_speed", HEAVY))[0] / 30
+    expected = 0.01 * (0.1 + 4 * np.exp(-HEAVY.time / 0.3))
+    assert np.interp(0.6, HEAVY.time, late) == pytest.approx(np.interp(0.6, HEAVY.time, expected), rel=0.15)
+    assert late[-1] == pytest.approx(0.001, abs=2e-4 + HEAVY.period)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

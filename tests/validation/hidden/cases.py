@@ -1,5 +1,5 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE` and `OUTLYING` for judging it.
+`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING` and `DISTANT` for judging it.
 """
 
 import csv
@@ -49,6 +49,7 @@ AFIELD = read(_DATA / "afield.csv")
 FARTHER = read(_DATA / "farther.csv")
 REMOTE = read(_DATA / "remote.csv")
 OUTLYING = read(_DATA / "outlying.csv")
+DISTANT = read(_DATA / "distant.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
-         "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING}
+         "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT}

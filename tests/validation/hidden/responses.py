@@ -269,6 +269,23 @@ def share(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return sent
 
 
+def relax(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow with 88 % at once, and with three equal parts over decades of time, so that the mean delay is `strength`.
+
+    The lags of the parts are 0.6, 3.6 and 20.8 times `strength`, as of a resin that has no relaxation time of its own.
+    """
+    change = signal - signal[:, :1]
+    return signal - 0.12 * change + 0.04 * sum(
+        lagged(change, part * strength * _slowness(setup), setup) for part in (0.6, 3.6, 20.8))
+
+
+def opens(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by 4 times `strength` at the command, by ever less over 0.3 s, and by a tenth of it at last."""
+    slowness = _slowness(setup)
+    lag = strength * slowness * (0.1 + 4 * np.exp(-setup.time / (0.3 * slowness)))
+    return _lagged_by(signal, np.broadcast_to(lag, signal.shape), setup)
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -303,4 +320,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "wake": wake, "tooth": tooth,
              "hammer": hammer, "divide": divide,
              "peak": peak, "blind": blind,
-             "paste": paste, "share": share}
+             "paste": paste, "share": share,
+             "relax": relax, "opens": opens}
