@@ -42,7 +42,7 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = ("abroad", "farther", "remote", "outlying")
+COUNTED = ("abroad", "farther", "remote", "outlying", "distant")
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
