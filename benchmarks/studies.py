@@ -3,9 +3,8 @@
     python -m benchmarks.studies sixty|elsewhere|fresh|later|further|beyond|outlying|distant [PROCESSES]
 
 `sixty` is every fourth case of the lists development and final, and `outlying` and `distant` every eighth of these
-lists. Every
-finished case is a line of var/studies-WHICH.jsonl, so that a killed run goes on where it was. studies_WHICH_cases.csv
-has the cases, studies_WHICH.csv what comes of them.
+lists. Every finished case is a line of var/studies-WHICH.jsonl, so that a killed run goes on where it was.
+studies_WHICH_cases.csv has the cases, studies_WHICH.csv what comes of them.
 """
 
 import json

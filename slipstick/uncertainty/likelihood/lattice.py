@@ -4,8 +4,8 @@
 
 The error of such a sum (the trapezoid rule) falls exponentially with the step for a smooth integrand, and with its
 square at the kinks of a table. Each refinement adds the centres of the cells, which doubles the number of points and
-keeps the sums over the earlier ones. The change of the result by the last refinement is the error estimate; it is
-dominated by the error of the coarser lattice.
+keeps the sums over the earlier ones. The larger one of the changes of the result by the last two refinements is the
+error estimate: a single change may be small by chance, above all beside the edge of a table.
 
 As a function of u, the density of a time is a ridge across the direction in which the time changes. A lattice whose
 rows are parallel to the ridge resolves it worst. The rows are therefore turned by 22.5 degrees from the direction in
@@ -30,6 +30,7 @@ from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 _TURN = math.pi / 8
 _COARSEST = 0.8  # step of the first lattice in stds
 _PER_WIDTH = 2.0  # step of the first lattice relative to the width of the median ridge
+_BEFORE = math.sqrt(2)  # step before that, from which a first change is known
 MOST = 1 << 15
 """Default largest number of points."""
 _FEWEST_TERMS = 8.0  # smallest sum of a condition in units of its largest term: sums of fewer terms may agree by chance
@@ -46,7 +47,7 @@ def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, 
            most: int = MOST) -> tuple[np.ndarray, float, Lattice] | None:
     """log10 p per ms (n,), its estimated error, and the lattice.
 
-    The error is the sum over the conditions of the last changes, in decades.
+    The error is the larger one of the last two changes, each summed over the conditions, in decades.
 
     `slopes` (d, n) are the derivatives of the times in s with respect to the standard normals, which are largest along
     `direction` (d,); `distance` is the largest distance of a measured time from its mean in stds, and `box` (d, 2) are
@@ -54,17 +55,17 @@ def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, 
     or if a measured time may be beyond the disc of points.
     """
     radius = _RADIUS + distance
-    step = min(_COARSEST, _PER_WIDTH * float(np.median(_widths(slopes, candidate.output_std))))
-    before, parts, sums = None, [], _Sums(problem, 1)
+    step = _BEFORE * min(_COARSEST, _PER_WIDTH * float(np.median(_widths(slopes, candidate.output_std))))
+    before, last, parts, sums = None, math.inf, [], _Sums(problem, 1)
     for normals, size in _refinements(direction, step, radius, most):
         sums.add(candidate, normals, box)
         parts.append(normals)
         density = sums.density(candidate.output_std, size, len(direction))
-        error = math.inf if before is None else _change(before, density)
+        change = math.inf if before is None else _change(before, density)
+        error, last, before = max(change, last), change, density
         if error < tolerance and np.min(sums.rows[0]) > _FEWEST_TERMS:
             is_covered = np.max(sums.squares) < (radius - _MARGIN) ** 2
             return (density, error, Lattice(np.concatenate(parts), size)) if is_covered else None
-        before = density
     return None
 
 

@@ -6,6 +6,7 @@ them. The integral is then that of the interpolated table, and smooth in mean an
 run along the direction in which the times of all conditions together change most.
 """
 
+import math
 from functools import lru_cache
 from itertools import pairwise
 
@@ -18,6 +19,9 @@ from slipstick.uncertainty.sampling import standard_normals
 
 WINDOW = 5.5
 """Half length of a line in stds; longer if a measured time requires it."""
+_TAIL = math.sqrt(2 * math.log(1e5))
+"""Beyond an edge of the knots at e stds, where a clipped model is constant, the normal density is 1e-5 of that at the
+edge at sqrt(e^2 + _TAIL^2) stds. A measured time beyond all times of a table has its likelihood there."""
 STEP = 0.5
 """Distance in stds of the breakpoints of a line without knots, if `ACROSS` lines are used."""
 ACROSS = 64
@@ -82,14 +86,20 @@ def along(direction: np.ndarray, factor: np.ndarray, reach: float = WINDOW, coun
 
 
 def domain(inputs: Inputs, knots: Knots, axis: int, reach: float) -> tuple[float, float]:
-    """The range of normal scores of one input that is integrated; beyond its outermost knots no more than needed."""
+    """The range of normal scores of one input that is integrated; beyond its outermost knots as far as they matter."""
     if inputs.marginal_std[axis] == 0:
         return -reach, reach
     return _ends(inputs.scores(axis, knots[axis][[0, -1]]), reach)
 
 
 def _ends(normals: np.ndarray, reach: float) -> tuple[float, float]:
-    return min(-WINDOW, max(-reach, float(normals[0]))), max(WINDOW, min(reach, float(normals[-1])))
+    low, high = _beyond(normals[[0, -1]])
+    return min(-WINDOW, max(-reach, float(low))), max(WINDOW, min(reach, float(high)))
+
+
+def _beyond(edges: np.ndarray) -> np.ndarray:
+    """Normal scores (..., 2) that lie beyond the first and the last knot by as much as matters."""
+    return np.hypot(edges, _TAIL) * [-1, 1]
 
 
 def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: np.ndarray, scale: float, reach: float) -> np.ndarray:
@@ -100,8 +110,9 @@ def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: np.ndarray, scale: f
     if inputs.marginal_std[axis] == 0:
         return np.tile([-WINDOW, WINDOW], (len(shift), 1))
     normals = (inputs.scores(axis, knots[axis]) - shift[:, None]) / scale
-    low = np.minimum(-WINDOW, np.maximum(-reach, normals[:, :1]))
-    high = np.maximum(WINDOW, np.minimum(reach, normals[:, -1:]))
+    ends = _beyond(normals[:, [0, -1]])
+    low = np.minimum(-WINDOW, np.maximum(-reach, ends[:, :1]))
+    high = np.maximum(WINDOW, np.minimum(reach, ends[:, 1:]))
     inside = normals[:, np.any((normals > low) & (normals < high), axis=0)]
     return np.concatenate([low, np.clip(inside, low, high), high], axis=1)
 

@@ -17,6 +17,8 @@ from slipstick.uncertainty.likelihood.likelihood import by_lattice, density_and_
 
 KNOTS = (np.linspace(0.5, 1.5, 21), np.linspace(0.5, 1.5, 16))
 CONDITIONS = 30
+_MANY = 1 << 17
+"""Points for errors far below those that a likelihood needs."""
 CASES = {
     "wide noise": Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 0.02),
     "narrow noise": Candidate(Inputs([1.05, 0.95], [0.05, 0.08]), 0.002),
@@ -63,12 +65,44 @@ def test_lattices_agree_with_lines(case: str) -> None:
     assert np.abs(exact(problem, shifted) - reference).max() > 3e-3
 
 
+def test_the_stated_error_holds_beside_the_edge_of_the_table() -> None:
+    """Where a clipped model stops changing, two lattices may agree by chance while both are wrong."""
+    random, off = np.random.default_rng(7), []
+    for _ in range(40):
+        inputs = Inputs(random.uniform(0.8, 1.35, 2), np.exp(random.uniform(np.log(0.02), np.log(0.2), 2)))
+        candidate = Candidate(inputs, np.exp(random.uniform(np.log(0.005), np.log(0.04))))
+        problem = posed(candidate)
+        summed = by_lattice(problem, candidate, TOLERANCE)
+        if summed is not None:
+            off.append((abs(float(summed[0].sum() - exact(problem, candidate).sum())), summed[1]))
+    errors, stated = np.array(off).T
+    assert len(off) > 30
+    assert np.all(errors < stated + 1e-4)
+
+
+def test_a_time_beyond_all_of_the_table_has_its_likelihood_at_the_edge() -> None:
+    """Most of it lies where inputs are clipped; lines and lattices agree with a sum over a fine grid."""
+    candidate = Candidate(Inputs([1.06, 1.12], [0.026, 0.051]), 0.005)
+    problem = posed(candidate)
+    centre, edge = problem.model(np.array([[1.06, 1.12], [1.06, 1.5]]), None)
+    problem = replace(problem, measured_time=edge + np.sign(edge - centre) * 0.02)
+    grid, total = np.arange(-14, 14, 0.025), np.full(CONDITIONS, -np.inf)
+    for first in grid:
+        u = np.column_stack([np.full_like(grid, first), grid])
+        residual = (problem.measured_time - problem.model(candidate.inputs.points(u), None)) / 0.005
+        terms = -0.5 * (np.sum(u**2, axis=1)[:, None] + residual**2)
+        total = np.logaddexp(total, logsumexp(terms, axis=0))
+    reference = (total + 2 * np.log(0.025) - 1.5 * np.log(2 * np.pi) - np.log(0.005)) / np.log(10) - 3
+    np.testing.assert_allclose(exact(problem, candidate), reference, atol=2e-3)
+    np.testing.assert_allclose(converged(problem, candidate)[0], reference, atol=TOLERANCE)
+
+
 def test_a_smaller_tolerance_has_a_smaller_error() -> None:
     candidate = CASES["narrow noise"]
     problem = posed(candidate)
     errors = {}
     for tolerance in (1.0, 1e-3):
-        summed = by_lattice(problem, candidate, tolerance)
+        summed = by_lattice(problem, candidate, tolerance, _MANY)
         assert summed is not None
         errors[tolerance] = np.abs(summed[0] - exact(problem, candidate)).sum()
     assert errors[1e-3] < min(1e-3, errors[1.0])
@@ -98,7 +132,7 @@ def test_moments_on_a_lattice_are_those_along_lines(case: str) -> None:
     """Moments of the scores, because lattice and lines have different coordinates u; also at another candidate."""
     candidate = CASES[case]
     problem = posed(candidate)
-    summed = by_lattice(problem, candidate, 1e-3)
+    summed = by_lattice(problem, candidate, 1e-3, _MANY)
     assert summed is not None
     on_lattice = replace(problem, lattice=summed[2])
     wider = Candidate(candidate.inputs, 1.2 * candidate.output_std)
