@@ -23,6 +23,8 @@ def clip_points(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> t
                            f"Give one multiplier per axis: {', '.join(axis.name for axis in axes)}")
     lower, upper = box(axes)
     inside = (points >= lower) & (points <= upper)
+    if inside.all():  # and so finite
+        return points, np.ones(len(points), bool)
     if not np.isfinite(points).all():
         row, column = np.argwhere(~np.isfinite(points))[0]
         raise InvalidValue(f"Point {row} is not finite in {axes[column].name}", "Give finite multipliers")
