@@ -41,7 +41,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         ranked = [one for one in compared if _is_promising(one, settings)]
         shown = [one for one in ranked if _is_shown(one, settings)]
         touched = set[str]()
-        for best in shown or ranked[:1]:
+        for best in shown or ranked[:1]:  # what only agrees is tried one at a time
             choice = Choice(fits, compared, ranked, settings, lambda one: ask(Asked(step, one.blocks, one.pair)))
             near = choice.near(best)
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
