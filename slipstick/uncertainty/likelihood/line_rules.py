@@ -99,7 +99,7 @@ def _ends(normals: np.ndarray, reach: float) -> tuple[float, float]:
 
 def _beyond(edges: np.ndarray) -> np.ndarray:
     """Normal scores (..., 2) that lie beyond the first and the last knot by as much as matters."""
-    return np.hypot(edges, _TAIL) * [-1, 1]
+    return np.asarray(np.hypot(edges, _TAIL) * [-1, 1])
 
 
 def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: np.ndarray, scale: float, reach: float) -> np.ndarray:
