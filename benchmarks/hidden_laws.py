@@ -35,9 +35,8 @@ class Difference:
 def is_over_a_number(pair: tuple[str, str], changed: Mapping[str, Any]) -> bool:
     """Whether a law of this pair and an entry of `changed` are laws over the same number."""
     abscissa = changed["abscissa"]
-    if changed["quantity"] == _FED:
-        return False
-    return pair[1] in SCALAR_DEPENDENCES and DEPENDS_ON.get(abscissa) == pair[1] and abscissa not in _OTHER
+    return (pair[1] in SCALAR_DEPENDENCES and DEPENDS_ON.get(abscissa) == pair[1] and abscissa not in _OTHER
+            and changed["quantity"] != _FED)
 
 
 def compared(law: LawPoints, changed: Mapping[str, Any], parameters: Mapping[str, float]) -> Difference | None:

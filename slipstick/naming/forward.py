@@ -97,8 +97,8 @@ def _is_promising(one: Gain, settings: NamingSettings) -> bool:
     The linear model of a strong law, or one that few knots do not follow, may gain in few engagements although the law
     gains in most.
     """
-    agrees = bool(one.nats.sum() > settings.nats) and in_agreement(one.scores) > settings.errors
-    return agrees or _is_shown(one, settings)
+    return _is_shown(one, settings) or bool(
+        one.nats.sum() > settings.nats and in_agreement(one.scores) > settings.errors)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:

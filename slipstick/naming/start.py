@@ -203,7 +203,6 @@ def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> 
     block.know(rough.points)
     onset = settled(block, rough.points, rough.shared)
     clutch.in_contact = clutch.contact(onset.points, ())
-    clutch.know(onset.points)
     return Closing(clutch, onset, block.counted)
 
 
