@@ -20,7 +20,8 @@ from slipstick.naming.scene import Pair, Scene
 Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
-__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest", "is_fault"]
+__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest",
+           "first_shared", "is_fault"]
 
 
 class Block(Protocol):
@@ -69,6 +70,14 @@ class Block(Protocol):
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """The noise of the residual `measured` - prediction."""
+
+
+def first_shared(block: Block) -> np.ndarray:
+    """Shared values (p,) at which a fit begins: all are 0 but the clock, which is late by up to a sample.
+
+    A fit of a fast valve that begins without a delay may stay there: at the command the pressure has a corner.
+    """
+    return np.array([0.5 * block.scene.step if name == "clock" else 0.0 for name in block.fixed])
 
 
 def fineness(block: Block, pair: Pair) -> int:

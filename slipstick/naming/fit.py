@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
-from slipstick.naming.block import Block, Laws, Pair
+from slipstick.naming.block import Block, Laws, Pair, first_shared
 from slipstick.naming.grams import Fitted, Gram, estimate, marginalise
 from slipstick.threads import mapped
 
@@ -28,8 +28,9 @@ _STEPS = 20
 _SETTLED = 0.05
 """Change of the likelihood in nats, or rise that the linear model promises, at which a fit ends: no decision depends on
 it."""
-_LOWER = 1.0
-"""Nats by which a step may lower the likelihood: variances are those of the restricted likelihood."""
+_PROMISED = 1.0
+"""Nats below which a step that lowers the likelihood is not halved: columns are not exact, and no decision depends on
+it."""
 _FEW = 10
 """Degrees of freedom below which an engagement has no chi-square. Engagements that never come to full contact had one
 of 0 there, which hid what the others left."""
@@ -212,9 +213,16 @@ def _alone(parts: Sequence[Part], joint: Joint, fitted: Fitted) -> list[Fitted]:
     return found
 
 
-def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None, iterations: int = _STEPS) -> BlockFit:
-    """Fit `block` with `laws` from another fit on, or from nominal values."""
-    return fit_together([block], [laws], [start], iterations)[0]
+def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None) -> BlockFit:
+    """Fit `block` with `laws` from another fit on, or from nominal values.
+
+    The integrated noise of a measured input depends on the parameters of the block. It is that of the nominal values
+    at first, and then that of the fit: if it changed from step to step, their likelihoods could not be compared.
+    """
+    found = fit_together([block], [laws], [start])[0]
+    if start is not None or found.noise.decay is None:
+        return found
+    return fit_together([block], [laws], [replace(found, noise=block.noise(found.points))])[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,9 +239,9 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
                  iterations: int = _STEPS) -> list[BlockFit]:
     """Fit several blocks with `laws` each, from other fits on. Those that blocks share have the same coefficients.
 
-    Steps that lower the likelihood are halved: the columns of a wrong model may lead away from where it is best. The
-    noise is that of the start where there is one, so that the likelihoods of a fit and of those that go on from it can
-    be compared.
+    Steps that lower the likelihood, at the variances for which they were made, are halved: the columns of a wrong model
+    may lead away from where it is best. The noise is that of the start where there is one, so that the likelihoods of a
+    fit and of those that go on from it can be compared, or that at nominal values.
     """
     everything = list(dict.fromkeys(law for its in laws for law in its))
     laws = [tuple(law for law in everything if law in its) for its in laws]  # the order of coefficients in `joined`
@@ -242,27 +250,32 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
                                else np.maximum(start.fitted.variance, 1e-8)
                                for block, start in zip(blocks, starts, strict=True)])
     widest = np.concatenate([block.widest for block in blocks])
+    noises: list[BlockNoise | None] = [None if start is None else start.noise for start in starts]
     best: tuple[float, _State, list[BlockFit]] | None = None
-    is_best = True
+    is_best, promised = True, np.inf
     for _ in range(iterations):
-        places = [_Place(own, common, predict(block, own, common, now.held(its)),
-                         block.noise(own) if start is None else start.noise)
-                  for block, its, own, common, start in zip(blocks, laws, now.points, now.shared, starts, strict=True)]
+        places = [_Place(own, common, predict(block, own, common, now.held(its)), noise or block.noise(own))
+                  for block, its, own, common, noise in zip(blocks, laws, now.points, now.shared, noises, strict=True)]
+        noises = [*(place.noise for place in places)]
         parts = [linearised(block, place.points, place.shared, now.held(its), place.noise, place.predicted, its)
                  for block, its, place in zip(blocks, laws, places, strict=True)]
         joint = joined(parts, everything)
-        fitted = estimate(joint.gram, variance)
         now = now.complete(joint.places)
-        here = fitted.at(now.common)
-        is_best = best is None or here.posterior > best[0] - _LOWER
+        # At the variances for which the step was made: with others the likelihood may rise or fall without a step.
+        is_best = best is None or estimate(joint.gram, variance, fixed=True).at(now.common).posterior > best[0] - _SETTLED
         if not is_best and best is not None:
+            if promised < _PROMISED:
+                break
             now = now.halfway(best[1])
             continue
-        rise = np.inf if best is None else abs(here.posterior - best[0])
+        fitted = estimate(joint.gram, variance)
         variance = np.clip(fitted.variance, _LEAST, widest**2)
+        here = fitted.at(now.common)
+        rise = np.inf if best is None else abs(here.posterior - best[0])
+        promised = fitted.posterior - here.posterior
         alone = [here] if len(parts) == 1 else _alone(parts, joint, here)
         best = here.posterior, now, _fits(blocks, laws, places, now.values, alone)
-        if min(rise, fitted.posterior - here.posterior) < _SETTLED:
+        if min(rise, promised) < _SETTLED:
             break
         now = now.stepped(fitted, [one.gram.random for one in parts], joint.places)
     assert best is not None
@@ -283,14 +296,14 @@ class _State:
 
     @classmethod
     def begun(cls, blocks: Sequence[Block], starts: Sequence[BlockFit | None], laws: Sequence[Pair]) -> "_State":
-        """Where the `starts` end, at nominal values where there is none."""
+        """Where the `starts` end, and where there is none at nominal values."""
         each = list(zip(blocks, starts, strict=True))
         known = {law: c for start in starts if start is not None for law, c in start.coefficients.items()}
         return cls([np.zeros(len(block.random)) if start is None else start.fitted.coefficients[:len(block.random)]
                     for block, start in each],
                    [np.zeros((len(block.measured), len(block.random))) if start is None else start.points
                     for block, start in each],
-                   [np.zeros(len(block.fixed)) if start is None else start.shared for block, start in each],
+                   [first_shared(block) if start is None else start.shared for block, start in each],
                    {law: known[law] for law in laws if law in known})
 
     @property

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from slipstick.naming.block import Block
-from slipstick.naming.fit import BlockFit, fit
+from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.scene import Scene
@@ -53,7 +53,7 @@ def implausible(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:
 
 def bare(scene: Scene) -> list[BlockFit]:
     """The blocks that are linear in their parameters, fitted without laws, and not to the end."""
-    return mapped(lambda block: fit(block, iterations=3), _without_laws(scene))
+    return mapped(lambda block: fit_together([block], [()], [None], iterations=3)[0], _without_laws(scene))
 
 
 def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most: float,
