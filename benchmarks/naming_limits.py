@@ -54,8 +54,8 @@ def told(case: Case, name: str, same: Collection[Pair]) -> Told:
         assert start.closing is not None
         block, onset = start.closing.block, start.closing.onset
         plain = settled(block, onset.points, onset.shared)
-        found += [(pair, ("clutch",), evidence_of(one) - evidence_of(plain))
-                  for pair, one in fits_with_pairs(block, plain, scene.settings).items()]
+        found += [(linear.pair, ("clutch",), evidence_of(one) - evidence_of(plain))
+                  for linear, one in fits_with_pairs(block, plain, scene.settings)]
     right = max((one for one in found if one[0] in same), key=lambda one: one[2], default=None)
     if right is None:
         return Told(in_limits(max(nats for _, _, nats in found)), 0.0)

@@ -96,18 +96,24 @@ def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
             return np.asarray(hats(np.abs(signal), largest * gain_points(finer)) * signal[:, None])
         return np.stack([signal, signal * np.abs(signal) / largest], axis=1)
     if on == "lag":
-        late = np.stack([lagged_signal(signal, time, np.array([lag])) for lag in lags(scale)], axis=1) - signal[:, None]
+        late = late_by(signal, time, scale)
         if not finer:
-            return np.asarray(late)
+            return late
         delays = [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags(scale)]
-        return np.concatenate([np.stack(delays, axis=1), varying(late, np.abs(signal) / largest, lag_points(finer))],
-                              axis=1)
+        over_signal = modulated(late, hats(np.abs(signal) / largest, lag_points(finer)))
+        return np.concatenate([np.stack(delays, axis=1), over_signal], axis=1)
     raise KeyError(on)
 
 
-def varying(late: np.ndarray, x: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Columns (n, m l, k) of `late` ones (n, l, k) whose size is linear over x (n, k) between m `knots`."""
-    columns = hats(x, knots)[:, :, None] * late[:, None]
+def late_by(signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
+    """Errors (n, 4, k) of sensors of `signal` (n, k) at `time` (k,) in s that lag by multiples of `scale` in s."""
+    late = [lagged_signal(signal, time, np.array([lag])) for lag in lags(scale)]
+    return np.asarray(np.stack(late, axis=1) - signal[:, None])
+
+
+def modulated(late: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Columns (n, m l, k) of `late` ones (n, l, k) that have each of the `sizes` (n, m, k), or (n, m, 1)."""
+    columns = sizes[:, :, None] * late[:, None]
     return np.asarray(columns.reshape(len(late), -1, late.shape[-1]))
 
 

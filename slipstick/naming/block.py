@@ -21,7 +21,7 @@ Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
 __all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest",
-           "first_shared", "is_fault"]
+           "first_shared", "has_few_numbers"]
 
 
 class Block(Protocol):
@@ -87,26 +87,26 @@ def fineness(block: Block, pair: Pair) -> int:
 
 _FINEST = 2
 """How many times the resolution of a law is doubled at most: from 9 to 33 knots over a signal."""
-_NOT_OVER_SIGNALS = ("offset", "direction")
-"""Dependences of laws that are a few numbers, and that have no resolution."""
+_OF_FEW_VALUES = ("offset", "direction", "motor speed")
+"""Dependences of laws that are a few numbers, or over few levels, and that have no resolution."""
 NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
 """Lags without a resolution. Those of the friction and of the torque sensor are the same in full contact, and one with
 more columns than the other would win; while the plates close, the torque rises faster than many columns can be known.
 """
 
 
-def is_fault(pair: Pair) -> bool:
-    """Whether a pair is an error of a sensor, a lag, a memory or a twist: its law has few numbers, but can be finer."""
-    return pair not in NOT_FINER and (pair[1] in ("lag", "past current", "twist") or (pair[0].endswith("sensor")
-                                      and pair[1] in ("gain", "time", "run order")))
+def has_few_numbers(pair: Pair) -> bool:
+    """Whether the law of a pair has few numbers, but can be finer: lags, memories, twists, drifts, sensors."""
+    return pair not in NOT_FINER and (pair[1] in ("lag", "past current", "twist", "run order")
+                                      or (pair[0].endswith("sensor") and pair[1] in ("gain", "time")))
 
 
 def finest(block: Block, pair: Pair) -> int:
     """How many times the resolution of a law can be doubled: of those over signals, and of some errors of sensors."""
     quantity, on = pair
     if quantity.endswith("sensor"):
-        return _FINEST if is_fault(pair) else 0
-    return 0 if on in (*_NOT_OVER_SIGNALS, *block.scene.of_runs) or pair in NOT_FINER else _FINEST
+        return _FINEST if has_few_numbers(pair) else 0
+    return 0 if on in _OF_FEW_VALUES or pair in NOT_FINER else _FINEST
 
 
 class SearchedBlock(Block, Protocol):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slipstick.naming.answer import next_best
-from slipstick.naming.block import Pair, finest, is_fault
+from slipstick.naming.block import Pair, finest, has_few_numbers
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import Tried, is_enough_with, tried
@@ -48,13 +48,12 @@ class Choice:
             chosen = max(apart, key=_total)
             those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks)]
         others = [one for one in those if one is not chosen and is_enough_with(
-            self.fits, one.its, one.one.blocks, one.one.pair, one.rise, self.settings)]
+            self.fits, one.its, one.finding, self.settings)]
         for name in chosen.one.blocks:
             block = self.fits[name].block
             block.finer = {**block.finer, chosen.one.pair: chosen.finer}
-        finding = Finding(chosen.one.blocks, chosen.one.pair, chosen.rise,
-                          rivals(chosen.rise, [(one.rise, one.one.pair) for one in others], self.settings),
-                          self._next_best(chosen), chosen.expected)
+        tied = rivals(chosen.rise, [(one.rise, one.one.pair) for one in others], self.settings)
+        finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen))
         more = uneven(finding, self.compared, self.settings)
         return replace(finding, rivals=(*finding.rivals, *more)), chosen.its
 
@@ -64,10 +63,10 @@ class Choice:
             block = self.fits[one.blocks[0]].block
             found = tried(self.fits, one, block.finer.get(one.pair, 0))
             # An error of a sensor has few numbers, and must compete with the freedom of others.
-            most = finest(block, one.pair) if is_fault(one.pair) else 0
+            most = finest(block, one.pair) if has_few_numbers(one.pair) else 0
             while found.finer < most:
                 finer = tried(self.fits, one, found.finer + 1)
-                if not is_enough(finer.rise - found.rise, self.settings):
+                if _total(finer) < _total(found) + self.settings.nats:
                     break
                 found = finer
             self.known[one.pair] = found

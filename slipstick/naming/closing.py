@@ -9,7 +9,7 @@ from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.curved import CurvedFit, fit_curved
-from slipstick.naming.evidence import gains, table
+from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.restarts import annealed, evidence_of, from_common, regained
@@ -42,12 +42,16 @@ def shows_closing(pair: Pair) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """A pair fitted in full: its priced `gain` (n,) in evidence, and the `fit`, with a law `finer` so many times."""
+    """A pair fitted in full: its priced `gain` (n,) in evidence, and the `fit`, with a law `finer` so many times.
+
+    Scores in the linear model have an `agreement` of so many standard errors.
+    """
 
     pair: Pair
     gain: np.ndarray
     fit: CurvedFit
     finer: int
+    agreement: float
 
     @property
     def expected(self) -> np.ndarray:
@@ -97,7 +101,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
         tied = rivals(best.gain, [(one.gain, one.pair) for one in enough[1:]], settings)
         others = [Rival(one.pair, float(one.gain.sum()), in_errors(best.gain - one.gain)) for one in tried]
         findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
-                                best.expected))
+                                best.expected, best.agreement))
     return now, findings
 
 
@@ -108,14 +112,16 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: As
     Few knots do not follow a strong law that bends often: it has more where they gain enough.
     """
     tried, before = list[_Tried](), block.finer
-    for pair, one in fits_with_pairs(block, now, settings, pairs, ask).items():
-        finer = before.get(pair, 0)
-        found = _Tried(pair, priced(one.evidence - now.evidence, one.leverage(pair)), one, finer)
+    for linear, one in fits_with_pairs(block, now, settings, pairs, ask):
+        pair, agreement = linear.pair, linear.agreement
+        found = _Tried(pair, priced(one.evidence - now.evidence, one.leverage(pair)), one, before.get(pair, 0),
+                       agreement)
         while settings.further * found.gain.sum() > settings.nats and found.finer < finest(block, pair):
             block.finer = {**before, pair: found.finer}
             its = _resolved(block, found.fit, [pair])
-            more = _Tried(pair, priced(its.evidence - now.evidence, its.leverage(pair)), its, found.finer + 1)
-            if not is_enough(more.gain - found.gain, settings):
+            more = _Tried(pair, priced(its.evidence - now.evidence, its.leverage(pair)), its, found.finer + 1,
+                          agreement)
+            if more.gain.sum() < found.gain.sum() + settings.nats:
                 break
             found = more
         block.finer = before
@@ -128,8 +134,10 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
 
     What few engagements show counts only if the one that gains most is enough.
     """
-    found = [one for one in tried if is_finding(one.gain, one.expected, now.chi2[None], one.fit.chi2[None], settings)]
-    return found if found[:1] == tried[:1] else [one for one in tried if is_shown(one.gain, one.expected, settings)]
+    found = [one for one in tried if is_finding(one.gain, one.expected, one.agreement, now.chi2[None],
+                                                one.fit.chi2[None], settings)]
+    return found if found[:1] == tried[:1] else [
+        one for one in tried if is_shown(one.gain, one.expected, one.agreement, settings)]
 
 
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray) -> CurvedFit | None:
@@ -156,8 +164,10 @@ def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> Curve
 
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
-                    pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> dict[Pair, CurvedFit]:
+                    pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> list[tuple[Gain, CurvedFit]]:
     """The fits with the best of the `pairs` that promise something, by default of all, from `now` and common points.
+
+    Each comes with what its pair gains in the linear model.
 
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it. A
     parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
@@ -176,11 +186,11 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
             first = max(first, annealed(block, now, one.pair), key=evidence_of)
         begun.append(first)
     begun.sort(key=evidence_of, reverse=True)
-    found = {}
+    found, linear = list[tuple[Gain, CurvedFit]](), {one.pair: one for one in promising}
     for start in begun[:1 + settings.rivals]:
         ask(Asked("clutch", ("clutch",), start.laws[-1]))
         best = fit_curved(block, start.laws, start=start, iterations=10)
         again = from_common(block, best.mean, best.shared, best.held, iterations=10)
         best = max(best, again, key=evidence_of)
-        found[best.laws[-1]] = regained(block, best) if lacks else best
+        found.append((linear[best.laws[-1]], regained(block, best) if lacks else best))
     return found

@@ -8,6 +8,7 @@ import numpy as np
 from slipstick.naming.block import Pair
 from slipstick.naming.fit import BlockFit, Part, joined, linearised, predict
 from slipstick.naming.grams import Fitted, estimate, likelihood, solve
+from slipstick.naming.selection import in_agreement
 
 FOLDS = 6
 """Folds of the engagements: with 54 of them each is fitted on 45."""
@@ -51,6 +52,11 @@ class Gain:
         """
         left = np.hstack([-self.without, np.ones((len(self.nats), 1))])
         return np.asarray((left * self._along[1]).sum(axis=1) / np.maximum(self.expected, 1.0))
+
+    @property
+    def agreement(self) -> float:
+        """Mean of the scores in standard errors."""
+        return in_agreement(self.scores)
 
     @property
     def expected(self) -> np.ndarray:

@@ -262,7 +262,8 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         joint = joined(parts, everything)
         now = now.complete(joint.places)
         # At the variances for which the step was made: with others the likelihood may rise or fall without a step.
-        is_best = best is None or estimate(joint.gram, variance, fixed=True).at(now.common).posterior > best[0] - _SETTLED
+        reached = estimate(joint.gram, variance, fixed=True).at(now.common).posterior
+        is_best = best is None or reached > best[0] - _SETTLED
         if not is_best and best is not None:
             if promised < _PROMISED:
                 break

@@ -1,18 +1,18 @@
 """Which pairs of quantity and dependence the recordings ask for: forward selection, and then backward."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import is_fault
+from slipstick.naming.block import has_few_numbers
 from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.full_fits import finer_fits, is_enough_with, rise_of, sharing
 from slipstick.naming.selection import (
     Finding,
-    in_agreement,
     is_enough,
     is_shown,
     is_unexplained,
@@ -54,7 +54,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
                 fits |= finer
                 continue
             earlier = max((one.nats for one in findings if set(one.blocks) & set(finding.blocks)), default=0.0)
-            enough = is_enough_with(fits, its, finding.blocks, finding.pair, finding.gain, settings)
+            enough = is_enough_with(fits, its, finding, settings)
             if not enough or finding.nats < settings.further * earlier:
                 closed |= set(best.blocks)
                 continue
@@ -79,8 +79,8 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
         found = dict(zip(order, fit_together([fits[name].block for name in order], laws,
                                              [fits[name] for name in order]), strict=True))
         price = np.sum([fits[name].leverage(finding.pair) for name in finding.blocks], axis=0)
-        if not is_enough_with(found, fits, finding.blocks, finding.pair, priced(-rise_of(fits, found), price),
-                               settings):
+        beside = replace(finding, gain=priced(-rise_of(fits, found), price))
+        if not is_enough_with(found, fits, beside, settings):
             fits |= found
             kept.remove(finding)
     return fits, kept
@@ -88,7 +88,7 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
 
 def _is_shown(one: Gain, settings: NamingSettings) -> bool:
     """Whether a pair gains enough in the linear model."""
-    return is_enough(one.nats, settings) or is_shown(one.nats, one.expected, settings)
+    return is_enough(one.nats, settings) or is_shown(one.nats, one.expected, one.agreement, settings)
 
 
 def _is_promising(one: Gain, settings: NamingSettings) -> bool:
@@ -97,8 +97,7 @@ def _is_promising(one: Gain, settings: NamingSettings) -> bool:
     The linear model of a strong law, or one that few knots do not follow, may gain in few engagements although the law
     gains in most.
     """
-    return _is_shown(one, settings) or bool(
-        one.nats.sum() > settings.nats and in_agreement(one.scores) > settings.errors)
+    return _is_shown(one, settings) or bool(one.nats.sum() > settings.nats and one.agreement > settings.errors)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
@@ -109,4 +108,4 @@ def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> N
         block.fine = settings.finer_knots
     if off:
         for block in blocks:
-            block.finer = {pair: 1 for pair in block.pairs() if is_fault(pair)}
+            block.finer = {pair: 1 for pair in block.pairs() if has_few_numbers(pair)}

@@ -8,7 +8,7 @@ import numpy as np
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit, fit_together
-from slipstick.naming.selection import is_enough, is_finding, leads, priced
+from slipstick.naming.selection import Finding, is_enough, is_finding, leads, priced
 from slipstick.naming.settings import NamingSettings
 
 
@@ -25,9 +25,11 @@ class Tried:
     finer: int
 
     @property
-    def expected(self) -> np.ndarray:
-        """Standard errors (n,) in which engagements should show the law."""
-        return expected_of(self.its, self.one.blocks, self.one.pair)
+    def finding(self) -> Finding:
+        """What it would be as a finding."""
+        blocks, pair = self.one.blocks, self.one.pair
+        return Finding(blocks, pair, self.rise, expected=expected_of(self.its, blocks, pair),
+                       agreement=self.one.agreement)
 
 
 def tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> Tried:
@@ -43,11 +45,11 @@ def tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> Tried:
     return Tried(one, priced(rise_of(fits, its), np.asarray(price)), its, finer)
 
 
-def is_enough_with(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], blocks: Sequence[str], pair: Pair,
-                   gain: np.ndarray, settings: NamingSettings) -> bool:
-    """Whether a law that changes `blocks` of `fits` to those of `its` and gains (n,) nats is enough for a finding."""
-    before, after = (np.array([some[name].chi2 for name in blocks]) for some in (fits, its))
-    return is_finding(gain, expected_of(its, blocks, pair), before, after, settings)
+def is_enough_with(fits: Mapping[str, BlockFit], its: Mapping[str, BlockFit], one: Finding,
+                   settings: NamingSettings) -> bool:
+    """Whether a law that changes blocks of `fits` to those of `its` is enough for the finding `one`."""
+    before, after = (np.array([some[name].chi2 for name in one.blocks]) for some in (fits, its))
+    return is_finding(one.gain, expected_of(its, one.blocks, one.pair), one.agreement, before, after, settings)
 
 
 def expected_of(its: Mapping[str, BlockFit], blocks: Sequence[str], pair: Pair) -> np.ndarray:

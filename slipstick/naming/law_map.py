@@ -47,11 +47,14 @@ def over(pair: Pair, x: np.ndarray, onto: np.ndarray, relative: bool = False, up
     return LawMap(onto, "1" if relative else UNITS[pair[0]], relative, x, x_unit or _X_UNITS[pair[1]], up_to)
 
 
-def over_runs(pair: Pair, scene: Scene, size: float = 1.0, relative: bool = False, centred: bool = True) -> LawMap:
+def over_runs(pair: Pair, scene: Scene, finer: int, size: float = 1.0, relative: bool = False,
+              centred: bool = True) -> LawMap:
     """A law over one of `scene.of_runs`, of mean 0 over the runs where `centred`; coefficients are in units of `size`.
+
+    Its resolution is doubled `finer` times.
     """
     values = scene.constant_in_run(pair[1])
-    knots = bases.between_knots(values, scene.settings.knots)
+    knots = bases.between_knots(values, bases.doubled(scene.settings.knots, finer))
     onto = size * np.eye(len(knots))
     if centred:
         onto = onto[:, 1:] - size * bases.hats(values, knots)[:, 1:].mean(axis=0)
@@ -96,8 +99,10 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
         times = bases.lags(sensor_errors.lag_scale(scene))
         if not finer:
             return single(times, "s")
-        middle = bases.hats(np.array([[0.5]]), bases.lag_points(finer))[0, :, 0]  # at half of the range
-        return single(np.concatenate([times, np.outer(middle, times).ravel()]), "s")
+        middle = bases.hats(np.array([[0.5]]), bases.lag_points(finer))[0, :, 0]  # at half of the range, or of the time
+        row = np.concatenate([times, np.outer(middle, times).ravel(), np.outer(middle[1:], times).ravel()])
+        own = sensor_errors.changing(scene, np.zeros((len(scene), len(times), len(scene.time))), finer)[1].shape[1]
+        return single(np.pad(row, (0, own)), "s")  # what changes over the runs has mean 0
     if on == "gain":
         share = bases.gain_points(finer) if finer else np.linspace(0, 1, _GAIN_POINTS)
         onto = np.eye(len(share)) if finer else np.stack([np.ones_like(share), share], axis=1)

@@ -154,7 +154,7 @@ class LoadBlock:
         is_share = quantity == "brake torque"
         size = 1.0 if is_share else scene.typical_torque
         if on in scene.of_runs:
-            return over_runs(pair, scene, size, is_share, centred=is_share)
+            return over_runs(pair, scene, self.finer.get(pair, 0), size, is_share, centred=is_share)
         return over(pair, self.knots(pair), size * np.eye(fineness(self, pair)), is_share)
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
@@ -178,7 +178,7 @@ class LoadBlock:
         size = self.brake[:, None, None] if is_share else scene.typical_torque
         if on in scene.of_runs:
             # Not centred: no parameter is a torque that all engagements have in common. That of the brake is.
-            between = scene.between(on, centred=is_share)
+            between = scene.between(on, is_share, self.finer.get(pair, 0))
             return np.asarray(-np.ones((len(scene), 1, len(scene.time))) * between[:, :, None] * size)
         return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * size)
 

@@ -152,18 +152,18 @@ _KINDS = {"friction coefficient": "friction", "film torque": "film", "piston gai
 
 def _between(pair: Pair, given: Loading) -> PistonLaw:
     """A law over what is constant in an engagement: of the clearance in m, of the others relative."""
-    scene, (quantity, on) = given.scene, pair
+    scene, (quantity, on), finer = given.scene, pair, given.finer.get(pair, 0)
     absolute = quantity == "clearance"
     size = scene.value("contact_position") if absolute else 1.0
     if quantity == "film torque":
         # A data sheet knows the film coefficient, and no more than the first runs can have it while the oil warms up.
         runs = scene.constant_in_run(on)
-        knots = bases.between_knots(runs, scene.settings.knots)
+        knots = bases.between_knots(runs, bases.doubled(scene.settings.knots, finer))
         between, values = bases.hats(runs, knots)[:, 1:], over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant",
                                                                     unit_of(on, scene))
     else:
-        between = scene.between(on)
-        values = over_runs(pair, scene, size, relative=not absolute)
+        between = scene.between(on, finer=finer)
+        values = over_runs(pair, scene, finer, size, relative=not absolute)
     basis = between[:, :, None] * np.full(given.pressure.shape, size)[:, None]
     return PistonLaw.signal(_KINDS[quantity], basis, values)
 

@@ -17,7 +17,7 @@ from slipstick.blocks.input import curves_of
 from slipstick.blocks.sensor_noise import Noise, noise_of, sensor_noise
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.effects.effect import DEPENDENCES
-from slipstick.naming.bases import between
+from slipstick.naming.bases import between, doubled
 from slipstick.naming.release import released, slips_until
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
@@ -169,9 +169,12 @@ class Scene:
             return self.channels[on][0]
         return self.run if on == "run order" else self.recordings.conditions.motor_speed
 
-    def between(self, on: str, centred: bool = True) -> np.ndarray:
-        """Basis (n, m) of a law over one of `of_runs`, of mean 0 over the engagements where `centred`."""
-        return between(self.constant_in_run(on), self.settings.knots, centred)
+    def between(self, on: str, centred: bool = True, finer: int = 0) -> np.ndarray:
+        """Basis (n, m) of a law over one of `of_runs`, of mean 0 over the engagements where `centred`.
+
+        Its resolution is doubled `finer` times.
+        """
+        return between(self.constant_in_run(on), doubled(self.settings.knots, finer), centred)
 
     @property
     def signals(self) -> Signals:

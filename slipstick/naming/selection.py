@@ -30,7 +30,8 @@ class Finding:
     """A pair that `blocks` ask for: `gain` (n,) in nats of each engagement, and the pairs not told apart from it.
 
     `next_best` is the pair that gains most after it in these blocks, of those that are another effect. `expected` (n,)
-    are the standard errors in which engagements should show the law; without them all should show it alike.
+    are the standard errors in which engagements should show the law; without them all should show it alike. Their
+    scores in its direction have an `agreement` of so many standard errors.
     """
 
     blocks: tuple[str, ...]
@@ -39,6 +40,7 @@ class Finding:
     rivals: tuple[Rival, ...] = ()
     next_best: Rival | None = None
     expected: np.ndarray | None = None
+    agreement: float = 0.0
 
     @property
     def nats(self) -> float:
@@ -47,8 +49,9 @@ class Finding:
 
     @property
     def errors(self) -> float:
-        """Standard errors over engagements in which they show the law."""
-        return in_errors(self.gain) if self.expected is None else in_proportion(self.gain, self.expected)
+        """Standard errors over engagements in which they show the law, by what they gain or by their scores."""
+        shown = in_errors(self.gain) if self.expected is None else in_proportion(self.gain, self.expected)
+        return max(shown, self.agreement)
 
     @property
     def lead(self) -> float:
@@ -124,15 +127,21 @@ def explains(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: 
                 and left < settings.few_leave * lacking)
 
 
-def is_shown(gain: np.ndarray, expected: np.ndarray, settings: NamingSettings) -> bool:
-    """Whether the engagements on which a law acts show it: a gain (n,) in nats, where (n,) errors are `expected`."""
-    return bool(gain.sum() > settings.nats and in_proportion(gain, expected) > settings.errors)
+def is_shown(gain: np.ndarray, expected: np.ndarray, agreement: float, settings: NamingSettings) -> bool:
+    """Whether the engagements on which a law acts show it: a gain (n,) in nats, where (n,) errors are `expected`.
+
+    They show that something acts in the direction of the law if their scores in it are in `agreement`, whatever its
+    size in each. What they gain must then still be told from noise.
+    """
+    errors = in_proportion(gain, expected)
+    return bool(gain.sum() > settings.nats
+                and (errors > settings.errors or (agreement > settings.errors and errors > settings.apart)))
 
 
-def is_finding(gain: np.ndarray, expected: np.ndarray, before: np.ndarray, after: np.ndarray,
+def is_finding(gain: np.ndarray, expected: np.ndarray, agreement: float, before: np.ndarray, after: np.ndarray,
                settings: NamingSettings) -> bool:
     """Whether a law that gains (n,) nats is named: it `is_shown`, or it `explains` what its blocks lack."""
-    return is_shown(gain, expected, settings) or explains(gain, before, after, settings)
+    return is_shown(gain, expected, agreement, settings) or explains(gain, before, after, settings)
 
 
 def rivals(best: np.ndarray, others: Sequence[tuple[np.ndarray, Pair]], settings: NamingSettings) -> tuple[Rival, ...]:

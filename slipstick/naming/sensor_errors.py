@@ -4,7 +4,18 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slipstick.naming.bases import between_knots, doubled, from_zero, hats, sensor_basis
+from slipstick.naming.bases import (
+    between,
+    between_knots,
+    doubled,
+    from_zero,
+    gain_points,
+    hats,
+    lag_points,
+    late_by,
+    modulated,
+    sensor_basis,
+)
 from slipstick.naming.scene import TOLD_BY, TYPICAL, Pair, Scene
 
 _FAULTS = ("offset", "gain", "lag", "run order", "time")
@@ -39,7 +50,16 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
         onto = hats(scene.run, drift_knots(scene, finer)) * drift(scene, sensor)
         return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
     basis = np.asarray(sensor_basis(on, signal, scene.time, lag_scale(scene), largest(scene, sensor), finer))
+    if on == "lag" and finer:
+        return np.concatenate([basis, *changing(scene, late_by(signal, scene.time, lag_scale(scene)), finer)], axis=1)
     return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
+
+
+def changing(scene: Scene, late: np.ndarray, finer: int) -> list[np.ndarray]:
+    """Columns (n, m, k) of `finer` lags that change over time and over the run order, for `late` ones (n, l, k)."""
+    over_time = hats(scene.abscissa("time"), scene.time[-1] * lag_points(finer))[:, 1:]
+    over_runs = between(scene.run, len(gain_points(finer)))
+    return [modulated(late, over_time), modulated(late, over_runs[:, :, None])]
 
 
 def error(scene: Scene, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,

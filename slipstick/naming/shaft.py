@@ -221,14 +221,14 @@ class InputBlock:
 
         A law of the converter but its lag is relative.
         """
-        scene, (quantity, on) = self.scene, pair
+        scene, (quantity, on), finer = self.scene, pair, self.finer.get(pair, 0)
         if quantity.endswith("sensor"):
-            return of_sensor(pair, scene, self.finer.get(pair, 0))
+            return of_sensor(pair, scene, finer)
         if quantity == "converter torque":
-            return self._mean_lag() if on == "lag" else over_runs(pair, scene, relative=True)
+            return self._mean_lag() if on == "lag" else over_runs(pair, scene, finer, relative=True)
         unit = scene.typical_torque / scene.gear
         if on in scene.of_runs:
-            return over_runs(pair, scene, unit, centred=False)
+            return over_runs(pair, scene, finer, unit, centred=False)
         return over(pair, self._knots_of(pair), -unit * np.eye(fineness(self, pair)))
 
     def _mean_lag(self) -> LawMap:
@@ -236,12 +236,16 @@ class InputBlock:
         times, finer, scene = sensor_errors.lag_scale(self.scene) * _LAGS, self.finer.get(_LAG, 0), self.scene
         if not finer:
             return single(times, "s")
-        mean = bases.hats(scene.abscissa("time"), self._instants(finer)).transpose(0, 2, 1)[scene.slipping].mean(axis=0)
-        return single(np.outer(mean, times).ravel(), "s")
+        over_time, over_runs = self._sizes(finer)
+        mean = over_time.transpose(0, 2, 1)[scene.slipping].mean(axis=0)
+        return single(np.outer(np.pad(mean, (0, over_runs.shape[1])), times).ravel(), "s")
 
-    def _instants(self, finer: int) -> np.ndarray:
-        """Knots in s of a `finer` lag of the converter, over the time in which plates slip."""
-        return np.asarray(self.scene.recordings.measured_time.max() * bases.gain_points(finer))
+    def _sizes(self, finer: int) -> tuple[np.ndarray, np.ndarray]:
+        """Sizes of a `finer` lag of the converter: (n, m, k) over the time in which plates slip, (n, l, 1) over the
+        run order."""
+        knots = self.scene.recordings.measured_time.max() * bases.gain_points(finer)
+        return (bases.hats(self.scene.abscissa("time"), knots),
+                bases.between(self.scene.run, len(bases.gain_points(finer)))[:, :, None])
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
@@ -255,7 +259,8 @@ class InputBlock:
             late = np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],
                             axis=1)
             finer = self.finer.get(pair, 0)
-            return bases.varying(late, self.scene.abscissa("time"), self._instants(finer)) if finer else late
+            return late if not finer else np.concatenate(
+                [bases.modulated(late, its) for its in self._sizes(finer)], axis=1)
         return self._given_by(pair)
 
     def _given_by(self, pair: Pair) -> np.ndarray:
@@ -277,7 +282,8 @@ class InputBlock:
         if on in scene.of_runs:
             of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
             size = self._converter(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
-            return np.asarray(size[:, None] * scene.between(on, centred=of_converter)[:, :, None])
+            between = scene.between(on, of_converter, self.finer.get(pair, 0))
+            return np.asarray(size[:, None] * between[:, :, None])
         return np.asarray(-bases.hats(self._abscissa(on), self._knots_of(pair)) * unit)
 
     def _knots_of(self, pair: Pair) -> np.ndarray:

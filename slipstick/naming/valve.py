@@ -136,14 +136,18 @@ class ValveBlock:
         if pair[0] == "pressure sensor":
             return sensor_errors.reading(self.scene, *pair, self._true, self.finer.get(pair, 0))
         if pair in self._scaling:
-            change = self._full[:, None] * self.scene.between(pair[1])[:, :, None]
+            change = self._full[:, None] * self._between(pair)[:, :, None]
         else:
             change = self._added(pair, points, laws) * self._scale(laws)[:, None]
         return sensor_errors.as_read(self.scene, change, self._true, laws, "pressure sensor", self.finer)
 
+    def _between(self, pair: Pair) -> np.ndarray:
+        """Basis (n, m) of a law over what is constant in an engagement."""
+        return self.scene.between(pair[1], finer=self.finer.get(pair, 0))
+
     def _scale(self, laws: Laws) -> np.ndarray:
         """The factor (n, 1) of the line pressure over what is constant in an engagement."""
-        scale = [c @ self.scene.between(pair[1]).T for pair, c in laws if pair in self._scaling]
+        scale = [c @ self._between(pair).T for pair, c in laws if pair in self._scaling]
         return np.asarray(1 + np.sum([np.zeros(len(self.current)), *scale], axis=0))[:, None]
 
     def _added(self, pair: Pair, points: np.ndarray, laws: Laws) -> np.ndarray:
@@ -155,7 +159,7 @@ class ValveBlock:
             column = (self._own(slowed + step, self.clock) - self._own(slowed, self.clock)) / _STEP
             if quantity == "valve delay":  # a change of the delay of each engagement, and not of the nominal one
                 column = column * (1 + points[:, :1])
-            return np.asarray(column[:, None] * scene.between(on)[:, :, None])
+            return np.asarray(column[:, None] * self._between(pair)[:, :, None])
         points = self._slowed(points, laws)[0]
         gain = self._vectors(points)[:, self._places[2], None, None]
         if on == "current":
@@ -177,16 +181,16 @@ class ValveBlock:
         Over past current it is the half-width of the hysteresis in A: half the distance of the rising from the falling
         branch, once the current has turned by twice the width of each play operator.
         """
-        scene, (quantity, on) = self.scene, pair
+        scene, (quantity, on), finer = self.scene, pair, self.finer.get(pair, 0)
         if quantity == "pressure sensor":
-            return of_sensor(pair, scene, self.finer.get(pair, 0))
+            return of_sensor(pair, scene, finer)
         if on in scene.of_runs:
             if quantity == "valve current":  # a coefficient is a relative bias, which is taken off the current
-                return over_runs(pair, scene, -scene.value("current_bias"))
-            return over_runs(pair, scene, relative=True)
+                return over_runs(pair, scene, finer, -scene.value("current_bias"))
+            return over_runs(pair, scene, finer, relative=True)
         if on == "past current":
             widths = self._widths()
-            return single(np.pad(widths, (0, self._remembered(self.finer.get(pair, 0)).shape[1] - len(widths))), "A")
+            return single(np.pad(widths, (0, self._remembered(finer).shape[1] - len(widths))), "A")
         if on == "current":
             knots = self._currents(pair)
             first = bases.hats(self.current[:, 0], knots).mean(axis=0)
@@ -229,7 +233,7 @@ class ValveBlock:
 
         The pressure is far from linear in the delay, which some valves double.
         """
-        change = [self.scene.between(pair[1]) @ coefficients for pair, coefficients in laws if pair[0] == "valve delay"]
+        change = [self._between(pair) @ coefficients for pair, coefficients in laws if pair[0] == "valve delay"]
         factor = np.maximum(1 + np.sum([np.zeros(len(points)), *change], axis=0), _SHORTEST)
         return np.column_stack([(1 + points[:, 0]) * factor - 1, points[:, 1:]]), factor
 

@@ -1,4 +1,4 @@
-"""Fits of blocks from nominal values end at a maximum of their likelihood, also in cases in which they ended before it."""
+"""Fits of blocks from nominal values end at a maximum of their likelihood, also where they used to end before it."""
 
 from pathlib import Path
 

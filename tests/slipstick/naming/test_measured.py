@@ -115,5 +115,5 @@ def test_the_shape_of_a_linearised_law_is_tested_with_wider_errors() -> None:
 
 def test_a_law_over_levels_has_no_error_between_them(fits: dict[str, BlockFit]) -> None:
     scene = fits["load"].block.scene
-    assert over_runs(("load torque", "motor speed"), scene).at_levels
-    assert not over_runs(("load torque", "run order"), scene).at_levels
+    assert over_runs(("load torque", "motor speed"), scene, 0).at_levels
+    assert not over_runs(("load torque", "run order"), scene, 0).at_levels

@@ -68,7 +68,7 @@ def test_engagements_on_which_a_law_does_not_act_say_nothing_about_it() -> None:
     acting = np.arange(54) < 9
     gain, expected = np.where(acting, 8.0, -0.4), np.where(acting, 4.0, 0.1)  # it costs the others some scatter
     assert in_errors(gain) < SETTINGS.errors < in_proportion(gain, expected)
-    assert is_shown(gain, expected, SETTINGS)
+    assert is_shown(gain, expected, 0.0, SETTINGS)
     # If all of them should show it, it is not there; nor do two odd ones show what would act on nothing else.
     assert in_proportion(gain, np.full(54, 4.0)) < SETTINGS.errors
     odd = np.arange(54) < 2
