@@ -43,7 +43,7 @@ _WIDE = 0.3
 class SimulatedBench:
     """All signals and the shifting time of recordings, from their conditions alone, with `terms` in the model."""
 
-    name, signal, fine, thorough = "simulation", "all signals", 0, False
+    name, signal, fine, wide, thorough = "simulation", "all signals", 0, False, False
     finer: Mapping[Pair, int] = {}
     random: tuple[str, ...] = tuple(RANDOM)
 

@@ -34,6 +34,7 @@ class Block(Protocol):
       for parameters that the recordings must determine.
     - `widest` (q,): largest standard deviation of a parameter over engagements.
     - `fine`: number of knots of a law over a signal; a fit sets it.
+    - `wide`: whether it is also asked for pairs that hardly any bench has; where something is missing it is.
     - `finer`: how many times the resolution of a law was doubled since; 0 for those that it does not have.
     """
 
@@ -49,6 +50,7 @@ class Block(Protocol):
     widest: np.ndarray
     fine: int
     finer: Mapping[Pair, int]
+    wide: bool
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The signal (n, k) at parameters `points` (n, q) under `laws`, without what is shared."""

@@ -27,7 +27,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     """Add pairs to the blocks of `fits` but those `closed` while the recordings ask for them, as a `step` of naming."""
     fits, findings, closed = dict(fits), list[Finding](), set(closed)
     _set_resolution(fits, settings)
-    tables: dict[str, Table] = {}
+    tables, is_wide = dict[str, Table](), False
     while len(closed) < len(fits):
         asked = tuple(name for name in fits if name not in closed)
         ask(Asked(step, asked, compares=True))
@@ -39,6 +39,13 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         pairs = [pair for pair in offered if pair not in current]
         compared = gains(list(tables.values()), current, pairs)
         ranked = [one for one in compared if _is_promising(one, settings)]
+        if ranked and not is_wide:
+            # Something is missing: pairs that hardly any bench has compete as well.
+            is_wide = True
+            for one in fits.values():
+                one.block.wide = True
+            tables = {}
+            continue
         shown = [one for one in ranked if _is_shown(one, settings)]
         touched = set[str]()
         for best in shown or ranked[:1]:  # what only agrees is tried one at a time

@@ -93,6 +93,8 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
     if on == "run order":
         knots = sensor_errors.drift_knots(scene, finer)
         return over(pair, knots, sensor_errors.drift(scene, sensor) * np.eye(len(knots)))
+    if on in scene.of_runs:
+        return over_runs(pair, scene, 0, sensor_errors.drift(scene, sensor))
     if on == "offset":
         return single(1.0, UNITS[sensor])
     if on == "lag":

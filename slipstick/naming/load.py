@@ -27,15 +27,17 @@ from slipstick.naming.mechanics import (
     true_torque,
     with_walk,
 )
-from slipstick.naming.scene import Scene
+from slipstick.naming.scene import OF_PLATES, Scene
 
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
+_FURTHER = ("slip", "heat", "time in contact", "current")
+"""What the load torque is asked for besides where something is missing."""
 _OF_BRAKE = ("output speed", "time", "run order", "output position")
 """What the brake torque may depend on beside further channels."""
 _AGAINST = ("load torque", "brake torque")
 """Quantities whose laws act on the load: in N m, and as a share of the brake torque of each engagement."""
 SENSOR = "output speed sensor"
-_FROM_ZERO = ("output speed", "pressure")
+_FROM_ZERO = ("output speed", "pressure", "slip", *OF_PLATES)
 """Signals near whose zero laws change fastest; the knots are closer there."""
 
 
@@ -53,6 +55,7 @@ class LoadBlock:
         conditions = scene.recordings.conditions
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
+        self.wide = False
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
@@ -134,9 +137,10 @@ class LoadBlock:
         """Laws of load torque, brake torque and both sensors."""
         # With the same brake torque in all engagements, a share of it is a torque.
         of_brake = (*_OF_BRAKE, *self.scene.channels) if np.ptp(self.brake) > 0 else ()
-        return [*(("load torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
+        signals = (*_SIGNALS, *_FURTHER) if self.wide else _SIGNALS
+        return [*(("load torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("brake torque", on) for on in of_brake),
-                *sensor_errors.pairs_of(self.scene, "output speed sensor", "output torque sensor")]
+                *sensor_errors.pairs_of(self.scene, self.wide, "output speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law: torques against the load, or shares of the brake.
@@ -180,18 +184,13 @@ class LoadBlock:
             # Not centred: no parameter is a torque that all engagements have in common. That of the brake is.
             between = scene.between(on, is_share, self.finer.get(pair, 0))
             return np.asarray(-np.ones((len(scene), 1, len(scene.time))) * between[:, :, None] * size)
-        return np.asarray(-bases.hats(self._abscissa(on), self.knots(pair)) * size)
+        return np.asarray(-bases.hats(scene.abscissa(on), self.knots(pair)) * size)
 
     def knots(self, pair: Pair) -> np.ndarray:
         """Where the coefficients of a law of a torque are its values: (m,) in the unit of what it depends on."""
         spaced = bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
-        return np.asarray(spaced(self._abscissa(pair[1]), self.scene.smooth["output_speed"] > 0, fineness(self, pair)))
-
-    def _abscissa(self, on: str) -> np.ndarray:
-        """The signal (n, k) that a law depends on."""
-        if on == "output position":
-            return np.asarray(np.cumsum(np.maximum(self.scene.smooth["output_speed"], 0), axis=1) * self.scene.step)
-        return self.scene.abscissa(on)
+        x, moving = self.scene.abscissa(pair[1]), self.scene.smooth["output_speed"] > 0
+        return np.asarray(spaced(x, moving, fineness(self, pair)))
 
     def _rates(self, points: np.ndarray) -> np.ndarray:
         """b_ov / J (n, k - 1) in 1/s."""

@@ -36,6 +36,7 @@ class LockBlock:
         """`speed` (n, k) in rad/s is that of the load block: a measured one would share its noise with the residual."""
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
+        self.wide = False
         self.output = speed
         self.measured = scene.measured("input_speed") - scene.gear * scene.measured("output_speed")
         self.counted = scene.locked
@@ -65,7 +66,7 @@ class LockBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of both speed sensors, and a twist of the shaft between them."""
-        return [*sensor_errors.pairs_of(self.scene, "input speed sensor", "output speed sensor"),
+        return [*sensor_errors.pairs_of(self.scene, self.wide, "input speed sensor", "output speed sensor"),
                 ("stick torque", "twist")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.clutch.laws import DEPENDENCES, MOST_POINTS, QUANTITIES, MeasuredLaw
+from slipstick.clutch.effects.effect import SENSORS
+from slipstick.clutch.laws import DEPENDENCES, MOST_POINTS, OF_SENSORS, QUANTITIES, MeasuredLaw
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Block, Pair
 from slipstick.naming.curved import CurvedFit
@@ -76,7 +77,8 @@ class LawPoints:
         quantity, on = _IN_SIMULATOR.get(self.pair[0], self.pair[0]), self.pair[1]
         if on == "gain":
             on = quantity.removesuffix(" sensor")
-        if quantity not in QUANTITIES or on not in DEPENDENCES or self.x is None or len(self.x) < 2:
+        possible = OF_SENSORS if quantity in SENSORS else DEPENDENCES
+        if quantity not in QUANTITIES or on not in possible or self.x is None or len(self.x) < 2:
             return None
         kept = thinned(self.x, self.change, MOST_POINTS)
         return MeasuredLaw(quantity, on, tuple(self.x[kept]), tuple(self.change[kept]), self.relative)

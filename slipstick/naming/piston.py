@@ -55,6 +55,7 @@ class ClutchBlock:
         """
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
+        self.wide = False
         self.measured = scene.measured(self.signal)
         self.pressure, self.late = pressure, late
         self.change = np.gradient(pressure, scene.time, axis=1)
@@ -155,7 +156,7 @@ class ClutchBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of friction, film, piston, pressure in the chamber, and the torque sensor."""
-        return pairs_of(self.scene)
+        return pairs_of(self.scene, self.wide)
 
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair."""

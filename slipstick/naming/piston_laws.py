@@ -7,7 +7,7 @@ import numpy as np
 
 from slipstick.naming import bases, sensor_errors
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
-from slipstick.naming.scene import Pair, Scene
+from slipstick.naming.scene import OF_PLATES, Pair, Scene
 
 PAIRS: tuple[Pair, ...] = (
     *(("friction coefficient", on)
@@ -17,6 +17,8 @@ PAIRS: tuple[Pair, ...] = (
     ("piston rate", "pressure"), ("piston rate", "piston rate"), ("piston rate", "piston position"),
     ("piston rate", "direction"))
 """All pairs of the clutch, without those of the torque sensor and over further recorded channels."""
+_FURTHER = ("output speed", "input speed", "current", "time", "output position")
+"""What the friction is asked for besides where something is missing in full contact."""
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 
@@ -24,6 +26,8 @@ CLOSING = ("film torque", "clearance", "piston rate")
 """Quantities whose laws over signals show only while the plates close."""
 ADDED = ("chamber", "gain", "clearance", "friction", "film", "rate_extra")
 """Inputs of the kernel that are signals (n, k), to which laws add."""
+_FROM_ZERO = ("slip", *OF_PLATES)
+"""Signals near whose zero laws of the friction change fastest; the knots are closer there."""
 _CHAMBER = 0.1
 """Unit in bar of chamber pressures, so that coefficients are about 1."""
 _RATE, _DRAG = 0.1, 0.05
@@ -95,10 +99,11 @@ class Loading:
                 and self.finer == other.finer)
 
 
-def pairs_of(scene: Scene) -> list[Pair]:
-    """All pairs of the clutch."""
-    return [*PAIRS, *sensor_errors.pairs_of(scene, "output torque sensor"),
-            *((quantity, on) for quantity in _OF_RUNS for on in scene.channels)]
+def pairs_of(scene: Scene, wide: bool) -> list[Pair]:
+    """All pairs of the clutch, more where `wide`."""
+    return [*PAIRS, *sensor_errors.pairs_of(scene, wide, "output torque sensor"),
+            *((quantity, on) for quantity in _OF_RUNS for on in scene.channels),
+            *(("friction coefficient", on) for on in _FURTHER if wide)]
 
 
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
@@ -172,7 +177,8 @@ def _friction(pair: Pair, given: Loading) -> PistonLaw:
     """A relative law of the friction over a signal."""
     loaded = given.counted & (given.in_contact.full > 0)
     x = _abscissa(pair[1], given)
-    knots = (bases.evenly if pair[1] == "pressure" else bases.from_zero)(x, loaded, given.knots(pair))
+    spaced = bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
+    knots = spaced(x, loaded, given.knots(pair))
     hats = bases.hats(x, knots)
     # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
     centre = np.einsum("nmk,nk->m", hats, loaded) / max(1, loaded.sum())
@@ -183,20 +189,23 @@ def _friction(pair: Pair, given: Loading) -> PistonLaw:
 
 def _abscissa(on: str, given: Loading) -> np.ndarray:
     """The signal (n, k) that a law of the friction depends on."""
-    scene = given.scene
-    signals: dict[str, np.ndarray] = {
-        "slip": scene.slip, "pressure": np.maximum(given.pressure, 0), "heat": _friction_heat(given),
-        "time in contact": given.in_contact.time}
-    return signals[on]
+    if on in OF_PLATES:
+        return of_plates(given.scene, given.in_contact)[on]
+    return np.maximum(given.pressure, 0) if on == "pressure" else given.scene.abscissa(on)
 
 
-def _friction_heat(given: Loading) -> np.ndarray:
+def of_plates(scene: Scene, in_contact: Contact) -> dict[str, np.ndarray]:
+    """The values (n, k) of `OF_PLATES` with the times `in_contact`."""
+    return {"heat": _friction_heat(scene, in_contact.full), "time in contact": in_contact.time}
+
+
+def _friction_heat(scene: Scene, full_contact: np.ndarray) -> np.ndarray:
     """Friction energy (n, k) in kJ of the plates, without the heat of the oil film before they meet.
 
     They meet where the torque reaches a share of that at the first sample of full contact.
     """
-    heat, torque, rows = given.scene.heat, given.scene.smooth["output_torque"], np.arange(len(given.pressure))
-    full = np.argmax(given.in_contact.full > 0, axis=1)  # 0 without full contact: then no heat is taken off
+    heat, torque, rows = scene.heat, scene.smooth["output_torque"], np.arange(len(full_contact))
+    full = np.argmax(full_contact > 0, axis=1)  # 0 without full contact: then no heat is taken off
     below = (torque < _MEETING * torque[rows, full][:, None]) & (np.arange(heat.shape[1]) < full[:, None])
     last = np.where(below.any(axis=1), heat.shape[1] - 1 - np.argmax(below[:, ::-1], axis=1), 0)
     return np.asarray(np.maximum(heat - heat[rows, last][:, None], 0.0))

@@ -4,7 +4,7 @@ Columns of a linear model are computed from smooth signals: a column that shares
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -33,8 +33,10 @@ _KERNEL = 4
 _ERRORS, _SAMPLES = 4, 2
 """Margin about lock-up, where the torque jumps: in standard errors of the shifting time, and in samples."""
 TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
-            "output position": ("output_speed",)}
+           "output position": ("output_speed",), "slip": ("input_speed", "output_speed"), "current": ()}
 """Signals from which the values of a dependence come, for the dependences of blocks that may lack one."""
+OF_PLATES = ("heat", "time in contact")
+"""What laws may depend on that no signal tells, but the blocks of the clutch."""
 _LOSSES = ("input_coulomb", "input_viscous", "output_viscous", "input_inertia")
 TYPICAL = 0.1
 """Share of the largest friction torque that is the unit of torques that laws add, so that coefficients are about 1."""
@@ -49,6 +51,7 @@ class Scene:
     (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some are set aside.
     `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation;
     `pressure_modes` (n, r, k) in bar is how far the pressure of each engagement is known, as `ValveBlock.modes` has it.
+    `of_plates` are the values (n, k) of `OF_PLATES`, once the onset is known.
     """
 
     bench: Bench
@@ -61,6 +64,7 @@ class Scene:
     noise_is_known: bool = False
     pressure_error: Noise = 0.0, 0.0
     pressure_modes: np.ndarray | None = None
+    of_plates: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def of(cls, bench: Bench, recordings: Recordings, settings: NamingSettings) -> "Scene":
@@ -87,12 +91,25 @@ class Scene:
 
     def knows(self, depends_on: str) -> bool:
         """Whether what was measured tells the values of what a law over signals depends on."""
-        return self.has(*TOLD_BY.get(depends_on, ()))
+        return depends_on in self.of_plates if depends_on in OF_PLATES else self.has(*TOLD_BY.get(depends_on, ()))
 
     def abscissa(self, depends_on: str) -> np.ndarray:
-        """The "time", the "input speed", or the "output speed" or "pressure" where not negative: (n, k)."""
+        """One of the "time", the "current", `TOLD_BY` and `OF_PLATES`, (n, k).
+
+        Pressure, output speed and slip are 0 where they would be negative.
+        """
         if depends_on == "time":
             return np.broadcast_to(self.time, (len(self), len(self.time)))
+        if depends_on == "current":
+            conditions = self.recordings.conditions
+            profiles = zip(conditions.profile_time, conditions.profile_current, strict=True)
+            return np.asarray(np.array([np.interp(self.time, *one) for one in profiles])[conditions.current_profile])
+        if depends_on == "output position":
+            return np.asarray(np.cumsum(np.maximum(self.smooth["output_speed"], 0), axis=1) * self.step)
+        if depends_on in OF_PLATES:
+            return self.of_plates[depends_on]
+        if depends_on == "slip":
+            return self.slip
         values = self.smooth[depends_on.replace(" ", "_")]
         return values if depends_on == "input speed" else np.maximum(values, 0)
 

@@ -16,9 +16,11 @@ from slipstick.naming.bases import (
     modulated,
     sensor_basis,
 )
-from slipstick.naming.scene import TOLD_BY, TYPICAL, Pair, Scene
+from slipstick.naming.scene import OF_PLATES, TOLD_BY, TYPICAL, Pair, Scene
 
 _FAULTS = ("offset", "gain", "lag", "run order", "time")
+_FURTHER = ("slip", "pressure", "input speed", "output speed", "current", "heat", "time in contact", "motor speed")
+"""What the error of any sensor is asked for besides where something is missing, and further channels."""
 _ERRORS_OVER: dict[str, tuple[str, ...]] = {
     "pressure sensor": (*_FAULTS, "input speed"), "input speed sensor": _FAULTS, "output speed sensor": _FAULTS,
     "output torque sensor": (*_FAULTS, "pressure", "output speed")}
@@ -30,9 +32,11 @@ _OF_SIGNAL, _STEP = ("gain", "lag"), 1e-4
 """Errors of a sensor that depend on its own signal, and the step of finite differences in it."""
 
 
-def pairs_of(scene: Scene, *sensors: str) -> list[Pair]:
-    """The errors of sensors, over all on which they may depend and that was measured."""
-    return [(sensor, on) for sensor in sensors for on in _ERRORS_OVER[sensor] if scene.knows(on)]
+def pairs_of(scene: Scene, wide: bool, *sensors: str) -> list[Pair]:
+    """The errors of sensors, over all on which they may depend and that was measured; more where `wide`."""
+    further = (*_FURTHER, *scene.channels) if wide else ()
+    return [(sensor, on) for sensor in sensors for on in dict.fromkeys((*_ERRORS_OVER[sensor], *further))
+            if scene.knows(on) and f"{on} sensor" != sensor]
 
 
 def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int = 0) -> np.ndarray:
@@ -43,9 +47,11 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
     """
     if on == "time":
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer)) * drift(scene, sensor))
-    if on in TOLD_BY:
+    if on in (*TOLD_BY, *OF_PLATES):
         # Without the first hat: an error where the other signal is 0 is an offset.
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on))[:, 1:] * drift(scene, sensor))
+    if on in scene.of_runs and on != "run order":
+        return np.asarray(scene.between(on)[:, :, None] * drift(scene, sensor) * np.ones(signal.shape)[:, None])
     if on == "run order":
         onto = hats(scene.run, drift_knots(scene, finer)) * drift(scene, sensor)
         return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])

@@ -33,7 +33,7 @@ from slipstick.naming.mechanics import (
     true_torque,
     with_walk,
 )
-from slipstick.naming.scene import Scene
+from slipstick.naming.scene import OF_PLATES, Scene
 from slipstick.naming.shaft_kernel import turn
 
 CONVERTER_WITHIN = 0.05
@@ -54,7 +54,11 @@ _LAG, _ROUNDS = ("converter torque", "lag"), 4
 _LEAST = 1e-6
 SENSOR = "input speed sensor"
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
-_FROM_ZERO = ("output speed", "pressure")
+_FURTHER = ("slip", "heat", "time in contact", "current", "output position")
+"""What the input torque is asked for besides where something is missing."""
+_OF_CONVERTER = ("slip", "heat", "time in contact", "current", "pressure", "time", "output speed", "motor speed")
+"""What the converter's torque is asked for besides, as a share of it."""
+_FROM_ZERO = ("output speed", "pressure", "slip", *OF_PLATES)
 """Signals near whose zero laws change fastest; the knots are closer there."""
 
 
@@ -87,6 +91,7 @@ class InputBlock:
         conditions, physics = scene.recordings.conditions, scene.bench.physics
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
+        self.wide = False
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.coulomb, self.viscous = (scene.value(name) for name in self.random[:3])
@@ -205,9 +210,11 @@ class InputBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
-        return [*(("input torque", on) for on in (*_SIGNALS, *self.scene.channels) if self.scene.knows(on)),
-                *(("converter torque", on) for on in ("lag", "run order", *self.scene.channels)),
-                *sensor_errors.pairs_of(self.scene, "input speed sensor", "output torque sensor")]
+        signals = (*_SIGNALS, *_FURTHER) if self.wide else _SIGNALS
+        of_converter = ("lag", "run order", *(_OF_CONVERTER if self.wide else ()))
+        return [*(("input torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
+                *(("converter torque", on) for on in (*of_converter, *self.scene.channels) if self.scene.knows(on)),
+                *sensor_errors.pairs_of(self.scene, self.wide, "input speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
@@ -224,8 +231,13 @@ class InputBlock:
         scene, (quantity, on), finer = self.scene, pair, self.finer.get(pair, 0)
         if quantity.endswith("sensor"):
             return of_sensor(pair, scene, finer)
-        if quantity == "converter torque":
-            return self._mean_lag() if on == "lag" else over_runs(pair, scene, finer, relative=True)
+        if pair == _LAG:
+            return self._mean_lag()
+        of_converter = quantity == "converter torque"
+        if of_converter and on in scene.of_runs:
+            return over_runs(pair, scene, finer, relative=True)
+        if of_converter:
+            return over(pair, self._knots_of(pair), np.eye(fineness(self, pair)), relative=True)
         unit = scene.typical_torque / scene.gear
         if on in scene.of_runs:
             return over_runs(pair, scene, finer, unit, centred=False)
@@ -279,21 +291,18 @@ class InputBlock:
             torque = scene.smooth["output_torque"]
             return sensor_errors.reading(scene, *pair, torque, self.finer.get(pair, 0)) / scene.gear
         unit = scene.typical_torque / scene.gear
+        of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
+        size = self._converter(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
         if on in scene.of_runs:
-            of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
-            size = self._converter(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
             between = scene.between(on, of_converter, self.finer.get(pair, 0))
             return np.asarray(size[:, None] * between[:, :, None])
-        return np.asarray(-bases.hats(self._abscissa(on), self._knots_of(pair)) * unit)
+        hats = bases.hats(scene.abscissa(on), self._knots_of(pair))
+        return np.asarray((size if of_converter else -size)[:, None] * hats)
 
     def _knots_of(self, pair: Pair) -> np.ndarray:
         """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""
-        x, spaced = self._abscissa(pair[1]), bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
+        x, spaced = self.scene.abscissa(pair[1]), bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
         return spaced(x, np.ones(x.shape, bool), fineness(self, pair))
-
-    def _abscissa(self, on: str) -> np.ndarray:
-        """The signal (n, k) that a law depends on."""
-        return self.scene.abscissa(on)
 
     def _converter(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
         """T_conv in N m."""

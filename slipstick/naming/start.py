@@ -23,6 +23,7 @@ from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.parameters import converter_of, parameters_of
 from slipstick.naming.piston import ClutchBlock, Late
+from slipstick.naming.piston_laws import of_plates
 from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
@@ -110,6 +111,8 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
         contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points, late))
         scene = _with_noise(scene, closing_piston.onset, contact)
         closing_piston = _onset(scene, pressure, late, rough)
+    if closing_piston is not None:
+        scene = replace(scene, of_plates=of_plates(scene, closing_piston.block.in_contact))
     fits = {}
     if "load" in can or "input" in can:
         torque = _torque(scene, closing_piston)

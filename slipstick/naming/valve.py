@@ -30,6 +30,8 @@ _PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 """Half-widths of the play operators over the largest current: a factor 2 apart, any between them is a sum of two."""
 _MEMORY, _MEMORIES = (1.0, 10.0), 3
 """Times over which the current is forgotten: the shortest and the longest over the delay of the valve, and how many."""
+_FURTHER = ("input speed", "output speed", "slip")
+"""What the line pressure is asked for besides where something is missing."""
 _BETWEEN = {"valve delay": 0, "valve current": 1}
 """The parameter whose change between engagements is the law of a quantity."""
 _SHORTEST = 0.1
@@ -50,6 +52,7 @@ class ValveBlock:
         conditions, time = scene.recordings.conditions, scene.time
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
+        self.wide = False
         self.measured = scene.measured(self.signal)
         self.counted = np.ones(self.measured.shape, bool)
         self.fixed_std = np.array([scene.step])
@@ -123,8 +126,9 @@ class ValveBlock:
 
     def pairs(self) -> list[Pair]:
         """Laws of the current, the line pressure, the delay and the sensor."""
-        return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
-                *sensor_errors.pairs_of(self.scene, "pressure sensor"),
+        further = [("line pressure", on) for on in _FURTHER if self.wide and self.scene.knows(on)]
+        return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"), *further,
+                *sensor_errors.pairs_of(self.scene, self.wide, "pressure sensor"),
                 *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
                   for on in self.scene.of_runs)]
 
@@ -169,8 +173,8 @@ class ValveBlock:
             return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
         if on == "past current":
             return self._respond(points, gain * self._remembered(self.finer.get(pair, 0)))
-        if on == "time":
-            hats = bases.hats(np.broadcast_to(self.times, self.current.shape), self._instants(pair))
+        if quantity == "line pressure":
+            hats = bases.hats(self._abscissa(on), self._knots(pair))
             # Without the first hat, which at the command only the gain could be told from.
             return self._respond(points, self._demand(points)[:, None] * hats[:, 1:])
         raise KeyError(pair)
@@ -195,8 +199,8 @@ class ValveBlock:
             knots = self._currents(pair)
             first = bases.hats(self.current[:, 0], knots).mean(axis=0)
             return over(pair, knots, (np.eye(len(knots)) - first)[:, 1:-1], up_to="line")
-        if on == "time":
-            knots = self._instants(pair)
+        if quantity == "line pressure":
+            knots = self._knots(pair)
             return over(pair, knots, np.eye(len(knots))[:, 1:], relative=True, up_to="constant")
         raise KeyError(pair)
 
@@ -204,9 +208,18 @@ class ValveBlock:
         """Knots in A of laws over the current."""
         return np.linspace(self.current.min(), self.current.max(), fineness(self, pair) + 2)
 
-    def _instants(self, pair: Pair) -> np.ndarray:
-        """Knots in s of laws over time."""
-        return np.linspace(0, self.times[-1], fineness(self, pair))
+    def _abscissa(self, on: str) -> np.ndarray:
+        """What a law of the line pressure depends on, at the times (2 k - 1,) of the filter, for each engagement."""
+        x = self.scene.abscissa(on)
+        found = np.repeat(x, _FINE, axis=1)[:, :len(self.times)]
+        for one in range(1, _FINE):  # linear between the samples
+            found[:, one::_FINE] += one / _FINE * np.diff(x, axis=1)
+        return found
+
+    def _knots(self, pair: Pair) -> np.ndarray:
+        """Knots of laws of the line pressure over time or a signal, in its unit."""
+        x = self.scene.abscissa(pair[1])
+        return bases.evenly(x, np.ones(x.shape, bool), fineness(self, pair))
 
     def _widths(self) -> np.ndarray:
         """Half-widths in A of the play operators."""

@@ -59,7 +59,8 @@ def test_two_laws_are_still_two() -> None:
 
 
 @pytest.mark.parametrize(("pair", "times"), [
-    (OVER_SPEED, 2), (("load torque", "run order"), 2), (("load torque", "motor speed"), 0), (GAIN, 2), (("output speed sensor", "lag"), 2),
+    (OVER_SPEED, 2), (("load torque", "run order"), 2), (("load torque", "motor speed"), 0), (GAIN, 2),
+    (("output speed sensor", "lag"), 2),
     (("output speed sensor", "offset"), 0), (("output speed sensor", "time"), 2),
     (("output speed sensor", "run order"), 2), (("output torque sensor", "pressure"), 0)])
 def test_laws_over_signals_and_some_errors_of_sensors_can_be_finer(pair: Pair, times: int) -> None:

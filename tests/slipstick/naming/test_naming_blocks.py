@@ -51,9 +51,13 @@ def blocks(bench: Bench) -> dict[str, Block]:
     pressure, nothing = scene.smooth["pressure"], np.zeros((len(scene), 7))
     clutch = ClutchBlock(scene, pressure)
     clutch.in_contact = clutch.contact(nothing)
-    return {"valve": ValveBlock(scene), "load": LoadBlock(scene), "input": InputBlock(scene),
-            "lock": LockBlock(scene, scene.smooth["output_speed"]), "clutch": clutch,
-            "contact": ContactBlock(scene, pressure, nothing)}
+    found: dict[str, Block] = {
+        "valve": ValveBlock(scene), "load": LoadBlock(scene), "input": InputBlock(scene),
+        "lock": LockBlock(scene, scene.smooth["output_speed"]), "clutch": clutch,
+        "contact": ContactBlock(scene, pressure, nothing)}
+    for block in found.values():
+        block.wide = True
+    return found
 
 
 def nominal(block: Block) -> np.ndarray:

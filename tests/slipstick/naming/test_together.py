@@ -33,6 +33,7 @@ class Line:
     signal: str = "any"
     scene: Any = field(default_factory=lambda: SimpleNamespace(of_runs=()))
     fine: int = 9
+    wide: bool = False
     finer: Mapping[Pair, int] = field(default_factory=dict)
     random: tuple[str, ...] = ("slope",)
     fixed: tuple[str, ...] = ()
