@@ -18,6 +18,10 @@ import numpy as np
 from numba import njit
 
 
+_LANES = 8
+"""Columns that are filtered at a time: each step waits for the one before, and those of other columns do not."""
+
+
 @dataclass(frozen=True, eq=False)
 class BlockNoise:
     """Sensor noise of the output: `std` in its unit, and `correlation` from sample to sample.
@@ -91,6 +95,7 @@ def _without_modes(white, counted, modes):  # type: ignore[no-untyped-def]
     n, p, k = white.shape
     r = modes.shape[1]
     gain, scale = np.zeros((k, r)), np.zeros(k)
+    weight, innovation = np.zeros((r, _LANES)), np.zeros(_LANES)
     for i in range(n):
         covariance = np.eye(r)  # of the weights, given the samples so far
         for t in range(k):
@@ -107,16 +112,23 @@ def _without_modes(white, counted, modes):  # type: ignore[no-untyped-def]
                 for a in range(r):
                     gain[t, a] /= variance
                 scale[t] = 1 / np.sqrt(variance)
-        for j in range(p):
-            weight = np.zeros(r)
+        for first in range(0, p, _LANES):
+            some = min(_LANES, p - first)
+            weight[:] = 0.0
             for t in range(k):
                 if counted[i, t]:
-                    innovation = white[i, j, t]
+                    for j in range(some):
+                        innovation[j] = white[i, first + j, t]
                     for a in range(r):
-                        innovation -= weight[a] * modes[i, a, t]
+                        mode = modes[i, a, t]
+                        for j in range(_LANES):
+                            innovation[j] -= weight[a, j] * mode
                     for a in range(r):
-                        weight[a] += gain[t, a] * innovation
-                    white[i, j, t] = innovation * scale[t]
+                        share = gain[t, a]
+                        for j in range(_LANES):
+                            weight[a, j] += share * innovation[j]
+                    for j in range(some):
+                        white[i, first + j, t] = innovation[j] * scale[t]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -124,6 +136,7 @@ def _filter(columns, counted, std, rho, input_std, input_rho, decay, onto, out):
     n, p, k = columns.shape
     # Variances of what is new in v and u at each sample.
     fresh, input_fresh = std * std * (1 - rho * rho), input_std * input_std * (1 - input_rho * input_rho)
+    x, u, v, innovation = np.zeros(_LANES), np.zeros(_LANES), np.zeros(_LANES), np.zeros(_LANES)
     for i in range(n):
         # The gains are those of all columns; where a sample is not counted, they are 0.
         last = k
@@ -150,13 +163,22 @@ def _filter(columns, counted, std, rho, input_std, input_rho, decay, onto, out):
                 pxx, pxu, pxv = a * (a * pxx + b * pxu) + b * onward, input_rho * onward, rho * (a * pxv + b * puv)
                 puu, puv = input_rho * input_rho * puu + input_fresh, input_rho * rho * puv
             pvv = rho * rho * pvv + fresh
-        for j in range(p):
-            x, u, v = 0.0, 0.0, 0.0
+        for first in range(0, p, _LANES):
+            some = min(_LANES, p - first)
+            x[:] = 0.0
+            u[:] = 0.0
+            v[:] = 0.0
             for t in range(last):
-                innovation = columns[i, j, t] - x - v
-                out[i, j, t] = innovation * gain[t, 3]
-                v = rho * (v + gain[t, 2] * innovation)
+                for j in range(some):
+                    innovation[j] = columns[i, first + j, t] - x[j] - v[j]
+                for j in range(some):
+                    out[i, first + j, t] = innovation[j] * gain[t, 3]
+                gx, gu, gv = gain[t, 0], gain[t, 1], gain[t, 2]
+                for j in range(_LANES):
+                    v[j] = rho * (v[j] + gv * innovation[j])
                 if t + 1 < last:
-                    u += gain[t, 1] * innovation
-                    x = decay[i, t] * (x + gain[t, 0] * innovation) + onto[i, t] * u
-                    u *= input_rho
+                    a, b = decay[i, t], onto[i, t]
+                    for j in range(_LANES):
+                        u[j] += gu * innovation[j]
+                        x[j] = a * (x[j] + gx * innovation[j]) + b * u[j]
+                        u[j] *= input_rho
