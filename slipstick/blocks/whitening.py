@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-
 _LANES = 8
 """Columns that are filtered at a time: each step waits for the one before, and those of other columns do not."""
 

@@ -1,6 +1,6 @@
 """The choice between a pair that gains most in the linear model and those near it, by full fits."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,12 +18,14 @@ from slipstick.naming.settings import NamingSettings
 class Choice:
     """The pairs `compared` in the linear model about `fits`, and those of them that are `ranked`, best first.
 
+    The lead over rare pairs does not count for those that are `usual`: where they are not told apart, they are tied.
     `ask` is told which pair is fitted in full. Each is fitted once, and then `known`.
     """
 
     fits: Mapping[str, BlockFit]
     compared: Sequence[Gain]
     ranked: Sequence[Gain]
+    usual: Collection[Pair]
     settings: NamingSettings
     ask: Callable[[Gain], None]
     known: dict[Pair, Tried] = field(default_factory=dict)
@@ -83,7 +85,8 @@ class Choice:
             if one.pair not in self.known and set(one.blocks) <= set(chosen.one.blocks):
                 ahead = chosen.one.nats - one.nats
                 found.append(Rival(one.pair, float((chosen.rise - ahead).sum()), in_errors(ahead)))
-        return next_best(chosen.one.pair, found)
+        is_usual = chosen.one.pair in self.usual
+        return next_best(chosen.one.pair, [one for one in found if one.pair in self.usual or not is_usual])
 
 
 def uneven(finding: Finding, compared: Sequence[Gain], settings: NamingSettings) -> list[Rival]:

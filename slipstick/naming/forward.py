@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import has_few_numbers
+from slipstick.naming.block import Pair, has_few_numbers
 from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
@@ -28,6 +28,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     fits, findings, closed = dict(fits), list[Finding](), set(closed)
     _set_resolution(fits, settings)
     tables, is_wide = dict[str, Table](), False
+    usual = {pair for one in fits.values() for pair in one.block.pairs()}
     while len(closed) < len(fits):
         asked = tuple(name for name in fits if name not in closed)
         ask(Asked(step, asked, compares=True))
@@ -38,7 +39,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
         pairs = [pair for pair in offered if pair not in current]
         compared = gains(list(tables.values()), current, pairs)
-        ranked = [one for one in compared if _is_promising(one, settings)]
+        ranked = _worth_trying([one for one in compared if _is_promising(one, settings)], usual, fits, settings)
         if ranked and not is_wide:
             # Something is missing: pairs that hardly any bench has compete as well.
             is_wide = True
@@ -49,7 +50,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         shown = [one for one in ranked if _is_shown(one, settings)]
         touched = set[str]()
         for best in shown or ranked[:1]:  # what only agrees is tried one at a time
-            choice = Choice(fits, compared, ranked, settings, lambda one: ask(Asked(step, one.blocks, one.pair)))
+            choice = Choice(fits, compared, ranked, usual, settings,
+                            lambda one: ask(Asked(step, one.blocks, one.pair)))
             near = choice.near(best)
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
             if touched & {block for one in (best, *near) for block in one.blocks}:
@@ -91,6 +93,17 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
             fits |= found
             kept.remove(finding)
     return fits, kept
+
+
+def _worth_trying(promising: Sequence[Gain], usual: Collection[Pair], fits: Mapping[str, BlockFit],
+                  settings: NamingSettings) -> list[Gain]:
+    """Those pairs that are `usual`, and others where one of their blocks has such a pair or is not explained.
+
+    Otherwise a rare pair would be named for what hardly matters, such as what is left of an error of the converter.
+    """
+    lacking = {name for one in promising if one.pair in usual for name in one.blocks}
+    lacking |= {name for name, one in fits.items() if is_unexplained(one.chi2, one.chi2, settings)}
+    return [one for one in promising if one.pair in usual or lacking & set(one.blocks)]
 
 
 def _is_shown(one: Gain, settings: NamingSettings) -> bool:

@@ -33,10 +33,13 @@ _OF_SIGNAL, _STEP = ("gain", "lag"), 1e-4
 
 
 def pairs_of(scene: Scene, wide: bool, *sensors: str) -> list[Pair]:
-    """The errors of sensors, over all on which they may depend and that was measured; more where `wide`."""
+    """The errors of sensors, over all on which they may depend and that was measured; more where `wide`.
+
+    The slip has noise of the speed sensors, so that an error of these over it would explain their noise.
+    """
     further = (*_FURTHER, *scene.channels) if wide else ()
     return [(sensor, on) for sensor in sensors for on in dict.fromkeys((*_ERRORS_OVER[sensor], *further))
-            if scene.knows(on) and f"{on} sensor" != sensor]
+            if scene.knows(on) and f"{on} sensor" != sensor and not (on == "slip" and "speed" in sensor)]
 
 
 def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int = 0) -> np.ndarray:

@@ -201,7 +201,7 @@ def test_a_drift_of_a_sensor_is_in_its_reading(name: str, sensor: str, on: str) 
 @pytest.mark.parametrize(("name", "sensor", "on"), [
     ("valve", "pressure", "input speed"), ("valve", "pressure", "gain"),
     *((name, "output torque", on) for name in ("load", "input", "clutch", "contact")
-      for on in ("pressure", "output speed", "slip", "current")), ("load", "output speed", "slip"),
+      for on in ("pressure", "output speed", "slip", "current")), ("load", "output speed", "current"),
     ("input", "input speed", "current")])
 def test_an_error_of_a_sensor_over_a_signal_is_in_its_reading(name: str, sensor: str, on: str) -> None:
     block, pair = nominal(HEAVY, name), (f"{sensor} sensor", on)
