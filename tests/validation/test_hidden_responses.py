@@ -8,7 +8,7 @@ from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
-            "relax", "opens")  # on a ramp by a time of its own
+            "relax", "opens", "warms", "swings")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -179,6 +179,23 @@ def test_a_filter_opens_after_the_command() -> None:
     expected = 0.01 * (0.1 + 4 * np.exp(-HEAVY.time / 0.3))
     assert np.interp(0.6, HEAVY.time, late) == pytest.approx(np.interp(0.6, HEAVY.time, expected), rel=0.15)
     assert late[-1] == pytest.approx(0.001, abs=2e-4 + HEAVY.period)
+
+
+def test_a_reading_falls_behind_a_step_and_comes_back() -> None:
+    step = np.where(HEAVY.time > 0.5, 10.0, 0.0)[None]
+    missing = (step - RESPONSES["warms"](step, 0.02, "pressure", HEAVY))[0]
+    for later in (0.01, 0.06, 0.3, 0.8):
+        left = 2.5 * (np.exp(-later / 0.12) - np.exp(-later / 0.04))
+        assert np.interp(0.5 + later, HEAVY.time, missing) == pytest.approx(left, abs=0.05)
+
+
+def test_a_fifth_of_a_reading_swings_about_a_step() -> None:
+    step = np.where(HEAVY.time > 0.5, 10.0, 0.0)[None]
+    missing = (step - RESPONSES["swings"](step, 0.016, "output_speed", HEAVY))[0]
+    for turns in (1, 2, 3):
+        expected = 2 * np.exp(-0.04 * 2 * np.pi * turns)
+        assert np.interp(0.5 + 0.4 * turns, HEAVY.time, missing) == pytest.approx(expected, abs=0.06)
+        assert np.interp(0.3 + 0.4 * turns, HEAVY.time, missing) < -1
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -1,5 +1,5 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING` and `DISTANT` for judging it.
+`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT` and `OVERSEAS` for judging it.
 """
 
 import csv
@@ -50,6 +50,7 @@ FARTHER = read(_DATA / "farther.csv")
 REMOTE = read(_DATA / "remote.csv")
 OUTLYING = read(_DATA / "outlying.csv")
 DISTANT = read(_DATA / "distant.csv")
+OVERSEAS = read(_DATA / "overseas.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
-         "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT}
+         "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT, "overseas": OVERSEAS}

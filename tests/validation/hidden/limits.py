@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, BEYOND, DISTANT, FARTHER, OUTLYING, REMOTE
+from .cases import ABROAD, AFIELD, BEYOND, DISTANT, FARTHER, OUTLYING, OVERSEAS, REMOTE
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
+from .fifteenth import FIFTEENTH
 from .fifth import BENCHES as OF_FIFTH
 from .fourteenth import FOURTEENTH
 from .fourth import FOURTH
@@ -42,8 +43,8 @@ def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
-                                            *FOURTEENTH)}
-    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT):
+                                            *FOURTEENTH, *FIFTEENTH)}
+    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

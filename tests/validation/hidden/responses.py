@@ -286,6 +286,24 @@ def opens(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return _lagged_by(signal, np.broadcast_to(lag, signal.shape), setup)
 
 
+def warms(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Miss a part of each change for a while: a quarter of what a lag of 2 has and one of 6 times `strength` has not.
+
+    The reading follows at once, falls behind, and comes back, so that a ramp is late by `strength` at last.
+    """
+    slow, fast = (lagged(signal, part * strength * _slowness(setup), setup) for part in (6, 2))
+    return signal + 0.25 * (slow - fast)
+
+
+def swings(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Read a fifth of the value by way of a part on a spring, which swings once in 25 times `strength` and long."""
+    w, damping = 2 * np.pi / (25 * strength * _slowness(setup)), 0.04
+    r, angle = np.exp(-damping * w * setup.period), w * np.sqrt(1 - damping**2) * setup.period
+    a = np.array([1, -2 * r * np.cos(angle), r * r])
+    start = signal[:, :1]
+    return 0.8 * signal + 0.2 * (start + lfilter([0, a.sum()], a, signal - start))
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -321,4 +339,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "hammer": hammer, "divide": divide,
              "peak": peak, "blind": blind,
              "paste": paste, "share": share,
-             "relax": relax, "opens": opens}
+             "relax": relax, "opens": opens,
+             "warms": warms, "swings": swings}
