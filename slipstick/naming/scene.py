@@ -108,8 +108,8 @@ class Scene:
             return np.asarray(np.cumsum(np.maximum(self.smooth["output_speed"], 0), axis=1) * self.step)
         if depends_on in OF_PLATES:
             return self.of_plates[depends_on]
-        if depends_on == "slip":
-            return self.slip
+        if depends_on == "slip":  # after lock-up it would be noise of the speeds, which their residuals contain
+            return np.where(self.time < self.recordings.measured_time[:, None], self.slip, 0.0)
         values = self.smooth[depends_on.replace(" ", "_")]
         return values if depends_on == "input speed" else np.maximum(values, 0)
 
