@@ -140,12 +140,15 @@ def delayed(signal: np.ndarray, late: float) -> np.ndarray:
 @njit(nogil=True, cache=True, error_model="numpy")
 def _delay(signal, late, found):  # type: ignore[no-untyped-def]
     n, k = signal.shape
+    whole = int(np.ceil(late))
+    share = whole - late  # of the later one of two samples
+    begin = min(max(whole, 0), k)
+    end = max(begin, min(k, k - 1 + whole))
     for i in range(n):
-        for t in range(k):
-            at = min(max(t - late, 0.0), k - 1.0)
-            first = min(int(at), k - 2)
-            share = at - first
-            found[i, t] = signal[i, first] * (1 - share) + signal[i, first + 1] * share
+        found[i, :begin] = signal[i, 0]
+        for t in range(begin, end):
+            found[i, t] = signal[i, t - whole] * (1 - share) + signal[i, t - whole + 1] * share
+        found[i, end:] = signal[i, -1]
 
 
 def late(signal: np.ndarray, time: np.ndarray) -> np.ndarray:
