@@ -8,8 +8,8 @@ from slipstick.clutch import effects
 from slipstick.confirmation.fit import SimulationFit, above, fit_simulation
 from slipstick.confirmation.simulated import SimulatedBench
 from slipstick.confirmation.terms import Terms
-from slipstick.naming.fit import gram_of
 from slipstick.naming.grams import estimate
+from slipstick.naming.linear_model import gram_of
 
 
 def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, SimulationFit] | None:

@@ -28,8 +28,9 @@ import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Pair, SearchedBlock
-from slipstick.naming.fit import BlockFit, gram_of, predict, reduced
+from slipstick.naming.fit import BlockFit, reduced
 from slipstick.naming.grams import REACH, Gram, estimate, marginalise, solve
+from slipstick.naming.linear_model import gram_of, predict
 from slipstick.threads import mapped
 
 _OWN_DAMPINGS = (0.003, 0.0, 0.03, 0.3, 3.0)

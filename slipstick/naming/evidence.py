@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.naming.block import Pair
-from slipstick.naming.fit import BlockFit, Part, joined, linearised, predict
+from slipstick.naming.fit import BlockFit
 from slipstick.naming.grams import Fitted, estimate, likelihood, solve
+from slipstick.naming.linear_model import Part, joined, linearised, predict
 from slipstick.naming.selection import in_agreement
 
 FOLDS = 6

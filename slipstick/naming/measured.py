@@ -11,8 +11,9 @@ from slipstick.clutch.laws import DEPENDENCES, MOST_POINTS, OF_SENSORS, QUANTITI
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Block, Pair
 from slipstick.naming.curved import CurvedFit
-from slipstick.naming.fit import LAW_PRECISION, BlockFit
+from slipstick.naming.fit import BlockFit
 from slipstick.naming.law_map import UpTo
+from slipstick.naming.linear_model import LAW_PRECISION
 from slipstick.naming.smoothness import between_points, smoothed
 from slipstick.naming.thinning import thinned
 

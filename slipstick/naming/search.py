@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.naming.block import Laws
 from slipstick.naming.curved import HIGHEST, LOWEST
-from slipstick.naming.fit import predict
+from slipstick.naming.linear_model import predict
 from slipstick.naming.piston import ClutchBlock
 
 _FRICTION, _BIAS, _PLACE = 0, 1, 2

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.bench.converter import Converter
-from slipstick.blocks.input import curves_of
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
+from slipstick.naming.drive import KNOTS, AtSpeed, Drive
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.mechanics import (
@@ -40,18 +40,12 @@ CONVERTER_WITHIN = 0.05
 """Relative standard deviation of the converter's torque at a knot: its curve comes from another bench."""
 _SAG_WITHIN = 0.03
 """Standard deviation of the share of its speed that the motor loses under the largest torque of the pump."""
-_CONVERTER_KNOTS = 8
 _STEPS = 2
 """Runge-Kutta steps in a sample; four change the speed by less than a hundredth of the sensor's noise."""
-_SLOPE_STEP = 1e-3
-"""Relative step of the derivatives of the converter's torque: far below the distance of the points of its curve."""
-_POINTS = 2000
-"""Points of the tables of the converter: far closer than those of its curve."""
 _LAGS = np.array([0.2, 0.6, 2.0, 6.0])
 """Lags of the converter over the delay of the valve: a factor 3 apart, any between them is nearly a sum of two."""
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
-_LEAST = 1e-6
 SENSOR = "input speed sensor"
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
 _FURTHER = ("slip", "heat", "time in contact", "current", "output position")
@@ -66,16 +60,12 @@ _FROM_ZERO = ("output speed", "pressure", "slip", *OF_PLATES)
 class Linearised:
     """About a speed, w' = forcing / inertia - rate w: `inertia` (n, 1) in kg m^2, `rate` (n, k - 1) in 1/s.
 
-    `converter` (n, k) is its torque in N m and `motor` (n, k) the change of that with the logarithm of the motor speed.
-    `ratio` (n, k) is the speed ratio, and `pump` (n, k) the torque of the pump over the largest one.
+    The `converter` is that at this speed.
     """
 
     inertia: np.ndarray
     rate: np.ndarray
-    converter: np.ndarray
-    motor: np.ndarray
-    ratio: np.ndarray
-    pump: np.ndarray
+    converter: AtSpeed
 
 
 class InputBlock:
@@ -96,25 +86,19 @@ class InputBlock:
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.coulomb, self.viscous = (scene.value(name) for name in self.random[:3])
         self.motor = conditions.motor_speed
-        self._curves = curves_of(physics.curves)
         initial, column = initial_input_speed(physics.curves, np.tile(scene.base, (len(scene), 1)), conditions)
         self._initial = initial[np.arange(len(scene)), column]
-        ratio = np.clip(scene.smooth[self.signal] / self.motor[:, None], 0, 1)
-        low, high = np.quantile(ratio, [0.001, 0.999])
-        self._knots = np.linspace(low, high, _CONVERTER_KNOTS)
+        self._drive = Drive.of(physics.curves, self.motor, scene.smooth[self.signal])
         self._levels = drifting_columns(self.motor, scene.run)
         self.fixed: tuple[str, ...] = ("clock", "sag", *(f"motor {i}" for i in range(self._levels.shape[1])),
-                                       *(f"converter {i}" for i in range(_CONVERTER_KNOTS)))
+                                       *(f"converter {i}" for i in range(KNOTS)))
         self.fixed_std = np.array([scene.step, _SAG_WITHIN, *[CONDITIONS_WITHIN] * self._levels.shape[1],
-                                   *[CONVERTER_WITHIN] * _CONVERTER_KNOTS])
+                                   *[CONVERTER_WITHIN] * KNOTS])
         self.widest = np.array([0.1, 0.1, 0.1, 0.05, 0.5, 0.05])
         self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
-        self._largest_pump = float(((self.motor.max() / self._curves[2]) ** 2).max())  # N m
         self._shared = np.zeros(len(self.fixed))
-        self._ratios = np.linspace(self._curves[0, 0], self._curves[0, -1], _POINTS)
-        self._hats = bases.hats(self._ratios[None], self._knots)[0]
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
         self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
         nominal = np.zeros((len(scene), len(self.random)))
@@ -168,16 +152,17 @@ class InputBlock:
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
         speed, about, one = self._speed, self._about, np.ones(self.torque.shape)
-        net = (about.converter + self.scene.given_torque[:, None] - self.coulomb - self.viscous * speed
+        net = (about.converter.torque + self.scene.given_torque[:, None] - self.coulomb - self.viscous * speed
                - self.scene.smooth["output_torque"] / self.scene.gear)
-        own = self._respond(np.stack([-net, -self.coulomb * one, -self.viscous * speed, about.motor,
+        own = self._respond(np.stack([-net, -self.coulomb * one, -self.viscous * speed, about.converter.motor,
                                       self._kick * self._spike], axis=1))
         decay = np.exp(-np.cumsum(about.rate * self.scene.step, axis=1))
         start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
         own[:, 3] += start  # the shaft turns with the motor before the plates meet
-        hats = bases.hats(about.ratio, self._knots)
-        factor = 1 + self._shared[-_CONVERTER_KNOTS:] @ hats
-        sag, converter = -about.motor * about.pump, (about.converter / factor)[:, None] * hats
+        hats = bases.hats(about.converter.ratio, self._drive.knots)
+        factor = 1 + self._shared[-KNOTS:] @ hats
+        now = about.converter
+        sag, converter = -now.motor * now.pump, (now.torque / factor)[:, None] * hats
         fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
         own = np.concatenate([own, start[:, None]], axis=1)
         own, fixed = (sensor_errors.as_read(self.scene, one, speed, laws, SENSOR, self.finer) for one in (own, fixed))
@@ -196,17 +181,7 @@ class InputBlock:
 
     def converter(self, shared: np.ndarray) -> Converter:
         """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
-        given, first = self._curves, 2 + self._levels.shape[1]
-        ratio = np.union1d(given[0], self._knots)
-        torque, capacity = (np.interp(ratio, given[0], row) for row in given[1:])
-        motor = np.full(ratio.shape, np.sqrt(np.mean(self.motor**2)))
-        torque_given = self._converter(ratio * motor, motor)
-        pump = (motor / capacity) ** 2
-        sagged = self._converter(ratio * motor, motor * (1 - shared[1] * pump / self._largest_pump))
-        factor = np.where(torque_given > 0, sagged / np.maximum(torque_given, _LEAST), 1.0)
-        factor = factor * (1 + bases.hats(ratio[None], self._knots)[0].T @ shared[first:])
-        return Converter(tuple(ratio.tolist()), tuple(np.maximum(torque * factor, 0.0).tolist()),
-                         tuple(capacity.tolist()))
+        return self._drive.corrected(float(np.sqrt(np.mean(self.motor**2))), shared[1], shared[-KNOTS:])
 
     def pairs(self) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
@@ -266,7 +241,7 @@ class InputBlock:
     def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
         if pair == _LAG:
-            torque = self._converter(speed, self.motor[:, None])
+            torque = self._drive.torque(speed, self.motor[:, None])
             lags = self.scene.value("current_delay") * _LAGS
             late = np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],
                             axis=1)
@@ -292,7 +267,7 @@ class InputBlock:
             return sensor_errors.reading(scene, *pair, torque, self.finer.get(pair, 0)) / scene.gear
         unit = scene.typical_torque / scene.gear
         of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
-        size = self._converter(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
+        size = self._drive.torque(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
         if on in scene.of_runs:
             between = scene.between(on, of_converter, self.finer.get(pair, 0))
             return np.asarray(size[:, None] * between[:, :, None])
@@ -304,50 +279,25 @@ class InputBlock:
         x, spaced = self.scene.abscissa(pair[1]), bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
         return spaced(x, np.ones(x.shape, bool), fineness(self, pair))
 
-    def _converter(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
-        """T_conv in N m."""
-        ratio = speed / motor
-        torque, capacity = (np.interp(ratio, *self._curves[[0, row]]) for row in (1, 2))
-        return np.asarray(torque * (motor / capacity) ** 2)
-
-    def _factor(self, ratio: np.ndarray) -> np.ndarray:
-        """The factor of the converter's torque over the speed ratio, of the same shape."""
-        errors = self._hats.T @ self._shared[-_CONVERTER_KNOTS:]
-        return np.asarray(1 + np.interp(ratio, self._ratios, errors))
-
     def _motor(self, points: np.ndarray) -> np.ndarray:
         """Motor speed (n,) in rad/s without sag."""
-        return np.asarray(self.motor * (1 + self._levels @ self._shared[2:-_CONVERTER_KNOTS]) * (1 + points[:, 3]))
+        return np.asarray(self.motor * (1 + self._levels @ self._shared[2:-KNOTS]) * (1 + points[:, 3]))
 
     def _linearised(self, points: np.ndarray) -> Linearised:
         """The equation about the speed without noise, which would be a bias where the converter's curve bends."""
-        speed, motor = self._speed, self._motor(points)[:, None]
-        free, pump = motor, np.zeros(speed.shape)
-        for _ in range(2):
-            capacity = np.interp(speed / motor, *self._curves[[0, 2]])
-            pump = (motor / capacity) ** 2 / self._largest_pump
-            motor = free * (1 - self._shared[1] * pump)
-
-        def converter(speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
-            return np.asarray(self._converter(speed, motor) * self._factor(speed / motor))
-
-        h, inertia = _SLOPE_STEP * motor, (self.inertia * (1 + points[:, 0]))[:, None]
-        slope = (converter(speed + h, motor) - converter(speed - h, motor)) / (2 * h)
-        rate = (self.viscous * (1 + points[:, 2]))[:, None] / inertia - slope / inertia
-        change = converter(speed, motor * (1 + _SLOPE_STEP)) - converter(speed, motor * (1 - _SLOPE_STEP))
-        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), converter(speed, motor),
-                          change / (2 * _SLOPE_STEP), speed / motor, pump)
+        now = self._drive.at(self._speed, self._motor(points)[:, None], self._shared[1], self._shared[-KNOTS:])
+        inertia = (self.inertia * (1 + points[:, 0]))[:, None]
+        rate = (self.viscous * (1 + points[:, 2]))[:, None] / inertia - now.slope / inertia
+        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), now)
 
     def _integrated(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Speed (n, k) in rad/s against the clutch torque (n, k) in N m on the input side."""
-        speed, ratio = np.empty(torque.shape), self._ratios
-        torques, capacity = (np.interp(ratio, self._curves[0], row) for row in self._curves[1:])
-        motor = self._motor(points)
+        speed, drive, motor = np.empty(torque.shape), self._drive, self._motor(points)
+        ratio = drive.ratios
         turn(self.scene.time, torque, self._initial * motor / self.motor * (1 + points[:, 5]), motor,
              self.scene.given_torque - self.coulomb * (1 + points[:, 1]), self.viscous * (1 + points[:, 2]),
              self.inertia * (1 + points[:, 0]), ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]),
-             torques / capacity**2 * self._factor(ratio), 1 / capacity**2, self._shared[1] / self._largest_pump,
-             _STEPS, speed)
+             *drive.tables(self._shared[-KNOTS:]), self._shared[1] / drive.largest, _STEPS, speed)
         return speed
 
     def _respond(self, torque: np.ndarray) -> np.ndarray:

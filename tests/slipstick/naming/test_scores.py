@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from slipstick.naming.evidence import FOLDS, Table, gains
-from slipstick.naming.fit import Part
 from slipstick.naming.grams import Gram
+from slipstick.naming.linear_model import Part
 from slipstick.naming.selection import in_agreement, in_errors
 
 PAIR = ("quantity", "signal")
