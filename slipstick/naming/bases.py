@@ -97,12 +97,19 @@ def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
         return np.stack([signal, signal * np.abs(signal) / largest], axis=1)
     if on == "lag":
         late = late_by(signal, time, scale)
-        if not finer:
-            return late
-        delays = [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags(scale)]
-        over_signal = modulated(late, hats(np.abs(signal) / largest, lag_points(finer)))
-        return np.concatenate([np.stack(delays, axis=1), over_signal], axis=1)
+        return finer_lags(signal, late, time, scale, largest, finer) if finer else late
     raise KeyError(on)
+
+
+def finer_lags(signal: np.ndarray, late: np.ndarray, time: np.ndarray, scale: float, largest: float,
+               finer: int) -> np.ndarray:
+    """Errors (n, m, k) of a sensor of `signal` (n, k) with dead times, and with lags that depend on the signal.
+
+    `late` (n, l, k) are those of constant lags; the others are as for `sensor_basis`.
+    """
+    delays = [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags(scale)]
+    over_signal = modulated(late, hats(np.abs(signal) / largest, lag_points(finer)))
+    return np.concatenate([np.stack(delays, axis=1), over_signal], axis=1)
 
 
 def late_by(signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:

@@ -8,6 +8,7 @@ from slipstick.naming.bases import (
     between,
     between_knots,
     doubled,
+    finer_lags,
     from_zero,
     gain_points,
     hats,
@@ -58,9 +59,12 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
     if on == "run order":
         onto = hats(scene.run, drift_knots(scene, finer)) * drift(scene, sensor)
         return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
-    basis = np.asarray(sensor_basis(on, signal, scene.time, lag_scale(scene), largest(scene, sensor), finer))
+    time, scale, size = scene.time, lag_scale(scene), largest(scene, sensor)
     if on == "lag" and finer:
-        return np.concatenate([basis, *changing(scene, late_by(signal, scene.time, lag_scale(scene)), finer)], axis=1)
+        late = late_by(signal, time, scale)
+        return np.concatenate([finer_lags(signal, late, time, scale, size, finer), *changing(scene, late, finer)],
+                              axis=1)
+    basis = sensor_basis(on, signal, time, scale, size, finer)
     return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
 
 

@@ -90,6 +90,27 @@ def test_a_finer_lag_is_closer_to_other_responses_than_first_order_ones(
     assert left[1] < 0.5 * left[0]
 
 
+@pytest.mark.parametrize("lag", [
+    lambda run, t: 0.01 + 0.04 * (run > run.mean())[:, None] * np.ones(len(t)),  # another sensor from the middle on
+    lambda run, t: 0.05 * np.ones(len(run))[:, None] * np.maximum(0, 1 - t / t[-1])])  # a filter that opens
+def test_a_finer_lag_follows_one_that_changes_over_the_runs_or_the_time(
+        lag: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> None:
+    scene = plain()
+    signal, left = scene.smooth["output_speed"], []
+    change = -lag(scene.run, scene.time) * np.gradient(signal, scene.time, axis=1)
+    for finer in (0, 1):
+        basis = sensor_errors.reading(scene, "output speed sensor", "lag", signal, finer).transpose(0, 2, 1)
+        basis = basis.reshape(-1, basis.shape[-1])
+        coefficients = np.linalg.lstsq(basis, change.ravel())[0]
+        left.append(np.linalg.norm(change.ravel() - basis @ coefficients))
+    assert left[1] < 0.5 * left[0]
+    block = block_of("load", scene)
+    block.finer = {("output speed sensor", "lag"): 1}
+    # Its number is the lag in the middle of the time, of all runs on average.
+    value = float((block.law(("output speed sensor", "lag")).onto @ coefficients)[0])
+    assert value == pytest.approx(lag(scene.run, scene.time)[:, len(scene.time) // 2].mean(), abs=0.006)
+
+
 @pytest.mark.parametrize(("rounds", "right"), [(mechanics._ROUNDS, True), (0, False)])
 def test_a_strong_gain_error_of_the_torque_sensor_is_a_function_of_the_true_torque(
         monkeypatch: pytest.MonkeyPatch, rounds: int, right: bool) -> None:

@@ -76,6 +76,16 @@ def test_engagements_on_which_a_law_does_not_act_say_nothing_about_it() -> None:
     assert in_proportion(np.where(odd, 300.0, 0.0), np.where(np.arange(54) < 1, 30.0, 0.0)) == 0
 
 
+def test_scores_that_agree_show_a_law_if_its_gains_are_no_noise() -> None:
+    shown = 3.0 * np.ones(54)
+    for against, errors in ((9, 5.5), (16, 3.1), (22, 1.4)):  # engagements in which the form of the law loses
+        gain = np.where(np.arange(54) < against, -8.0, 8.0)
+        assert in_proportion(gain, shown) == pytest.approx(errors, abs=0.2)
+        assert is_shown(gain, shown, 0.0, SETTINGS) == (errors > SETTINGS.errors)
+        assert is_shown(gain, shown, 5.0, SETTINGS) == (errors > SETTINGS.apart)
+    assert not is_shown(np.full(54, 0.1), shown, 50.0, SETTINGS)  # 5 nats
+
+
 def test_noise_is_not_in_proportion_to_anything() -> None:
     """A twentieth of the deviates exceeds 1.64, where a law acts on all engagements or on few."""
     rng = np.random.default_rng(7)
