@@ -127,7 +127,8 @@ class FindingResult:
     nats: float
     """Gain of the natural log-likelihood of held-out engagements in these blocks."""
     errors: float
-    """Standard errors over engagements in which they show the law, as a standard normal deviate."""
+    """Standard errors over engagements in which they show the law, as a standard normal deviate: by what they gain, or
+    by their scores in the direction of the law, which are larger where its form loses in some of them."""
     rivals: list[Candidate]
     """Pairs that the recordings do not tell apart from it."""
     law: Law | None

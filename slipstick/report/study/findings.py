@@ -60,7 +60,7 @@ def _evidence(one: FindingResult, result: StudyResult, least: float) -> Entries:
     errors = f"more than {CERTAIN:.0f}" if one.errors > CERTAIN else number(one.errors)
     found = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
               f"{one.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} {listed(blocks or ['?'])}; "
-              f"that is {errors} standard errors over engagements."
+              f"the law is shown at {errors} standard errors over engagements."
               + (" Few engagements show it: it is named because it explains nearly all that is missing there."
                  if one.errors < least else ""))]
     rivals = [_trailing(other) for other in one.rivals]
