@@ -29,6 +29,8 @@ _CLOSE = 0.03  # tolerance of the drop at an end, relative to the drop
 _TOLERANCE = 1e-3  # tolerance of the optimizer at each value of a profile, in decades
 _RENEWALS = 2  # largest number of new lattices for one value of a profile
 _BRANCHES = 3  # largest number of times that the search for an end goes on from a higher maximum
+_RUNS = 2
+"""Runs of the optimizer from a start on that is far from a maximum: the first is scaled there, and may end early."""
 _JUMP = 0.3  # error of the drop at an end, relative to the drop, above which the optimizer has failed at some value
 _NEXT, _FURTHEST = 1.2, 3.0  # smallest step factor while an end is bracketed; above the largest, the bound is tried
 _STEEPEST = 16.0  # limit of the drop relative to that at an end, so that distant values do not mislead the root finder
@@ -158,9 +160,10 @@ class _Profile:
         Values further out are then forgotten, because their maxima may be surpassed as well.
         """
         for start in list(single_input_starts(self.problem, self.space, self.points[value][1]))[:-1]:
-            feasible = self._feasible(self.space.to_natural(start), value)
+            vector = self._feasible(self.space.to_natural(start), value)
             try:
-                vector, likelihood, local = self._maximum(feasible, local_problem(self.problem, self.space, feasible))
+                for _ in range(_RUNS):
+                    vector, likelihood, local = self._maximum(vector, local_problem(self.problem, self.space, vector))
             except _ProfileError:
                 continue
             if self.top - likelihood < self.points[value][0]:
