@@ -35,7 +35,7 @@ def closed_drop(case: Case, optimum: np.ndarray, direction: np.ndarray, value: f
     _, space, closed = case
     low, high, best = space.to_natural(space.lower), space.to_natural(space.upper), space.to_natural(optimum)
     random, losses = np.random.default_rng(1), []
-    for share in (0.0, 0.3):
+    for share in (0.0, 0.3, 0.3, 0.3, 0.3):
         start = (1 - share) * best + share * (low + random.random(len(low)) * (high - low))
         result = minimize(lambda natural: -closed(natural), start, method="SLSQP",
                           bounds=list(zip(low, high, strict=True)),
