@@ -97,11 +97,12 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
 
 def _worth_trying(promising: Sequence[Gain], usual: Collection[Pair], fits: Mapping[str, BlockFit],
                   settings: NamingSettings) -> list[Gain]:
-    """Those pairs that are `usual`, and others where one of their blocks has such a pair or is not explained.
+    """Those pairs that are `usual`, and others where one of their blocks has such a pair alone or is not explained.
 
     Otherwise a rare pair would be named for what hardly matters, such as what is left of an error of the converter.
+    Pairs of several blocks may promise something in one of them only.
     """
-    lacking = {name for one in promising if one.pair in usual for name in one.blocks}
+    lacking = {one.blocks[0] for one in promising if one.pair in usual and len(one.blocks) == 1}
     lacking |= {name for name, one in fits.items() if is_unexplained(one.chi2, one.chi2, settings)}
     return [one for one in promising if one.pair in usual or lacking & set(one.blocks)]
 
