@@ -56,7 +56,7 @@ bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five 
 	@$(PIP) install -e '.[bench]'
 	@$(BIN)/python -m benchmarks
 
-study-blind: setup ## what is named in recordings with hidden effects (two hours; resumable; DASK=ADDRESS)
+study-blind: setup ## what is named in recordings with hidden effects (some five hours; resumable; DASK=ADDRESS)
 	@for list in final unseen elsewhere fresh later further beyond abroad afield farther remote outlying distant overseas; do \
 	  $(ONE_THREAD) $(BIN)/python -m benchmarks.naming $$list $(if $(DASK),--dask $(DASK)) || exit 1; \
 	done
