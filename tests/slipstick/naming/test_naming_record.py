@@ -12,8 +12,8 @@ from slipstick.naming.study import Naming
 
 def test_a_naming_is_stored_with_all_that_its_findings_state() -> None:
     rival = Rival(("load torque", "time"), 20.0, 1.5)
-    one = Finding(("load", "lock"), ("output speed sensor", "lag"), np.array([3.0, -1.0, 8.0, 5.0] * 8), (rival,), rival,
-                  np.array([2.0, 0.5, 3.0, 2.5] * 8), 6.8)
+    gain, expected = np.array([3.0, -1.0, 8.0, 5.0] * 8), np.array([2.0, 0.5, 3.0, 2.5] * 8)
+    one = Finding(("load", "lock"), ("output speed sensor", "lag"), gain, (rival,), rival, expected, 46.8)
     bare = Finding(("contact",), ("friction coefficient", "slip"), np.full(32, 4.0))
     converter = Converter((0.0, 0.5, 1.0), (2.0, 1.5, 1.0), (10.0, 12.0, 20.0))
     found = Naming((one, bare), (3,), ("input",), {"load": 1.1}, {}, {"load_inertia": np.array([0.1, 0.2])},
@@ -24,4 +24,4 @@ def test_a_naming_is_stored_with_all_that_its_findings_state() -> None:
         assert (after.pair, after.blocks) == (before.pair, before.blocks)
         assert (after.errors, after.lead) == (before.errors, before.lead)
         assert (after.rivals == ()) == (before.rivals == ())
-    assert again.findings[0].errors == 6.8
+    assert again.findings[0].errors == 46.8  # more than the gains have
