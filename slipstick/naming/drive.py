@@ -44,21 +44,23 @@ class AtSpeed(NamedTuple):
 class Drive:
     """A converter with `curves` (3, c) of torque ratio and capacity over the speed ratio, and `knots` (KNOTS,) of e.
 
-    `largest` is the largest torque of the pump in N m. `ratios` are the points of its tables.
+    `largest` is the largest torque of the pump in N m. `ratios` are the points of its tables, and `onto` (KNOTS, t)
+    maps the errors at the knots to them.
     """
 
     curves: np.ndarray
     knots: np.ndarray
     largest: float
     ratios: np.ndarray
+    onto: np.ndarray
 
     @classmethod
     def of(cls, converter: Converter, motor: np.ndarray, speed: np.ndarray) -> "Drive":
         """The drive by motors at (n,) rad/s of a shaft at (n, k) rad/s, over whose speed ratios the knots are."""
         curves = curves_of(converter)
         low, high = np.quantile(np.clip(speed / motor[:, None], 0, 1), [_OUTERMOST, 1 - _OUTERMOST])
-        return cls(curves, np.linspace(low, high, KNOTS), float(((motor.max() / curves[2]) ** 2).max()),
-                   np.linspace(curves[0, 0], curves[0, -1], _POINTS))
+        knots, ratios = np.linspace(low, high, KNOTS), np.linspace(curves[0, 0], curves[0, -1], _POINTS)
+        return cls(curves, knots, float(((motor.max() / curves[2]) ** 2).max()), ratios, hats(ratios[None], knots)[0])
 
     def torque(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
         """Torque in N m by the given curve."""
@@ -102,4 +104,4 @@ class Drive:
 
     def _table(self, errors: np.ndarray) -> np.ndarray:
         """Relative errors of the torque at the `ratios`."""
-        return np.asarray(hats(self.ratios[None], self.knots)[0].T @ errors)
+        return np.asarray(self.onto.T @ errors)

@@ -103,7 +103,7 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
             return single(times, "s")
         middle = bases.hats(np.array([[0.5]]), bases.lag_points(finer))[0, :, 0]  # at half of the range, or of the time
         row = np.concatenate([times, np.outer(middle, times).ravel(), np.outer(middle[1:], times).ravel()])
-        own = sensor_errors.changing(scene, np.zeros((len(scene), len(times), len(scene.time))), finer)[1].shape[1]
+        own = len(times) * sensor_errors.sizes_over_runs(scene, finer).shape[1]
         return single(np.pad(row, (0, own)), "s")  # what changes over the runs has mean 0
     if on == "gain":
         share = bases.gain_points(finer) if finer else np.linspace(0, 1, _GAIN_POINTS)

@@ -71,8 +71,12 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
 def changing(scene: Scene, late: np.ndarray, finer: int) -> list[np.ndarray]:
     """Columns (n, m, k) of `finer` lags that change over time and over the run order, for `late` ones (n, l, k)."""
     over_time = hats(scene.abscissa("time"), scene.time[-1] * lag_points(finer))[:, 1:]
-    over_runs = between(scene.run, len(gain_points(finer)))
-    return [modulated(late, over_time), modulated(late, over_runs[:, :, None])]
+    return [modulated(late, over_time), modulated(late, sizes_over_runs(scene, finer))]
+
+
+def sizes_over_runs(scene: Scene, finer: int) -> np.ndarray:
+    """Sizes (n, m, 1) of a `finer` lag that changes over the run order, of mean 0 over the runs."""
+    return between(scene.run, len(gain_points(finer)))[:, :, None]
 
 
 def error(scene: Scene, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,

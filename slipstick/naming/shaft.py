@@ -228,11 +228,9 @@ class InputBlock:
         return single(np.outer(np.pad(mean, (0, over_runs.shape[1])), times).ravel(), "s")
 
     def _sizes(self, finer: int) -> tuple[np.ndarray, np.ndarray]:
-        """Sizes of a `finer` lag of the converter: (n, m, k) over the time in which plates slip, (n, l, 1) over the
-        run order."""
+        """Sizes of a `finer` lag of the converter, over the time of slip (n, m, k) and over the run order (n, l, 1)."""
         knots = self.scene.recordings.measured_time.max() * bases.gain_points(finer)
-        return (bases.hats(self.scene.abscissa("time"), knots),
-                bases.between(self.scene.run, len(bases.gain_points(finer)))[:, :, None])
+        return bases.hats(self.scene.abscissa("time"), knots), sensor_errors.sizes_over_runs(self.scene, finer)
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
