@@ -2,12 +2,25 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from functools import wraps
+from typing import ParamSpec, TypeVar
 
 from numba import get_num_threads
+from threadpoolctl import threadpool_limits
 
 One = TypeVar("One")
 Value = TypeVar("Value")
+Given = ParamSpec("Given")
+
+
+def in_one_blas_thread(function: Callable[Given, Value]) -> Callable[Given, Value]:
+    """Decorate a function that multiplies many small matrices, for which threads of the BLAS would only wait."""
+    @wraps(function)
+    def limited(*args: Given.args, **kwargs: Given.kwargs) -> Value:
+        with threadpool_limits(1, "blas"):
+            return function(*args, **kwargs)
+
+    return limited
 
 
 def mapped(function: Callable[[One], Value], items: Sequence[One], threads: int | None = None) -> list[Value]:

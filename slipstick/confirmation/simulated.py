@@ -124,7 +124,7 @@ class SimulatedBench:
         """Independent with unit variance."""
         return BlockNoise(1.0, 0.0)
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         """None: what is asked for is in the terms."""
         return []
 

@@ -22,12 +22,23 @@ def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """
     if len(knots) < 2:
         return np.ones((len(x), len(knots), *x.shape[1:]))
-    below = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, len(knots) - 2)
-    share = np.clip((x - knots[below]) / np.diff(knots)[below], 0.0, 1.0)
     out = np.zeros((len(x), len(knots), *x.shape[1:]))
-    np.put_along_axis(out, below[:, None], 1 - share[:, None], axis=1)
-    np.put_along_axis(out, below[:, None] + 1, share[:, None], axis=1)
+    _hats(np.ascontiguousarray(x, float).reshape(len(x), -1), knots, out.reshape(len(x), len(knots), -1))
     return out
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _hats(x, knots, out):  # type: ignore[no-untyped-def]
+    last = len(knots) - 2
+    for i in range(x.shape[0]):
+        j = 0
+        for t in range(x.shape[1]):
+            while j < last and x[i, t] >= knots[j + 1]:  # the next value is seldom far from this one
+                j += 1
+            while j > 0 and x[i, t] < knots[j]:
+                j -= 1
+            share = min(max((x[i, t] - knots[j]) / (knots[j + 1] - knots[j]), 0.0), 1.0)
+            out[i, j, t], out[i, j + 1, t] = 1 - share, share
 
 
 def doubled(knots: int, times: int) -> int:

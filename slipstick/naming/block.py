@@ -34,7 +34,6 @@ class Block(Protocol):
       for parameters that the recordings must determine.
     - `widest` (q,): largest standard deviation of a parameter over engagements.
     - `fine`: number of knots of a law over a signal; a fit sets it.
-    - `wide`: whether it is also asked for pairs that hardly any bench has; where something is missing it is.
     - `finer`: how many times the resolution of a law was doubled since; 0 for those that it does not have.
     """
 
@@ -50,7 +49,6 @@ class Block(Protocol):
     widest: np.ndarray
     fine: int
     finer: Mapping[Pair, int]
-    wide: bool
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The signal (n, k) at parameters `points` (n, q) under `laws`, without what is shared."""
@@ -61,8 +59,8 @@ class Block(Protocol):
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Derivatives (n, p, k) with respect to the shared values alone."""
 
-    def pairs(self) -> list[Pair]:
-        """The laws that the block can be asked for."""
+    def pairs(self, rare: bool = False) -> list[Pair]:
+        """The laws that the block can be asked for, with or without `rare` ones, which hardly any bench has."""
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Derivatives (n, m, k) with respect to the coefficients of the law of a pair."""

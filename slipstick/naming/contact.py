@@ -117,9 +117,9 @@ class ContactBlock(ClutchBlock):
         columns = np.concatenate([(profiles == one)[:, None, None] * over for one in np.unique(profiles)], axis=1)
         return np.asarray(self.torque_per_bar * columns[:, (columns * self.counted[:, None]).any(axis=(0, 2))])
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of what acts in full contact."""
-        return [pair for pair in super().pairs() if pair[0] in _CONTACT_LAWS]
+        return [pair for pair in super().pairs(rare) if pair[0] in _CONTACT_LAWS]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in N m with the coefficients of a law.

@@ -77,12 +77,11 @@ class Gain:
         return np.asarray(self.fitted.coefficients[self.places])
 
 
-def table(fit: BlockFit, pairs: Sequence[Pair] | None = None) -> Table:
-    """The products with the columns of all pairs of a block, or of those among `pairs`."""
+def table(fit: BlockFit, pairs: Sequence[Pair]) -> Table:
+    """The products of a block with the columns of its laws and of `pairs`."""
     predict(fit.block, fit.points, fit.shared, fit.held)  # a block holds what was predicted last, perhaps with a rival
-    further = [pair for pair in fit.block.pairs() if (pairs is None or pair in pairs) and pair not in fit.laws]
     return Table(fit, linearised(fit.block, fit.points, fit.shared, fit.held, fit.noise, fit.predicted,
-                                 [*fit.laws, *further]))
+                                 fit.laws, [pair for pair in pairs if pair not in fit.laws]))
 
 
 def held_out(fitted: Fitted, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import Pair, has_few_numbers
+from slipstick.naming.block import Block, Pair, has_few_numbers
 from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
@@ -27,26 +27,29 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     """Add pairs to the blocks of `fits` but those `closed` while the recordings ask for them, as a `step` of naming."""
     fits, findings, closed = dict(fits), list[Finding](), set(closed)
     _set_resolution(fits, settings)
-    tables, is_wide = dict[str, Table](), False
-    usual = {pair for one in fits.values() for pair in one.block.pairs()}
+    tables, offered = dict[str, Table](), {name: one.block.pairs() for name, one in fits.items()}
+    usual = {pair for its in offered.values() for pair in its}
     while len(closed) < len(fits):
         asked = tuple(name for name in fits if name not in closed)
         ask(Asked(step, asked, compares=True))
         changed = [name for name in asked if name not in tables or tables[name].fit is not fits[name]]
-        tables |= dict(zip(changed, mapped(table, [fits[name] for name in changed]), strict=True))
+        tables |= dict(zip(changed, mapped(lambda its: table(*its), [(fits[name], offered[name])
+                                                                for name in changed]), strict=True))
         tables = {name: tables[name] for name in asked}
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
-        offered = dict.fromkeys(pair for one in tables.values() for pair in one.places)
-        pairs = [pair for pair in offered if pair not in current]
-        compared = gains(list(tables.values()), current, pairs)
-        ranked = _worth_trying([one for one in compared if _is_promising(one, settings)], usual, fits, settings)
-        if ranked and not is_wide:
+        known = dict.fromkeys(pair for one in tables.values() for pair in one.places)
+        compared = gains(list(tables.values()), current, [pair for pair in known if pair not in current])
+        promising = [one for one in compared if _is_promising(one, settings)]
+        lacking = _lacking(promising, usual, {name: fits[name] for name in asked}, settings)
+        further = _rare(lacking, {name: fits[name].block for name in asked}, offered)
+        if further:
             # Something is missing: pairs that hardly any bench has compete as well.
-            is_wide = True
-            for one in fits.values():
-                one.block.wide = True
-            tables = {}
+            for name, rare in further.items():
+                offered[name] = [*offered[name], *rare]
+                del tables[name]
             continue
+        compared, ranked = ([one for one in those if one.pair in usual or lacking & set(one.blocks)]
+                            for those in (compared, promising))
         shown = [one for one in ranked if _is_shown(one, settings)]
         touched = set[str]()
         for best in shown or ranked[:1]:  # what only agrees is tried one at a time
@@ -95,16 +98,24 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
     return fits, kept
 
 
-def _worth_trying(promising: Sequence[Gain], usual: Collection[Pair], fits: Mapping[str, BlockFit],
-                  settings: NamingSettings) -> list[Gain]:
-    """Those pairs that are `usual`, and others where one of their blocks has such a pair alone or is not explained.
+def _lacking(promising: Sequence[Gain], usual: Collection[Pair], fits: Mapping[str, BlockFit],
+             settings: NamingSettings) -> set[str]:
+    """The blocks in which a rare pair may compete: for which alone a `usual` one promises something, or unexplained.
 
     Otherwise a rare pair would be named for what hardly matters, such as what is left of an error of the converter.
     Pairs of several blocks may promise something in one of them only.
     """
-    lacking = {one.blocks[0] for one in promising if one.pair in usual and len(one.blocks) == 1}
-    lacking |= {name for name, one in fits.items() if is_unexplained(one.chi2, one.chi2, settings)}
-    return [one for one in promising if one.pair in usual or lacking & set(one.blocks)]
+    found = {one.blocks[0] for one in promising if one.pair in usual and len(one.blocks) == 1}
+    return found | {name for name, one in fits.items() if is_unexplained(one.chi2, one.chi2, settings)}
+
+
+def _rare(lacking: Collection[str], blocks: Mapping[str, Block],
+          offered: Mapping[str, Collection[Pair]]) -> dict[str, list[Pair]]:
+    """The rare pairs of those blocks that are `lacking` beside what is `offered`, for each block that they act on."""
+    wanted = {pair for name in lacking for pair in blocks[name].pairs(rare=True)}
+    found = {name: [pair for pair in block.pairs(rare=True) if pair in wanted and pair not in offered[name]]
+             for name, block in blocks.items()}
+    return {name: its for name, its in found.items() if its}
 
 
 def _is_shown(one: Gain, settings: NamingSettings) -> bool:

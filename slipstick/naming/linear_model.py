@@ -42,17 +42,29 @@ def priors(block: Block) -> np.ndarray:
     return np.asarray(1 / np.minimum(std, _LOOSE) ** 2)
 
 
-def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: BlockNoise, further: int) -> Gram:
-    """Products of whitened columns (n, c, k), random ones first, and of z (n, k); the last `further` are of laws."""
+def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: BlockNoise, further: int,
+            apart: Sequence[np.ndarray] = ()) -> Gram:
+    """Products of whitened columns (n, c, k), random ones first, and of z (n, k); the last `further` are of laws.
+
+    Columns of laws at places `apart` do not enter a fit together: products of one with another are not a number.
+    """
     last = int(np.flatnonzero(block.counted.any(axis=0)).max(initial=0)) + 1  # white columns are 0 beyond
     count = sum(one.shape[1] for one in columns) + 1
-    products = np.empty((len(z), count, count))
+    products = np.full((len(z), count, count), np.nan)
+    common = np.setdiff1d(np.arange(count), np.concatenate([[], *apart]))
 
     def multiply(first: int) -> None:
         rows = slice(first, first + _AT_ONCE)
         some = np.concatenate([*(one[rows, :, :last] for one in columns), z[rows, None, :last]], axis=1)
         white = whitened(some, block.counted[rows, :last], noise.of(rows))
-        products[rows] = white @ white.transpose(0, 2, 1)
+        if not apart:
+            products[rows] = white @ white.transpose(0, 2, 1)
+            return
+        products[rows, common] = with_common = white[:, common] @ white.transpose(0, 2, 1)
+        products[rows, :, common] = with_common.transpose(0, 2, 1)
+        for places in apart:
+            its = slice(places[0], places[-1] + 1)
+            products[rows, its, its] = white[:, its] @ white[:, its].transpose(0, 2, 1)
 
     mapped(multiply, range(0, len(z), _AT_ONCE))
     precision = np.concatenate([priors(block), np.full(further, LAW_PRECISION)])
@@ -84,18 +96,23 @@ class Joint:
 
 
 def linearised(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws, noise: BlockNoise,
-               predicted: np.ndarray, pairs: Sequence[Pair]) -> Part:
-    """The products about these parameters, with the columns of `pairs`, among which are those of `laws`."""
+               predicted: np.ndarray, pairs: Sequence[Pair], apart: Sequence[Pair] = ()) -> Part:
+    """The products about these parameters, with the columns of `pairs`, among which are those of `laws`.
+
+    Each of the pairs `apart` is tried without the others, so that there are no products of one with another.
+    """
     own, fixed = block.columns(points, laws, predicted)
-    basis = {pair: block.basis(pair, points, laws, predicted) for pair in pairs}
+    basis = {pair: block.basis(pair, points, laws, predicted) for pair in (*pairs, *apart)}
     basis = {pair: columns for pair, columns in basis.items() if columns.shape[1]}
     z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + shared @ fixed
     for pair, values in laws:
         if pair in basis:
             z = z + values @ basis[pair]
     ends = len(shared) + np.cumsum([0, *(columns.shape[1] for columns in basis.values())])
-    gram = gram_of(block, [own, fixed, *basis.values()], z, noise, int(ends[-1] - ends[0]))
-    return Part(gram, len(shared), {pair: np.arange(ends[i], ends[i + 1]) for i, pair in enumerate(basis)})
+    places = {pair: np.arange(ends[i], ends[i + 1]) for i, pair in enumerate(basis)}
+    gram = gram_of(block, [own, fixed, *basis.values()], z, noise, int(ends[-1] - ends[0]),
+                   [own.shape[1] + places[pair] for pair in apart if pair in places])
+    return Part(gram, len(shared), places)
 
 
 def joined(parts: Sequence[Part], laws: Sequence[Pair]) -> Joint:

@@ -55,7 +55,6 @@ class LoadBlock:
         conditions = scene.recordings.conditions
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
-        self.wide = False
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
@@ -133,14 +132,14 @@ class LoadBlock:
         first = 1 + self._inertias.shape[1]
         return {"load_inertia": self._inertias @ shared[1:first], "brake_torque": self._brakes @ shared[first:]}
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of load torque, brake torque and both sensors."""
         # With the same brake torque in all engagements, a share of it is a torque.
         of_brake = (*_OF_BRAKE, *self.scene.channels) if np.ptp(self.brake) > 0 else ()
-        signals = (*_SIGNALS, *_FURTHER) if self.wide else _SIGNALS
+        signals = (*_SIGNALS, *_FURTHER) if rare else _SIGNALS
         return [*(("load torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("brake torque", on) for on in of_brake),
-                *sensor_errors.pairs_of(self.scene, self.wide, "output speed sensor", "output torque sensor")]
+                *sensor_errors.pairs_of(self.scene, rare, "output speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law: torques against the load, or shares of the brake.

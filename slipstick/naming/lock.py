@@ -36,7 +36,6 @@ class LockBlock:
         """`speed` (n, k) in rad/s is that of the load block: a measured one would share its noise with the residual."""
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
-        self.wide = False
         self.output = speed
         self.measured = scene.measured("input_speed") - scene.gear * scene.measured("output_speed")
         self.counted = scene.locked
@@ -64,9 +63,9 @@ class LockBlock:
         """Change (n, 1, k) in rad/s^2 with the clock."""
         return bases.late(self.scene.gear * self.output, self.scene.time)[:, None]
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of both speed sensors, and a twist of the shaft between them."""
-        return [*sensor_errors.pairs_of(self.scene, self.wide, "input speed sensor", "output speed sensor"),
+        return [*sensor_errors.pairs_of(self.scene, rare, "input speed sensor", "output speed sensor"),
                 ("stick torque", "twist")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

@@ -55,7 +55,6 @@ class ClutchBlock:
         """
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
-        self.wide = False
         self.measured = scene.measured(self.signal)
         self.pressure, self.late = pressure, late
         self.change = np.gradient(pressure, scene.time, axis=1)
@@ -154,9 +153,9 @@ class ClutchBlock:
         self.clock, self._inputs, self._sums = now  # which would be delayed anew
         return np.asarray(((later - predicted) / _CLOCK_STEP)[:, None])
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of friction, film, piston, pressure in the chamber, and the torque sensor."""
-        return pairs_of(self.scene, self.wide)
+        return pairs_of(self.scene, rare)
 
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair."""
@@ -242,12 +241,17 @@ class ClutchBlock:
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
         for pair, c in readings:
-            torque = torque + c @ self._error(pair, torque)
+            torque = torque + self._error_with(pair, torque, c)
         return torque, position
 
     def _error(self, pair: Pair, torque: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in N m of what a sensor reads of a torque (n, k)."""
         return sensor_errors.reading(self.scene, "output torque sensor", pair[1], torque, self.finer.get(pair, 0))
+
+    def _error_with(self, pair: Pair, torque: np.ndarray, c: np.ndarray) -> np.ndarray:
+        """The error (n, k) in N m with coefficients `c` of those."""
+        return sensor_errors.read_too_much(self.scene, "output torque sensor", pair[1], torque, c,
+                                           self.finer.get(pair, 0))
 
     def _added(self, laws: Laws) -> dict[str, np.ndarray]:
         """What laws add to each quantity of `ADDED`, (n, k): kept, because columns are differences at the same laws."""

@@ -99,11 +99,11 @@ class Loading:
                 and self.finer == other.finer)
 
 
-def pairs_of(scene: Scene, wide: bool) -> list[Pair]:
-    """All pairs of the clutch, more where `wide`."""
-    return [*PAIRS, *sensor_errors.pairs_of(scene, wide, "output torque sensor"),
+def pairs_of(scene: Scene, rare: bool) -> list[Pair]:
+    """All pairs of the clutch, with or without `rare` ones."""
+    return [*PAIRS, *sensor_errors.pairs_of(scene, rare, "output torque sensor"),
             *((quantity, on) for quantity in _OF_RUNS for on in scene.channels),
-            *(("friction coefficient", on) for on in _FURTHER if wide)]
+            *(("friction coefficient", on) for on in _FURTHER if rare)]
 
 
 def law_of(pair: Pair, given: Loading) -> PistonLaw:

@@ -5,12 +5,15 @@ the torque. Squares are summed over the samples that a block counts, with a pena
 `shared` (p,) are the values that all engagements have in common.
 """
 
+from itertools import product
+
 import numpy as np
 
 from slipstick.naming.block import Laws
 from slipstick.naming.curved import HIGHEST, LOWEST
 from slipstick.naming.linear_model import predict
 from slipstick.naming.piston import ClutchBlock
+from slipstick.threads import mapped
 
 _FRICTION, _BIAS, _PLACE = 0, 1, 2
 """Places of friction coefficient, pressure bias and initial position among the parameters of the clutch."""
@@ -34,9 +37,10 @@ def search(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarra
     points, measured = np.zeros((n, len(block.random))), block.measured * block.counted
 
     def misfits(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Squares (n,) at bias and position (2,) or (n, 2), and the factors (n,) of the torque that fit best."""
-        points[:, [_BIAS, _PLACE]] = values
-        predicted = predict(block, points, shared, laws) * block.counted
+        """Squares (n,) at bias and position (2,), and the factors (n,) of the torque that fit best."""
+        at = np.zeros_like(points)
+        at[:, [_BIAS, _PLACE]] = values
+        predicted = predict(block, at, shared, laws) * block.counted
         scale = (predicted * measured).sum(axis=1) / np.maximum((predicted**2).sum(axis=1), 1e-9)
         scale = np.clip(scale, *_SCALES)
         return ((measured - scale[:, None] * predicted) ** 2).sum(axis=1), scale
@@ -46,12 +50,12 @@ def search(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarra
     low, high, common = lowest, highest, np.zeros(2)
     for _ in range(_ROUNDS):
         places = _grid(low, high, _LEVELS)
-        common = places[np.argmin([misfits(place)[0].sum() for place in places])]
+        common = places[np.argmin([squares.sum() for squares, _ in mapped(misfits, list(places))])]
         spacing = 2 * (high - low) / (_LEVELS - 1)
         low, high = np.maximum(lowest, common - spacing), np.minimum(highest, common + spacing)
     best, at, scale = np.full(n, np.inf), np.tile(common, (n, 1)), np.ones(n)
-    for shift in _grid(-_WIDTH, _WIDTH, _OWN_LEVELS):
-        squares, its = misfits(common + shift)
+    shifts = _grid(-_WIDTH, _WIDTH, _OWN_LEVELS)
+    for shift, (squares, its) in zip(shifts, mapped(misfits, list(common + shifts)), strict=True):
         value = squares / _variance(block) + ((shift / _WIDTH) ** 2).sum() * _PENALTY
         better = value < best
         best, scale = np.where(better, value, best), np.where(better, its, scale)
@@ -70,25 +74,24 @@ def retimed(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: La
     best = np.zeros(len(points))
     value = cost(best)
     for width, levels in _RETIMED:
-        centre = best.copy()
-        for shift in np.linspace(-width, width, levels):
-            its = cost(centre + shift)
+        tried = [best + shift for shift in np.linspace(-width, width, levels)]
+        for one, its in zip(tried, mapped(cost, tried), strict=True):
             better = its < value
-            best, value = np.where(better, centre + shift, best), np.where(better, its, value)
+            best, value = np.where(better, one, best), np.where(better, its, value)
     return _moved(points, best)
 
 
 def relocated(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
     """Points (n, q) where the engagements `rows` (n,) are searched again over pressure bias and initial position."""
+    def cost(shift: tuple[float, float]) -> np.ndarray:
+        penalty = sum((one / std) ** 2 for one, std in zip(shift, _RELOCATED_SPREAD, strict=True))
+        return _squares(block, _moved(points, *shift), shared, laws) + penalty
+
     best, value = points.copy(), np.full(len(points), np.inf)
-    biases, places = (np.linspace(-width, width, levels) for width, levels in _RELOCATED)
-    for bias in biases:
-        for place in places:
-            at = _moved(points, bias, place)
-            penalty = (bias / _RELOCATED_SPREAD[0]) ** 2 + (place / _RELOCATED_SPREAD[1]) ** 2
-            its = _squares(block, at, shared, laws) + penalty
-            better = its < value
-            best, value = np.where(better[:, None], at, best), np.where(better, its, value)
+    shifts = list(product(*(np.linspace(-width, width, levels) for width, levels in _RELOCATED)))
+    for shift, its in zip(shifts, mapped(cost, shifts), strict=True):
+        better = its < value
+        best, value = np.where(better[:, None], _moved(points, *shift), best), np.where(better, its, value)
     return np.where(rows[:, None], best, points)
 
 

@@ -33,12 +33,12 @@ _OF_SIGNAL, _STEP = ("gain", "lag"), 1e-4
 """Errors of a sensor that depend on its own signal, and the step of finite differences in it."""
 
 
-def pairs_of(scene: Scene, wide: bool, *sensors: str) -> list[Pair]:
-    """The errors of sensors, over all on which they may depend and that was measured; more where `wide`.
+def pairs_of(scene: Scene, rare: bool, *sensors: str) -> list[Pair]:
+    """The errors of sensors, over all on which they may depend and that was measured, with or without `rare` pairs.
 
     The slip has noise of the speed sensors, so that an error of these over it would explain their noise.
     """
-    further = (*_FURTHER, *scene.channels) if wide else ()
+    further = (*_FURTHER, *scene.channels) if rare else ()
     return [(sensor, on) for sensor in sensors for on in dict.fromkeys((*_ERRORS_OVER[sensor], *further))
             if scene.knows(on) and f"{on} sensor" != sensor and not (on == "slip" and "speed" in sensor)]
 
@@ -68,6 +68,23 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
     return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
 
 
+def read_too_much(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.ndarray, finer: int = 0) -> np.ndarray:
+    """What a `sensor` of a `signal` (n, k) reads too much, (n, k), with coefficients `c` of its basis `reading`.
+
+    Without the basis where it is one of hats, which is far larger than what comes of it.
+    """
+    size = largest(scene, sensor)
+    if on == "gain":
+        c = np.concatenate([[0.0], c]) if sensor in NOT_TOLD_FROM_GAIN else c
+        share = np.abs(signal) / size
+        return np.asarray(signal * (np.interp(share, gain_points(finer), c) if finer else c[0] + c[1] * share))
+    if on in ("time", *TOLD_BY, *OF_PLATES):
+        values = c if on == "time" else np.concatenate([[0.0], c])
+        error = np.interp(scene.abscissa(on), error_knots(scene, on, finer if on == "time" else 0), values)
+        return np.asarray(error * drift(scene, sensor) * np.ones(signal.shape))
+    return np.asarray(c @ reading(scene, sensor, on, signal, finer))
+
+
 def changing(scene: Scene, late: np.ndarray, finer: int) -> list[np.ndarray]:
     """Columns (n, m, k) of `finer` lags that change over time and over the run order, for `late` ones (n, l, k)."""
     over_time = hats(scene.abscissa("time"), scene.time[-1] * lag_points(finer))[:, 1:]
@@ -82,7 +99,7 @@ def sizes_over_runs(scene: Scene, finer: int) -> np.ndarray:
 def error(scene: Scene, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
           finer: Mapping[Pair, int]) -> np.ndarray:
     """What a `sensor` of a `signal` (n, k) reads too much by those of the `laws` that are its errors, (n, k)."""
-    read = [c @ reading(scene, *pair, signal, finer.get(pair, 0)) for pair, c in laws if pair[0] == sensor]
+    read = [read_too_much(scene, *pair, signal, c, finer.get(pair, 0)) for pair, c in laws if pair[0] == sensor]
     return np.asarray(np.sum([np.zeros(signal.shape), *read], axis=0))
 
 

@@ -81,7 +81,6 @@ class InputBlock:
         conditions, physics = scene.recordings.conditions, scene.bench.physics
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
-        self.wide = False
         self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.coulomb, self.viscous = (scene.value(name) for name in self.random[:3])
@@ -183,13 +182,13 @@ class InputBlock:
         """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
         return self._drive.corrected(float(np.sqrt(np.mean(self.motor**2))), shared[1], shared[-KNOTS:])
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
-        signals = (*_SIGNALS, *_FURTHER) if self.wide else _SIGNALS
-        of_converter = ("lag", "run order", *(_OF_CONVERTER if self.wide else ()))
+        signals = (*_SIGNALS, *_FURTHER) if rare else _SIGNALS
+        of_converter = ("lag", "run order", *(_OF_CONVERTER if rare else ()))
         return [*(("input torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in (*of_converter, *self.scene.channels) if self.scene.knows(on)),
-                *sensor_errors.pairs_of(self.scene, self.wide, "input speed sensor", "output torque sensor")]
+                *sensor_errors.pairs_of(self.scene, rare, "input speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""

@@ -31,6 +31,7 @@ from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
+from slipstick.threads import in_one_blas_thread
 
 _SAME = 0.2
 """Difference of the logarithm of power up to which a noise is the same: estimates are as good as that."""
@@ -59,6 +60,7 @@ class Naming:
     seconds: float
 
 
+@in_one_blas_thread
 def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None = None,
          ask: Ask = lambda _: None) -> Naming:
     """Find what `recordings` of a `bench` ask for; raises `InvalidValue` as `scene_of` does."""

@@ -52,7 +52,6 @@ class ValveBlock:
         conditions, time = scene.recordings.conditions, scene.time
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
-        self.wide = False
         self.measured = scene.measured(self.signal)
         self.counted = np.ones(self.measured.shape, bool)
         self.fixed_std = np.array([scene.step])
@@ -78,10 +77,15 @@ class ValveBlock:
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
         self._full = self._own(self._slowed(points, laws)[0], self.clock)
-        for pair, coefficients in laws:
-            if pair[0] not in ("valve delay", "pressure sensor") and pair not in self._scaling:
-                added = coefficients @ self._added(pair, points, laws)
-                self._full = self._full + bases.delayed(added, self.clock / self.scene.step)
+        at, late = self._slowed(points, laws)[0], self.clock / self.scene.step
+        asked = [(pair, c) for pair, c in laws
+                 if pair[0] not in ("valve delay", "pressure sensor") and pair not in self._scaling]
+        demands = [self._demanded(pair, at, c) for pair, c in asked if pair[1] not in self.scene.of_runs]
+        if demands:  # the filter is linear
+            self._full = self._full + bases.delayed(self._respond(at, np.sum(demands, axis=0)[:, None])[:, 0], late)
+        for pair, c in asked:
+            if pair[1] in self.scene.of_runs:
+                self._full = self._full + bases.delayed(c @ self._added(pair, points, laws), late)
         # The line pressure scales what the current demands, and the sensor reads what comes of both.
         self._true = self._full * self._scale(laws)
         return np.asarray(self._true + sensor_errors.error(self.scene, self._true, laws, "pressure sensor", self.finer))
@@ -124,11 +128,11 @@ class ValveBlock:
         """Change (n, 1, k) in bar/s of the pressure with the clock."""
         return self.columns(points, laws, predicted)[1]
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of the current, the line pressure, the delay and the sensor."""
-        further = [("line pressure", on) for on in _FURTHER if self.wide and self.scene.knows(on)]
+        further = [("line pressure", on) for on in _FURTHER if rare and self.scene.knows(on)]
         return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"), *further,
-                *sensor_errors.pairs_of(self.scene, self.wide, "pressure sensor"),
+                *sensor_errors.pairs_of(self.scene, rare, "pressure sensor"),
                 *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
                   for on in self.scene.of_runs)]
 
@@ -178,6 +182,17 @@ class ValveBlock:
             # Without the first hat, which at the command only the gain could be told from.
             return self._respond(points, self._demand(points)[:, None] * hats[:, 1:])
         raise KeyError(pair)
+
+    def _demanded(self, pair: Pair, points: np.ndarray, c: np.ndarray) -> np.ndarray:
+        """The demand (n, 2 k - 1) in bar with coefficients `c` of a law, the response to which is `c @ _added`."""
+        if pair[0] == "line pressure":
+            change = np.interp(self._abscissa(pair[1]), self._knots(pair), [0.0, *c])
+            return np.asarray(self._demand(points) * change)
+        gain = self._vectors(points)[:, self._places[2], None]
+        if pair[1] == "current":
+            change = np.interp(self.current, self._currents(pair), [0.0, *c, 0.0])
+            return np.asarray(gain * (change - change[:, :1]))
+        return np.asarray(gain * (c @ self._remembered(self.finer.get(pair, 0))))
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: currents in A, line pressure and delay relative.

@@ -40,6 +40,7 @@ from slipstick.study.result import BlockResult, ClosedBlock, Control, FurtherExp
 from slipstick.study.result import StudyResult as Result
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import SIGNALS, sentence
+from slipstick.threads import in_one_blas_thread
 
 _NOMINAL_LOSSES = ("input_inertia", "input_coulomb", "input_viscous")
 """Parameters that start at nominal: those that the input block finds also stand for other small errors of it, and with
@@ -52,6 +53,7 @@ def examine(settings: StudySettings, bench: Bench, recordings: Recordings,
     return to_json(name(bench, recordings, settings.naming, _steps(recordings, log).asked))
 
 
+@in_one_blas_thread
 def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, named: dict[str, Any],
              log: Log = lambda _: None) -> tuple[Result, Figures]:
     """Confirm in the simulation what `examine` has named, and say what it is worth."""

@@ -51,13 +51,10 @@ def blocks(bench: Bench) -> dict[str, Block]:
     pressure, nothing = scene.smooth["pressure"], np.zeros((len(scene), 7))
     clutch = ClutchBlock(scene, pressure)
     clutch.in_contact = clutch.contact(nothing)
-    found: dict[str, Block] = {
+    return {
         "valve": ValveBlock(scene), "load": LoadBlock(scene), "input": InputBlock(scene),
         "lock": LockBlock(scene, scene.smooth["output_speed"]), "clutch": clutch,
         "contact": ContactBlock(scene, pressure, nothing)}
-    for block in found.values():
-        block.wide = True
-    return found
 
 
 def nominal(block: Block) -> np.ndarray:
@@ -113,7 +110,7 @@ def test_bases_are_derivatives_of_the_prediction(bench: Bench, name: str) -> Non
     block, h = blocks(bench)[name], 1e-3
     points = nominal(block)
     base = block.base(points)
-    for pair in block.pairs():
+    for pair in block.pairs(rare=True):
         columns = block.basis(pair, points, (), base)
         for j in {0, columns.shape[1] - 1} if columns.shape[1] else ():
             step = h * np.eye(columns.shape[1])[j]
@@ -176,7 +173,7 @@ def test_laws_over_what_is_the_same_in_all_engagements_have_no_columns() -> None
     for block in (load, clutch):
         points = nominal(block)
         base = block.base(points)
-        empty = [pair for pair in block.pairs() if block.basis(pair, points, (), base).shape[1] == 0]
+        empty = [pair for pair in block.pairs(rare=True) if block.basis(pair, points, (), base).shape[1] == 0]
         assert {on for _, on in empty} == {"motor speed", "run order"}
 
 

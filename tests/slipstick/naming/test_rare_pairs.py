@@ -1,6 +1,5 @@
 """Pairs that hardly any bench has: they compete where something is missing, and are named nowhere else."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming.fit import fit
-from slipstick.naming.forward import _worth_trying, forward
+from slipstick.naming.forward import _lacking, _rare, forward
 from slipstick.naming.settings import NamingSettings
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
@@ -19,7 +18,7 @@ USUAL, RARE, ELSEWHERE = ("load torque", "pressure"), ("load torque", "current")
 COUNT, SEED = 24, 5
 
 
-def test_a_rare_pair_is_tried_beside_a_usual_one_or_in_a_block_that_is_not_explained() -> None:
+def test_a_rare_pair_may_compete_where_a_usual_one_does_or_nothing_explains_a_block() -> None:
     def gain(pair: tuple[str, str], block: str) -> Any:
         return SimpleNamespace(pair=pair, blocks=(block,))
 
@@ -28,9 +27,21 @@ def test_a_rare_pair_is_tried_beside_a_usual_one_or_in_a_block_that_is_not_expla
         return {"load": SimpleNamespace(chi2=np.ones(24)), "input": SimpleNamespace(chi2=its)}
 
     promising = [gain(RARE, "load"), gain(USUAL, "load"), gain(ELSEWHERE, "input")]
-    assert _worth_trying(promising, {USUAL}, fits(1.0), SETTINGS) == promising[:2]
-    assert _worth_trying(promising, {USUAL}, fits(1.5), SETTINGS) == promising
-    assert _worth_trying(promising[:1], {USUAL}, fits(1.0), SETTINGS) == []
+    assert _lacking(promising, {USUAL}, fits(1.0), SETTINGS) == {"load"}
+    assert _lacking(promising, {USUAL}, fits(1.5), SETTINGS) == {"load", "input"}
+    assert _lacking(promising[:1], {USUAL}, fits(1.0), SETTINGS) == set()
+
+
+def test_rare_pairs_are_compared_in_blocks_that_lack_something_alone() -> None:
+    scene = scene_of(HEAVY, Model(HEAVY.physics), COUNT, SEED)
+    blocks = {name: block_of(name, scene) for name in ("load", "input")}
+    offered = {name: block.pairs() for name, block in blocks.items()}
+    assert _rare((), blocks, offered) == {}
+    found = _rare({"load"}, blocks, offered)
+    assert RARE in found["load"]
+    assert {quantity for quantity, _ in found["input"]} == {"output torque sensor"}  # which reads what drives both
+    assert set(found["input"]) <= set(found["load"])
+    assert _rare({"load"}, blocks, {name: [*offered[name], *its] for name, its in found.items()}) == {}
 
 
 def test_a_load_torque_over_the_current_is_no_other_one() -> None:
@@ -38,7 +49,5 @@ def test_a_load_torque_over_the_current_is_no_other_one() -> None:
     block = block_of("load", scene_of(HEAVY, Model(HEAVY.physics).with_law(law), COUNT, SEED))
     found = forward({"load": fit(block)}, SETTINGS)[1]
     assert [one.pair for one in found] == [RARE]
-    usual = block_of("load", replace(block.scene))
-    before = usual.pairs()
-    assert RARE not in before
-    assert set(before) < set(block.pairs())
+    assert RARE not in block.pairs()
+    assert set(block.pairs()) < set(block.pairs(rare=True))

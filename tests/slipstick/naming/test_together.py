@@ -54,7 +54,7 @@ class Line:
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         return np.zeros((len(points), 0, len(TIME)))
 
-    def pairs(self) -> list[Pair]:
+    def pairs(self, rare: bool = False) -> list[Pair]:
         return list(self.offered)
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
