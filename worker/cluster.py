@@ -102,16 +102,25 @@ class Cluster(Executor):
         if needs_one_thread and max(self._client.nthreads().values()) > 1:
             raise InvalidValue("A Dask worker runs several tasks in one process, which this computation does not allow",
                                "Start the workers with --nworkers N --nthreads 1")
-        try:
-            programs = self._client.run(program_digest)
-        except Exception as error:  # whatever the import of another version raises
-            raise InvalidValue(f"A Dask worker cannot load Slipstick: {error}", _REMEDY) from None
-        for worker, digest in programs.items():
+        for worker, digest in self._told(program_digest).items():
             _require_same(digest, program_digest(), f"The Dask worker {worker}")
-        processors = {*self._client.run(_processor).values(), _processor()}
+        processors = {*self._told(_processor).values(), _processor()}
         if len(processors) > 1:
             print(f"The machines have different processors ({', '.join(sorted(processors))}): results may differ from "
                   "those of one machine in the last digits, and digests with them", file=sys.stderr)
+
+    def _told(self, function: Callable[[], str]) -> dict[str, str]:
+        """What `function` gives on each worker that can be reached.
+
+        One that has just ended is known to the scheduler for a moment; one that comes back shows its program with every
+        task.
+        """
+        answers: dict[str, Any] = self._client.run(function, on_error="return")
+        reached = {worker: one for worker, one in answers.items() if not isinstance(one, OSError)}
+        for worker, error in reached.items():
+            if isinstance(error, Exception):  # whatever the import of another version raises
+                raise InvalidValue(f"The Dask worker {worker} cannot load Slipstick: {error}", _REMEDY)
+        return reached
 
 
 @cache
