@@ -173,7 +173,7 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
     """
     about = table(now, [pair for pair in block.pairs() if shows_closing(pair)])
-    known = [pair for pair in about.places if (pairs is None or pair in pairs) and pair not in now.laws]
+    known = [pair for pair in about.further if pairs is None or pair in pairs]
     promising = gains([about], list(now.laws), known)
     strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
     if not (strained or lacks):

@@ -1,6 +1,6 @@
 """What each pair gains: held-out log-likelihood of every engagement, with all random effects estimated again."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,16 @@ import numpy as np
 from slipstick.naming.block import Pair
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.grams import Fitted, estimate, likelihood, solve
-from slipstick.naming.linear_model import Part, joined, linearised, predict
+from slipstick.naming.linear_model import (
+    Further,
+    Joint,
+    Part,
+    columns_of,
+    further_of,
+    joined,
+    part_of,
+    predict,
+)
 from slipstick.naming.selection import in_agreement
 
 FOLDS = 6
@@ -17,15 +26,15 @@ FOLDS = 6
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The products of a block about its `fit`, with the columns of its pairs."""
+    """The products of a block about its `fit` with its laws, and those of each `further` pair that may be added.
+
+    Pairs that were `asked` for are its laws, or have no columns, where they are not among the further ones.
+    """
 
     fit: BlockFit
     part: Part
-
-    @property
-    def places(self) -> dict[Pair, np.ndarray]:
-        """Places of the columns of each pair among the fixed ones."""
-        return self.part.places
+    further: Mapping[Pair, Further]
+    asked: Collection[Pair] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,11 +86,16 @@ class Gain:
         return np.asarray(self.fitted.coefficients[self.places])
 
 
-def table(fit: BlockFit, pairs: Sequence[Pair]) -> Table:
-    """The products of a block with the columns of its laws and of `pairs`."""
-    predict(fit.block, fit.points, fit.shared, fit.held)  # a block holds what was predicted last, perhaps with a rival
-    return Table(fit, linearised(fit.block, fit.points, fit.shared, fit.held, fit.noise, fit.predicted,
-                                 fit.laws, [pair for pair in pairs if pair not in fit.laws]))
+def table(fit: BlockFit, pairs: Sequence[Pair], known: Table | None = None) -> Table:
+    """The products of a block about a fit with `pairs` that are not among its laws, beside those that are `known`."""
+    block = fit.block
+    predict(block, fit.points, fit.shared, fit.held)  # a block holds what was predicted last, perhaps with a rival
+    columns = columns_of(block, fit.points, fit.shared, fit.held, fit.predicted, fit.laws)
+    part, further = (part_of(block, columns, fit.noise), {}) if known is None else (known.part, known.further)
+    bases = {pair: block.basis(pair, fit.points, fit.held, fit.predicted) for pair in pairs
+             if pair not in fit.laws and pair not in further}
+    bases = {pair: its for pair, its in bases.items() if its.shape[1]}
+    return Table(fit, part, {**further, **further_of(block, columns, fit.noise, bases)}, pairs)
 
 
 def held_out(fitted: Fitted, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,23 +112,23 @@ def gains(tables: Sequence[Table], current: Sequence[Pair], pairs: Sequence[Pair
     """What each of `pairs` gains beside the `current` laws in the blocks of `tables`, the largest gain first."""
     n = len(tables[0].part.gram)
     folds = np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
-    bases: dict[tuple[str, ...], tuple[Fitted, np.ndarray, np.ndarray]] = {}
+    bases: dict[tuple[str, ...], tuple[Joint, Fitted, np.ndarray, np.ndarray]] = {}
     found = []
     for pair in pairs:
-        mine = [one for one in tables if pair in one.places]
+        mine = [one for one in tables if pair in one.further]
         blocks = tuple(one.fit.block.name for one in mine)
-        laws = [law for law in current if any(law in one.places for one in mine)]
         if not mine:
             continue
         if blocks not in bases:
-            gram = joined([one.part for one in mine], laws).gram
-            base = estimate(gram, np.concatenate([np.maximum(one.fit.fitted.variance, 1e-8) for one in mine]))
-            bases[blocks] = base, *held_out(base, folds)
-        base, reference, without = bases[blocks]
-        joint = joined([one.part for one in mine], [*laws, pair])
-        fitted = estimate(joint.gram, np.maximum(base.variance, 1e-8))
+            laws = [law for law in current if any(law in one.part.places for one in mine)]
+            joint = joined([one.part for one in mine], laws)
+            base = estimate(joint.gram, np.concatenate([np.maximum(one.fit.fitted.variance, 1e-8) for one in mine]))
+            bases[blocks] = joint, base, *held_out(base, folds)
+        joint, base, reference, without = bases[blocks]
+        beside = joint.beside(pair, [one.further[pair] for one in mine])
+        fitted = estimate(beside.gram, np.maximum(base.variance, 1e-8))
         reached, coefficients = held_out(fitted, folds)
         start = np.zeros_like(coefficients)
         start[:, :without.shape[1]] = without  # the columns of the pair are the last ones
-        found.append(Gain(pair, reached - reference, coefficients, start, fitted, joint.places[pair], blocks))
+        found.append(Gain(pair, reached - reference, coefficients, start, fitted, beside.places[pair], blocks))
     return sorted(found, key=lambda one: -float(one.nats.sum()))

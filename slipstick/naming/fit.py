@@ -12,7 +12,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.block import Block, Laws, Pair, first_shared
 from slipstick.naming.grams import Fitted, estimate, marginalise
-from slipstick.naming.linear_model import Joint, Part, joined, linearised, predict
+from slipstick.naming.linear_model import Joint, Part, columns_of, joined, part_of, predict
 
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
 _STEPS = 20
@@ -150,8 +150,8 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         places = [_Place(own, common, predict(block, own, common, now.held(its)), noise or block.noise(own))
                   for block, its, own, common, noise in zip(blocks, laws, now.points, now.shared, noises, strict=True)]
         noises = [*(place.noise for place in places)]
-        parts = [linearised(block, place.points, place.shared, now.held(its), place.noise, place.predicted, its)
-                 for block, its, place in zip(blocks, laws, places, strict=True)]
+        parts = [part_of(block, columns_of(block, place.points, place.shared, now.held(its), place.predicted, its),
+                         place.noise) for block, its, place in zip(blocks, laws, places, strict=True)]
         joint = joined(parts, everything)
         now = now.complete(joint.places)
         # At the variances for which the step was made: with others the likelihood may rise or fall without a step.

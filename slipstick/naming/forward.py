@@ -32,21 +32,16 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     while len(closed) < len(fits):
         asked = tuple(name for name in fits if name not in closed)
         ask(Asked(step, asked, compares=True))
-        changed = [name for name in asked if name not in tables or tables[name].fit is not fits[name]]
-        tables |= dict(zip(changed, mapped(lambda its: table(*its), [(fits[name], offered[name])
-                                                                for name in changed]), strict=True))
-        tables = {name: tables[name] for name in asked}
+        tables = _tables({name: fits[name] for name in asked}, offered, tables)
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
-        known = dict.fromkeys(pair for one in tables.values() for pair in one.places)
+        known = dict.fromkeys(pair for one in tables.values() for pair in one.further)
         compared = gains(list(tables.values()), current, [pair for pair in known if pair not in current])
         promising = [one for one in compared if _is_promising(one, settings)]
         lacking = _lacking(promising, usual, {name: fits[name] for name in asked}, settings)
         further = _rare(lacking, {name: fits[name].block for name in asked}, offered)
         if further:
             # Something is missing: pairs that hardly any bench has compete as well.
-            for name, rare in further.items():
-                offered[name] = [*offered[name], *rare]
-                del tables[name]
+            offered |= {name: [*offered[name], *rare] for name, rare in further.items()}
             continue
         compared, ranked = ([one for one in those if one.pair in usual or lacking & set(one.blocks)]
                             for those in (compared, promising))
@@ -76,6 +71,15 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         if not touched:
             break
     return _backward(fits, findings, settings)
+
+
+def _tables(fits: Mapping[str, BlockFit], offered: Mapping[str, Sequence[Pair]],
+            before: Mapping[str, Table]) -> dict[str, Table]:
+    """The tables of fits with what is `offered`: those `before` where the fit is the same, with further pairs."""
+    known = {name: its for name, its in before.items() if name in fits and its.fit is fits[name]}
+    stale = [name for name in fits if name not in known or len(offered[name]) > len(known[name].asked)]
+    made = mapped(lambda name: table(fits[name], offered[name], known.get(name)), stale)
+    return {name: (known | dict(zip(stale, made, strict=True)))[name] for name in fits}
 
 
 def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],

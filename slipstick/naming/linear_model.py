@@ -7,8 +7,8 @@ A law that several blocks have, such as the error of a sensor that drives them, 
 them. Their residuals are independent given their inputs, so that the products add up.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,33 +42,61 @@ def priors(block: Block) -> np.ndarray:
     return np.asarray(1 / np.minimum(std, _LOOSE) ** 2)
 
 
-def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: BlockNoise, further: int,
-            apart: Sequence[np.ndarray] = ()) -> Gram:
-    """Products of whitened columns (n, c, k), random ones first, and of z (n, k); the last `further` are of laws.
-
-    Columns of laws at places `apart` do not enter a fit together: products of one with another are not a number.
-    """
-    last = int(np.flatnonzero(block.counted.any(axis=0)).max(initial=0)) + 1  # white columns are 0 beyond
+def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: BlockNoise, further: int) -> Gram:
+    """Products of whitened columns (n, c, k), random ones first, and of z (n, k); the last `further` are of laws."""
     count = sum(one.shape[1] for one in columns) + 1
-    products = np.full((len(z), count, count), np.nan)
-    common = np.setdiff1d(np.arange(count), np.concatenate([[], *apart]))
+    products = np.empty((len(z), count, count))
 
-    def multiply(first: int) -> None:
-        rows = slice(first, first + _AT_ONCE)
-        some = np.concatenate([*(one[rows, :, :last] for one in columns), z[rows, None, :last]], axis=1)
-        white = whitened(some, block.counted[rows, :last], noise.of(rows))
-        if not apart:
-            products[rows] = white @ white.transpose(0, 2, 1)
-            return
-        products[rows, common] = with_common = white[:, common] @ white.transpose(0, 2, 1)
-        products[rows, :, common] = with_common.transpose(0, 2, 1)
-        for places in apart:
-            its = slice(places[0], places[-1] + 1)
-            products[rows, its, its] = white[:, its] @ white[:, its].transpose(0, 2, 1)
+    def multiply(rows: slice, white: np.ndarray) -> None:
+        products[rows] = white @ white.transpose(0, 2, 1)
 
-    mapped(multiply, range(0, len(z), _AT_ONCE))
+    _each_white(block, [*columns, z[:, None]], noise, multiply)
     precision = np.concatenate([priors(block), np.full(further, LAW_PRECISION)])
     return Gram(products, len(block.random), precision, np.zeros_like(precision), block.widest)
+
+
+def _each_white(block: Block, columns: Sequence[np.ndarray], noise: BlockNoise,
+                use: Callable[[slice, np.ndarray], None]) -> None:
+    """Call `use` with some engagements after the other, and their whitened columns (m, c, k)."""
+    last = int(np.flatnonzero(block.counted.any(axis=0)).max(initial=0)) + 1  # white columns are 0 beyond
+
+    def whiten(first: int) -> None:
+        rows = slice(first, first + _AT_ONCE)
+        some = np.concatenate([one[rows, :, :last] for one in columns], axis=1)
+        use(rows, whitened(some, block.counted[rows, :last], noise.of(rows)))
+
+    mapped(whiten, range(0, len(block.counted), _AT_ONCE))
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The columns of a block about some parameters: `own` (n, q, k), `fixed` (n, p, k), and (n, m, k) of each law.
+
+    `z` (n, k) is the residual with what these columns explain already.
+    """
+
+    own: np.ndarray
+    fixed: np.ndarray
+    of_laws: dict[Pair, np.ndarray]
+    z: np.ndarray
+
+    @property
+    def each(self) -> list[np.ndarray]:
+        """All of them in the order of `Part`."""
+        return [self.own, self.fixed, *self.of_laws.values()]
+
+
+def columns_of(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws, predicted: np.ndarray,
+               pairs: Sequence[Pair]) -> Columns:
+    """The columns about these parameters, with those of `pairs`, among which are those of `laws`."""
+    own, fixed = block.columns(points, laws, predicted)
+    basis = {pair: block.basis(pair, points, laws, predicted) for pair in pairs}
+    basis = {pair: columns for pair, columns in basis.items() if columns.shape[1]}
+    z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + shared @ fixed
+    for pair, values in laws:
+        if pair in basis:
+            z = z + values @ basis[pair]
+    return Columns(own, fixed, basis, z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,36 +111,72 @@ class Part:
     places: dict[Pair, np.ndarray]
 
 
+def part_of(block: Block, columns: Columns, noise: BlockNoise) -> Part:
+    """The products of columns."""
+    shared = columns.fixed.shape[1]
+    ends = shared + np.cumsum([0, *(its.shape[1] for its in columns.of_laws.values())])
+    gram = gram_of(block, columns.each, columns.z, noise, int(ends[-1] - ends[0]))
+    return Part(gram, shared, {pair: np.arange(ends[i], ends[i + 1]) for i, pair in enumerate(columns.of_laws)})
+
+
+@dataclass(frozen=True, eq=False)
+class Further:
+    """Products of the columns of a further pair `onto` those of a part and its z (n, m, c), `among` them (n, m, m)."""
+
+    onto: np.ndarray
+    among: np.ndarray
+
+
+def further_of(block: Block, columns: Columns, noise: BlockNoise,
+               bases: Mapping[Pair, np.ndarray]) -> dict[Pair, Further]:
+    """The products of pairs with columns `bases` (n, m, k), each tried without the others, beside the `columns`."""
+    if not bases:
+        return {}
+    common, ends = sum(its.shape[1] for its in columns.each) + 1, np.cumsum([its.shape[1] for its in bases.values()])
+    onto = np.empty((len(columns.z), ends[-1], common))
+    among = {pair: np.empty((len(its), its.shape[1], its.shape[1])) for pair, its in bases.items()}
+
+    def multiply(rows: slice, white: np.ndarray) -> None:
+        further = white[:, common:]
+        onto[rows] = further @ white[:, :common].transpose(0, 2, 1)
+        for square, its in zip(among.values(), np.split(further, ends[:-1], axis=1), strict=True):
+            square[rows] = its @ its.transpose(0, 2, 1)
+
+    _each_white(block, [*columns.each, columns.z[:, None], *bases.values()], noise, multiply)
+    return {pair: Further(its, among[pair])
+            for pair, its in zip(bases, np.split(onto, ends[:-1], axis=1), strict=True)}
+
+
 @dataclass(frozen=True, eq=False)
 class Joint:
     """The `gram` of several parts in which laws have common coefficients at `places`.
 
-    `rows` are the places of each part's own coefficients and of those laws that it has.
+    `rows` are the places of each part's own coefficients and of those laws that it has, and `columns` the same among
+    the columns of the part.
     """
 
     gram: Gram
     places: dict[Pair, np.ndarray]
     rows: list[np.ndarray]
+    columns: list[np.ndarray]
 
-
-def linearised(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws, noise: BlockNoise,
-               predicted: np.ndarray, pairs: Sequence[Pair], apart: Sequence[Pair] = ()) -> Part:
-    """The products about these parameters, with the columns of `pairs`, among which are those of `laws`.
-
-    Each of the pairs `apart` is tried without the others, so that there are no products of one with another.
-    """
-    own, fixed = block.columns(points, laws, predicted)
-    basis = {pair: block.basis(pair, points, laws, predicted) for pair in (*pairs, *apart)}
-    basis = {pair: columns for pair, columns in basis.items() if columns.shape[1]}
-    z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + shared @ fixed
-    for pair, values in laws:
-        if pair in basis:
-            z = z + values @ basis[pair]
-    ends = len(shared) + np.cumsum([0, *(columns.shape[1] for columns in basis.values())])
-    places = {pair: np.arange(ends[i], ends[i + 1]) for i, pair in enumerate(basis)}
-    gram = gram_of(block, [own, fixed, *basis.values()], z, noise, int(ends[-1] - ends[0]),
-                   [own.shape[1] + places[pair] for pair in apart if pair in places])
-    return Part(gram, len(shared), places)
+    def beside(self, pair: Pair, products: Sequence[Further]) -> "Joint":
+        """With a further pair that has these `products` in each part."""
+        old, first = self.gram.products, len(self.gram.precision)
+        size = max(one.among.shape[1] for one in products)
+        end = first + size
+        found = np.zeros((len(old), end + 1, end + 1))
+        kept = np.append(np.arange(first), end)
+        found[:, kept[:, None], kept] = old
+        for one, rows, columns in zip(products, self.rows, self.columns, strict=True):
+            its, there = np.arange(first, first + one.among.shape[1]), np.append(rows, end)
+            onto = one.onto[:, :, np.append(columns, one.onto.shape[2] - 1)]
+            found[:, its[:, None], there] += onto
+            found[:, there[:, None], its] += onto.transpose(0, 2, 1)
+            found[:, its[:, None], its] += one.among
+        precision = np.append(self.gram.precision, np.full(size, LAW_PRECISION))
+        gram = replace(self.gram, products=found, precision=precision, target=np.zeros(end))
+        return replace(self, gram=gram, places={**self.places, pair: np.arange(first, end)})
 
 
 def joined(parts: Sequence[Part], laws: Sequence[Pair]) -> Joint:
@@ -124,16 +188,17 @@ def joined(parts: Sequence[Part], laws: Sequence[Pair]) -> Joint:
         places[law] = np.arange(first, first + size)
         first += size
     products = np.zeros((len(parts[0].gram), first + 1, first + 1))
-    precision, rows = np.full(first, LAW_PRECISION), []
+    precision, rows, columns = np.full(first, LAW_PRECISION), [], []
     for b, one in enumerate(parts):
         own = np.arange(random[b] + shared[b])
         to = np.concatenate([sum(random[:b]) + np.arange(random[b]), sum(random) + sum(shared[:b])
                              + np.arange(shared[b])])
         precision[to] = one.gram.precision[own]
         mine = [law for law in laws if law in one.places]
-        here = np.concatenate([own, *(random[b] + one.places[law] for law in mine), [one.gram.products.shape[1] - 1]])
+        columns.append(np.concatenate([own, *(random[b] + one.places[law] for law in mine)]))
+        here = np.append(columns[b], one.gram.products.shape[1] - 1)
         rows.append(np.concatenate([to, *(places[law][:len(one.places[law])] for law in mine)]))
         there = np.append(rows[b], first)
         products[:, there[:, None], there] += one.gram.products[:, here[:, None], here]
     widest = np.concatenate([one.gram.widest for one in parts])
-    return Joint(Gram(products, sum(random), precision, np.zeros(first), widest), places, rows)
+    return Joint(Gram(products, sum(random), precision, np.zeros(first), widest), places, rows, columns)

@@ -8,7 +8,7 @@ import pytest
 
 from slipstick.naming.evidence import FOLDS, Table, gains
 from slipstick.naming.grams import Gram
-from slipstick.naming.linear_model import Part
+from slipstick.naming.linear_model import Further, Part
 from slipstick.naming.selection import in_agreement, in_errors
 
 PAIR = ("quantity", "signal")
@@ -24,10 +24,11 @@ def table(size: np.ndarray, seed: int) -> tuple[Table, np.ndarray, np.ndarray, n
     own, law = random.standard_normal((N, SAMPLES, 1)), random.standard_normal((N, SAMPLES, 2))
     left = own[:, :, 0] * (0.5 * random.standard_normal(N))[:, None] + random.standard_normal((N, SAMPLES))
     left = left + size[:, None] * (law @ [0.6, -0.8]) / np.sqrt(SAMPLES)
-    columns = np.concatenate([own, law, left[:, :, None]], axis=2)
-    gram = Gram(columns.transpose(0, 2, 1) @ columns, 1, np.array([0.0, 0.1, 0.1]), np.zeros(3), np.array([2.0]))
+    columns = np.concatenate([own, left[:, :, None]], axis=2)
+    gram = Gram(columns.transpose(0, 2, 1) @ columns, 1, np.zeros(1), np.zeros(1), np.array([2.0]))
+    further = Further(law.transpose(0, 2, 1) @ columns, law.transpose(0, 2, 1) @ law)
     fit: Any = SimpleNamespace(block=SimpleNamespace(name="any"), fitted=SimpleNamespace(variance=np.array([0.2])))
-    return Table(fit, Part(gram, 0, {PAIR: np.array([0, 1])})), own, law, left
+    return Table(fit, Part(gram, 0, {}), {PAIR: further}), own, law, left
 
 
 def test_a_score_is_that_of_the_others_direction_under_the_marginal_covariance() -> None:
