@@ -47,8 +47,8 @@ def told(case: Case, name: str, same: Collection[Pair]) -> Told:
     start = begin(scene, lambda *_: None)
     found = []
     for fits in ([fit(ValveBlock(scene))], list(start.fits.values())):
-        tables = [table(one) for one in fits]
-        pairs = list(dict.fromkeys(pair for one in tables for pair in one.places))
+        tables = [table(one, one.block.pairs()) for one in fits]
+        pairs = list(dict.fromkeys(pair for one in tables for pair in one.further))
         found += [(one.pair, one.blocks, float(one.nats.sum())) for one in gains(tables, [], pairs)]
     if any(shows_closing(pair) for pair in same):
         assert start.closing is not None

@@ -54,6 +54,7 @@ class Closing:
         A speed that is not explained remains the smoothed measured one.
         """
         scene = self.block.scene
+        scene = replace(scene, of_plates=of_plates(scene, self.block.in_contact))  # as the blocks that come after it
         for name in ("load", "input"):
             if name in fits and not is_unexplained(fits[name].chi2, fits[name].chi2, scene.settings):
                 scene = _explained(scene, fits[name].block, fits[name])
