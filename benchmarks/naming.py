@@ -1,14 +1,15 @@
 """What is named in recordings of the hidden benches: answers beside the truth, and how often they are right.
 
-    python -m benchmarks.naming LIST [EVERY [FIRST]] [--dask ADDRESS]
+    python -m benchmarks.naming LIST [EVERY [FIRST]] [--again] [--dask ADDRESS]
 
 LIST is one of tests/validation/hidden/cases.py. Two processes, or the workers of a Dask scheduler, each in a copy of
 this repository; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds, over strengths in units of the naming
 limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effects. Limits that the former table of the
 cases has are not computed again. With EVERY, only every so many-th
-case of the list is answered, from the case FIRST on, counted from 0. The lists `COUNTED` also give
-slipstick/study/confidence.json.
+case of the list is answered, from the case FIRST on, counted from 0. With --again a later version answers a list: its
+files have the name LIST_again, and those of the first run, when nothing had been developed on the list, remain. What
+the lists `COUNTED` give then is slipstick/study/confidence.json.
 """
 
 import argparse
@@ -42,7 +43,7 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = ("abroad", "farther", "remote", "outlying", "distant")
+COUNTED = ("outlying", "distant")
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
@@ -98,10 +99,10 @@ def recorded(which: str, identity: str) -> Path:
     return file
 
 
-def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) -> None:
+def main(which: str, every: int = 1, first: int = 0, dask: str | None = None, again: bool = False) -> None:
     """Answer those cases of a list that have no answer yet, and write the tables."""
-    chosen = list(cases.LISTS[which])[first::every]
-    lines = FOLDER / f"naming-{which}.jsonl"
+    chosen, label = list(cases.LISTS[which])[first::every], f"{which}_again" if again else which
+    lines = FOLDER / f"naming-{label}.jsonl"
     lines.parent.mkdir(exist_ok=True)
     done = {entry["case"]: entry for entry in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
     left = [(which, identity) for identity in chosen if identity not in done]
@@ -116,27 +117,30 @@ def main(which: str, every: int = 1, first: int = 0, dask: str | None = None) ->
             print(entry["case"], joined(entry["hidden"]), "->", joined(entry["findings"]), round(entry["seconds"]),
                   entry["error"], flush=True)
     entries = [done[identity] for identity in chosen if identity in done]
-    made_by = " ".join(["python -m benchmarks.naming", which, *(str(one) for one in (every, first) if every > 1)])
-    if which in COUNTED and every == 1:
-        new = [[round(evidence.lead, 2), *map(int, (*evidence[1:], is_right))]
+    made_by = " ".join(["python -m benchmarks.naming", which, *(str(one) for one in (every, first) if every > 1),
+                        *(["--again"] if again else [])])
+    if which in COUNTED and again and every == 1:
+        new = [[round(evidence.lead, 2), *map(int, evidence[1:4]), float(f"{evidence.share:.3g}"), int(is_right)]
                for entry in entries for evidence, is_right in findings_of(entry)]
-        counted = json.loads(CONFIDENCE.read_text()) | {which: new}
+        counted = {one: rows for one, rows in json.loads(CONFIDENCE.read_text()).items() if one in COUNTED}
+        counted[which] = new
         lists = (f"{json.dumps(its)}: {json.dumps(rows)}" for its, rows in counted.items())
         CONFIDENCE.write_text("{" + ",\n ".join(lists) + "}\n")
-    write(f"naming_{which}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries, which), made_by)
+    write(f"naming_{label}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries, which), made_by)
     answers = [reported(entry, which) for entry in entries]
     rows = [[e["case"], e["bench"], joined(e["hidden"]),
              *("+".join(f"{its[limit]:.2g}" for its in e["hidden"]) for limit in ("seen", "named")),
              joined(e["findings"]), "+".join(str(len(its["rivals"])) for its in e["findings"]),
              "+".join(f"{its['nats']:.0f}" for its in e["findings"]), "+".join(e["unexplained"]), joined(e["unlikely"]),
              len(e["aside"]), e["bad"], round(e["seconds"], 1), e["error"]] for e in answers]
-    single = [entry for entry in answers if len(entry["hidden"]) == 1 and entry["hidden"][0]["listed"]]
-    title = f"Names of a single listed effect, over its strength ({len(single)} cases, {which})"
-    PICTURES.joinpath(f"naming_{which}.svg").write_bytes(
-        drawn([entry["hidden"][0]["named"] for entry in single], [judged(entry) for entry in single], title))
+    if not again:
+        single = [entry for entry in answers if len(entry["hidden"]) == 1 and entry["hidden"][0]["listed"]]
+        title = f"Names of a single listed effect, over its strength ({len(single)} cases, {which})"
+        PICTURES.joinpath(f"naming_{label}.svg").write_bytes(
+            drawn([entry["hidden"][0]["named"] for entry in single], [judged(entry) for entry in single], title))
     header = ("case", "bench", "hidden", "seen", "named", "findings", "rivals", "nats", "unexplained", "unlikely",
               "set_aside", "bad_runs", "seconds", "error")
-    write(f"naming_{which}_cases", header, rows, made_by)
+    write(f"naming_{label}_cases", header, rows, made_by)
 
 
 def joined(effects: list[dict[str, Any]]) -> str:
@@ -149,5 +153,6 @@ if __name__ == "__main__":
     parser.add_argument("which", choices=cases.LISTS)
     parser.add_argument("every", type=int, nargs="?", default=1)
     parser.add_argument("first", type=int, nargs="?", default=0)
+    parser.add_argument("--again", action="store_true")
     add_dask_argument(parser)
     main(**vars(parser.parse_args()))

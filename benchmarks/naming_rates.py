@@ -128,8 +128,9 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
 
 def findings_of(entry: dict[str, Any]) -> list[tuple[Evidence, bool]]:
     """The evidence of each finding, and whether it or a rival is right."""
-    every = right_of_any(entry)
-    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], bool(its["rivals"])),
+    every, nats = right_of_any(entry), sum(its["nats"] for its in entry["findings"])
+    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], bool(its["rivals"]),
+                      its["nats"] / nats),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
             for its in entry["findings"]]
 
