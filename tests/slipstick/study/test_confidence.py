@@ -47,7 +47,8 @@ def test_evidence_of_a_finding_is_that_beside_the_others() -> None:
     second = Finding(("load",), (torque, "time"), 0.5 * gain, rivals=(Rival((torque, "slip"), 99.0, 1.0),))
     assert evidence_of(first, [first]) == Evidence(5.0, alone=True, further=False, tied=False, share=1.0)
     assert evidence_of(first, [first, second]) == Evidence(5.0, alone=False, further=False, tied=False, share=2 / 3)
-    assert evidence_of(second, [first, second]) == Evidence(second.errors, alone=False, further=True, tied=True, share=1 / 3)
+    beside = Evidence(second.errors, alone=False, further=True, tied=True, share=1 / 3)
+    assert evidence_of(second, [first, second]) == beside
 
 
 def test_only_further_findings_must_be_likely() -> None:
