@@ -6,10 +6,10 @@ LIST is one of tests/validation/hidden/cases.py. Two processes, or the workers o
 this repository; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds, over strengths in units of the naming
 limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effects. Limits that the former table of the
-cases has are not computed again. With EVERY, only every so many-th
-case of the list is answered, from the case FIRST on, counted from 0. With --again a later version answers a list: its
-files have the name LIST_again, and those of the first run, when nothing had been developed on the list, remain. What
-the lists `COUNTED` give then is slipstick/study/confidence.json.
+cases has are not computed again. With EVERY, only every so many-th case of the list is answered, from the case FIRST
+on, counted from 0; files of a FIRST that is not 0 have the name LIST_from_FIRST. With --again a later version answers a
+list: its files have the name LIST_again, and those of the first run, when nothing had been developed on the list,
+remain. What the lists `COUNTED` give then is slipstick/study/confidence.json.
 """
 
 import argparse
@@ -101,7 +101,8 @@ def recorded(which: str, identity: str) -> Path:
 
 def main(which: str, every: int = 1, first: int = 0, dask: str | None = None, again: bool = False) -> None:
     """Answer those cases of a list that have no answer yet, and write the tables."""
-    chosen, label = list(cases.LISTS[which])[first::every], f"{which}_again" if again else which
+    chosen = list(cases.LISTS[which])[first::every]
+    label = f"{which}{f'_from_{first}' if first else ''}{'_again' if again else ''}"
     lines = FOLDER / f"naming-{label}.jsonl"
     lines.parent.mkdir(exist_ok=True)
     done = {entry["case"]: entry for entry in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
