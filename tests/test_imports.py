@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "slipstick.matrix_product": "numpy numba slipstick.register_tile",
     "slipstick.register_tile": "numba llvmlite",
     "slipstick.quantities": "numpy pint",
-    "slipstick.threads": "numba",
+    "slipstick.threads": "numba threadpoolctl",
     "slipstick.bench": "numpy slipstick.errors slipstick.quantities slipstick.storage.sheet",
     "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.threads slipstick.bench "
                         "slipstick.clutch.effects",
@@ -73,8 +73,8 @@ MAY_IMPORT = {
                         "slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.threads slipstick.bench "
                               "slipstick.blocks.whitening slipstick.clutch slipstick.naming slipstick.recordings",
-    "slipstick.study": "numpy scipy slipstick.errors slipstick.bench slipstick.clutch slipstick.confirmation "
-                       "slipstick.naming slipstick.recordings",
+    "slipstick.study": "numpy scipy slipstick.errors slipstick.threads slipstick.bench slipstick.clutch "
+                       "slipstick.confirmation slipstick.naming slipstick.recordings",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
     "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.study",
