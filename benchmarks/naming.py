@@ -61,7 +61,6 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     except Exception as error:  # a case that raises is a result: a wrong one
         return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors, "lead": its.lead,
-                                  "agreement": its.agreement,
                                   "rivals": [rival.pair for rival in its.rivals], "effect": answer(its, law).effect,
                                   "further": is_further(its, found.findings),
                                   "left_out": left_out(its, law)}

@@ -79,7 +79,8 @@ def _tables(fits: Mapping[str, BlockFit], offered: Mapping[str, Sequence[Pair]],
     known = {name: its for name, its in before.items() if name in fits and its.fit is fits[name]}
     stale = [name for name in fits if name not in known or len(offered[name]) > len(known[name].asked)]
     made = mapped(lambda name: table(fits[name], offered[name], known.get(name)), stale)
-    return {name: (known | dict(zip(stale, made, strict=True)))[name] for name in fits}
+    found = known | dict(zip(stale, made, strict=True))
+    return {name: found[name] for name in fits}  # in the order of the blocks
 
 
 def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],

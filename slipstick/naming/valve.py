@@ -76,8 +76,8 @@ class ValveBlock:
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
-        self._full = self._own(self._slowed(points, laws)[0], self.clock)
         at, late = self._slowed(points, laws)[0], self.clock / self.scene.step
+        self._full = self._own(at, self.clock)
         asked = [(pair, c) for pair, c in laws
                  if pair[0] not in ("valve delay", "pressure sensor") and pair not in self._scaling]
         demands = [self._demanded(pair, at, c) for pair, c in asked if pair[1] not in self.scene.of_runs]
