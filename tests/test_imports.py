@@ -34,8 +34,10 @@ MAY_IMPORT = {
     "slipstick.storage.hdf5": "numpy h5py slipstick.errors",
     "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",
     "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.hdf5",
-    "slipstick.storage.library": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.files "
-                                 "slipstick.machine slipstick.recordings slipstick.table",
+    "slipstick.storage.versions": "h5py slipstick.errors slipstick.bench slipstick.recordings slipstick.table "
+                                  "slipstick.machine",
+    "slipstick.storage.library": "numpy slipstick.errors slipstick.bench slipstick.storage.files "
+                                 "slipstick.storage.versions slipstick.recordings slipstick.table slipstick.machine",
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
                             "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.quantities slipstick.bench "

@@ -5,13 +5,10 @@ import os
 import re
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
-from weakref import WeakValueDictionary
 
-import h5py
 import numpy as np
 
 from slipstick.bench import Bench, Physics
@@ -22,13 +19,23 @@ from slipstick.errors import (
     BadTable,
     InvalidValue,
     LimitExceeded,
-    SlipstickError,
     UnknownName,
 )
-from slipstick.machine import Machine, Measurements, is_machine_file
+from slipstick.machine import Machine, Measurements
 from slipstick.machine.measurements import MARK
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
+from slipstick.storage.versions import (
+    describes_machine,
+    holds_table,
+    known_table,
+    marks,
+    open_bench,
+    open_recordings,
+    open_table,
+    readable,
+    version_of,
+)
 from slipstick.table import Table
 from slipstick.table.upload import verified
 
@@ -36,8 +43,6 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _OTHER_LINES = 1000
 """Lines of a CSV file that may be remarks."""
 _FEWER_ENGAGEMENTS = "Split the file, or let the administrator increase SLIPSTICK_ENGAGEMENTS"
-_Version = tuple[Path, int, int]
-"""Path, modification time in ns and size in bytes: a rebuilt file is a new version."""
 
 
 @dataclass(frozen=True)
@@ -52,14 +57,14 @@ class Library:
 
     def benches(self) -> list[str]:
         """Names of the bench files, sorted."""
-        return sorted(path.stem for path in self._files(".toml") if not _describes_machine(path))
+        return sorted(path.stem for path in self._files(".toml") if not describes_machine(path))
 
     def bench(self, name: str) -> Bench:
         """Open and check the bench `name`; raises `UnknownName` and `BadBench`."""
         if name not in (known := self.benches()):
             raise UnknownName.of("bench", name, known)
-        with _readable(self.folder / f"{name}.toml", BadBench) as version:
-            return _open_bench(version)
+        with readable(self.folder / f"{name}.toml", BadBench) as version:
+            return open_bench(version)
 
     def bench_of_model(self, physics: Physics) -> str:
         """Name of the bench whose physics this is, that of a model; raises `UnknownName`."""
@@ -77,25 +82,25 @@ class Library:
 
     def tables(self) -> list[str]:
         """Names of the tables, sorted."""
-        return sorted(path.stem for path in self._files() if _holds_table(path))
+        return sorted(path.stem for path in self._files() if holds_table(path))
 
     def recordings(self) -> list[str]:
         """Names of the recordings, sorted."""
-        return sorted(path.stem for path in self._files() if not _holds_table(path))
+        return sorted(path.stem for path in self._files() if not holds_table(path))
 
     def has_table(self, name: str) -> bool:
         """Whether there is a table of this name, valid or not; the folder is not listed."""
-        return (path := self._file(name)) is not None and _holds_table(path)
+        return (path := self._file(name)) is not None and holds_table(path)
 
     def has_recordings(self, name: str) -> bool:
         """Whether there are recordings of this name, valid or not; the folder is not listed."""
-        return (path := self._file(name)) is not None and not _holds_table(path)
+        return (path := self._file(name)) is not None and not holds_table(path)
 
     def table_in_memory(self, name: str) -> Table | None:
         """The table `name` if its file need not be read again, otherwise None."""
         if _NAME.fullmatch(name):
             with suppress(OSError):  # there is no such file
-                return _READ.get(_version(self.folder / f"{name}.h5"))
+                return known_table(version_of(self.folder / f"{name}.h5"))
         return None
 
     def table(self, name: str) -> Table:
@@ -104,8 +109,8 @@ class Library:
             return known
         if not self.has_table(name):
             raise UnknownName.of("table", name, self.tables())
-        with _readable(self.folder / f"{name}.h5", BadTable) as version:
-            return _open_table(version)
+        with readable(self.folder / f"{name}.h5", BadTable) as version:
+            return open_table(version)
 
     def recording(self, name: str) -> Recordings:
         """Open and check the recordings `name` of a clutch; raises `UnknownName` and what `Recordings.open` raises."""
@@ -119,8 +124,8 @@ class Library:
         """As `recording`, or the measurements `name` of another machine; raises the same errors."""
         if not self.has_recordings(name):
             raise UnknownName.of("recordings file", name, self.recordings())
-        with _readable(self.folder / f"{name}.h5", BadRecording) as version:
-            return _open_recordings(version)
+        with readable(self.folder / f"{name}.h5", BadRecording) as version:
+            return open_recordings(version)
 
     def add_bench(self, name: str, content: bytes) -> Bench:
         """Check the bytes of a bench file and store them atomically as `name`.
@@ -162,11 +167,11 @@ class Library:
                                     _FEWER_ENGAGEMENTS)
         checked = self.read_recordings(content, form, bench)
         self._require_engagements(len(checked))
-        marks = _marks(io.BytesIO(content)) if form == "h5" else set()
-        if "layout" in marks:
+        found = marks(io.BytesIO(content)) if form == "h5" else set()
+        if "layout" in found:
             raise BadRecording("The file has an attribute 'layout', which marks a table",
                                "Upload it to /v1/tables, or remove this attribute")
-        if MARK in marks:  # they are checked in another way, and must not be read as measurements
+        if MARK in found:  # they are checked in another way, and must not be read as measurements
             raise BadRecording(f"The file has an attribute '{MARK}', which marks measurements of another machine",
                                "Remove this attribute, or upload the measurements as CSV")
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
@@ -259,79 +264,3 @@ def _require_name(name: str) -> None:
     if not _NAME.fullmatch(name):
         raise InvalidValue(f"'{name[:100]}' is not a valid file name",
                            "Use up to 64 letters, digits, - and _, starting with a letter or digit")
-
-
-def _version(path: Path) -> _Version:
-    status = path.stat()
-    return path, status.st_mtime_ns, status.st_size
-
-
-@contextmanager
-def _readable(path: Path, error: type[SlipstickError]) -> Iterator[_Version]:
-    """Yield the version of a file; raises `error` if it is no regular file or vanishes meanwhile."""
-    try:
-        if path.is_file():  # opening a pipe would wait for ever
-            yield _version(path)
-            return
-    except FileNotFoundError:
-        pass
-    raise error(f"'{path.name}' is not a file, or a link whose target is missing", "Restore the file, or delete it")
-
-
-def _holds_table(path: Path) -> bool:
-    try:
-        return not path.is_file() or _is_table(_version(path))  # opening it as a table reports what is wrong
-    except FileNotFoundError:
-        return True
-
-
-def _describes_machine(path: Path) -> bool:
-    """Whether the file describes another machine, which only the worker reads."""
-    with suppress(OSError):
-        return path.is_file() and _is_machine(_version(path))
-    return False
-
-
-@lru_cache(maxsize=1024)
-def _is_machine(version: _Version) -> bool:
-    return is_machine_file(version[0])
-
-
-@lru_cache(maxsize=1024)
-def _is_table(version: _Version) -> bool:
-    try:
-        return "layout" in _marks(version[0])
-    except OSError:
-        return True  # unreadable: opening it as a table reports the error of the HDF5 library
-
-
-def _holds_measurements(version: _Version) -> bool:
-    with suppress(OSError):
-        return MARK in _marks(version[0])
-    return False
-
-
-def _marks(file: Path | io.BytesIO) -> set[str]:
-    """The attributes of a file by which it is no recordings of a clutch."""
-    with h5py.File(file, "r") as opened:
-        return {name for name in ("layout", MARK) if name in opened.attrs}
-
-
-_READ: WeakValueDictionary[_Version, Table] = WeakValueDictionary()
-"""The tables that `_open_table` returns without reading them."""
-
-
-@lru_cache(maxsize=16)
-def _open_table(version: _Version) -> Table:
-    _READ[version] = table = Table.open(version[0])
-    return table
-
-
-@lru_cache(maxsize=16)
-def _open_recordings(version: _Version) -> Recordings | Measurements:
-    return Measurements.read(version[0]) if _holds_measurements(version) else Recordings.open(version[0])
-
-
-@lru_cache(maxsize=16)
-def _open_bench(version: _Version) -> Bench:
-    return Bench.open(version[0])

@@ -11,8 +11,8 @@ from test_problems import problem
 
 from service.settings import Settings
 from slipstick.errors import BadBench, BadRecording, BadTable, LimitExceeded
-from slipstick.storage import library as library_module
 from slipstick.storage.library import Library
+from slipstick.storage.versions import holds_table
 from tests.benches import TABLES
 
 CSV = {"Content-Type": "text/csv"}
@@ -67,7 +67,7 @@ def test_a_file_that_vanishes_is_an_error_of_that_file(folder: Path, monkeypatch
     for opened, name, error in names:
         with pytest.raises(error, match="is not a file"):
             opened(name)
-    assert library_module._holds_table(folder / "nominal.h5")
+    assert holds_table(folder / "nominal.h5")
 
 
 def test_recordings_have_a_limited_number_of_rows(client: httpx.Client, folder: Path,

@@ -9,7 +9,7 @@ import pytest
 from service.settings import Settings
 from service.warming import warm
 from slipstick.errors import BadTable
-from slipstick.storage import library
+from slipstick.storage import versions
 from slipstick.storage.library import Library
 from slipstick.table import interpolation
 from slipstick.uncertainty.likelihood import lattice, pieces
@@ -39,11 +39,11 @@ def test_the_start_does_not_wait_for_libraries_that_a_propagation_needs_and_warm
 def test_the_default_table_and_recordings_are_read_soon_after_the_start(shelf: Path, serving: Serving,
                                                                         tmp_path: Path) -> None:
     tables = Path(shutil.copytree(shelf, tmp_path / "tables"))
-    recordings, table = library._open_recordings.cache_info().misses, Library(tables).table_in_memory
+    recordings, table = versions.open_recordings.cache_info().misses, Library(tables).table_in_memory
     assert table("nominal") is None
     with serving(Settings(tables=tables, jobs=f"sqlite:///{tmp_path}/jobs.sqlite")):
         end = time.monotonic() + 60
-        while table("nominal") is None or library._open_recordings.cache_info().misses == recordings:
+        while table("nominal") is None or versions.open_recordings.cache_info().misses == recordings:
             assert time.monotonic() < end
             time.sleep(0.05)
 

@@ -1,0 +1,106 @@
+"""The files of a library, each opened again only if it has changed, and what kind of file each is."""
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
+from weakref import WeakValueDictionary
+
+import h5py
+
+from slipstick.bench import Bench
+from slipstick.errors import SlipstickError
+from slipstick.machine import Measurements, is_machine_file
+from slipstick.machine.measurements import MARK
+from slipstick.recordings import Recordings
+from slipstick.table import Table
+
+Version = tuple[Path, int, int]
+"""Path, modification time in ns and size in bytes: a rebuilt file is a new version."""
+
+
+def version_of(path: Path) -> Version:
+    """The version of a file as it is now; raises `OSError` if there is none."""
+    status = path.stat()
+    return path, status.st_mtime_ns, status.st_size
+
+
+@contextmanager
+def readable(path: Path, error: type[SlipstickError]) -> Iterator[Version]:
+    """Yield the version of a file; raises `error` if it is no regular file or vanishes meanwhile."""
+    try:
+        if path.is_file():  # opening a pipe would wait for ever
+            yield version_of(path)
+            return
+    except FileNotFoundError:
+        pass
+    raise error(f"'{path.name}' is not a file, or a link whose target is missing", "Restore the file, or delete it")
+
+
+def holds_table(path: Path) -> bool:
+    """Whether the file is a table, or no file that could be anything else: opening it as a table reports the error."""
+    try:
+        return not path.is_file() or _is_table(version_of(path))
+    except FileNotFoundError:
+        return True
+
+
+def describes_machine(path: Path) -> bool:
+    """Whether the file describes another machine, which only the worker reads."""
+    with suppress(OSError):
+        return path.is_file() and _is_machine(version_of(path))
+    return False
+
+
+@lru_cache(maxsize=1024)
+def _is_machine(version: Version) -> bool:
+    return is_machine_file(version[0])
+
+
+@lru_cache(maxsize=1024)
+def _is_table(version: Version) -> bool:
+    try:
+        return "layout" in marks(version[0])
+    except OSError:
+        return True  # unreadable: opening it as a table reports the error of the HDF5 library
+
+
+def _holds_measurements(version: Version) -> bool:
+    with suppress(OSError):
+        return MARK in marks(version[0])
+    return False
+
+
+def marks(file: Path | io.BytesIO) -> set[str]:
+    """The attributes of a file by which it is no recordings of a clutch."""
+    with h5py.File(file, "r") as opened:
+        return {name for name in ("layout", MARK) if name in opened.attrs}
+
+
+_READ: WeakValueDictionary[Version, Table] = WeakValueDictionary()
+"""The tables that `open_table` returns without reading them."""
+
+
+def known_table(version: Version) -> Table | None:
+    """The table of this version if it need not be read, otherwise None."""
+    return _READ.get(version)
+
+
+@lru_cache(maxsize=16)
+def open_table(version: Version) -> Table:
+    """Read and verify a table; raises what `Table.open` raises."""
+    _READ[version] = table = Table.open(version[0])
+    return table
+
+
+@lru_cache(maxsize=16)
+def open_recordings(version: Version) -> Recordings | Measurements:
+    """Read and check recordings of a clutch, or measurements of another machine; raises `BadRecording`."""
+    return Measurements.read(version[0]) if _holds_measurements(version) else Recordings.open(version[0])
+
+
+@lru_cache(maxsize=16)
+def open_bench(version: Version) -> Bench:
+    """Read and check a bench; raises `BadBench`."""
+    return Bench.open(version[0])
