@@ -5,7 +5,8 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from service.problem_details import ProblemDetails, error_response
+from service.error_responses import error_response
+from service.problem_details import ProblemDetails
 from service.tokens import required_role
 
 _SCHEMES = {

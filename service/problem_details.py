@@ -167,22 +167,6 @@ def problem_from(error: errors.SlipstickError) -> ProblemDetails:
                           detail=_shortened(error.cause), remedy=_shortened(error.remedy))
 
 
-def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI descriptions of the error responses of an operation; 422 and 500 are always included.
-
-    An operation with a body, which states 415, can have a malformed one as well (400).
-    """
-    malformed = {400} if 415 in statuses else set()
-    return {status: error_response(status) for status in sorted({*statuses, *malformed, 422, 500})}
-
-
-def error_response(status: int) -> dict[str, Any]:
-    """OpenAPI description of the responses with this status."""
-    return {"description": _DESCRIPTIONS[status],
-            "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetails"},
-                                     "example": _EXAMPLES[status].model_dump(exclude_defaults=True)}}}
-
-
 def install(app: FastAPI) -> None:
     """Make the application return every error as problem details."""
     app.add_exception_handler(errors.SlipstickError, _on_slipstick_error)
@@ -191,7 +175,8 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(SQLAlchemyError, _on_database_error)
 
 
-def _invalid_request(field_errors: list[RequestFieldError], left_out: int) -> ProblemDetails:
+def invalid_request(field_errors: list[RequestFieldError], left_out: int) -> ProblemDetails:
+    """The problem of a request with invalid fields, of which so many are left out."""
     count = len(field_errors) + left_out
     return ProblemDetails(type=_urn("InvalidRequest"), title="Invalid request", status=422,
                           detail=f"The request has {count} invalid field{'s' * (count != 1)}",
@@ -201,7 +186,7 @@ def _invalid_request(field_errors: list[RequestFieldError], left_out: int) -> Pr
 
 def internal_error_response() -> Response:
     """The response to a request that failed unexpectedly."""
-    return problem_response(_internal_error())
+    return problem_response(internal_error())
 
 
 def malformed_request(id: str) -> ProblemDetails:
@@ -213,7 +198,8 @@ def malformed_request(id: str) -> ProblemDetails:
                           request_id=id)
 
 
-def _internal_error() -> ProblemDetails:
+def internal_error() -> ProblemDetails:
+    """The problem of a request that failed unexpectedly."""
     return ProblemDetails(type=_urn("InternalError"), title="Internal error", status=500,
                           detail="The service failed to process the request",
                           remedy="Try again; if the error persists, report the request and the log of the service")
@@ -230,7 +216,7 @@ def _on_validation_error(request: Request, error: Exception) -> Response:
     if entries and entries[0]["type"] == "json_invalid":
         return problem_response(problem_from(MalformedBody.from_parser_message(entries[0]["ctx"]["error"])))
     field_errors = list(_field_errors(entries[:_MOST_ERRORS]))
-    return problem_response(_invalid_request(field_errors, max(0, len(entries) - _MOST_ERRORS)))
+    return problem_response(invalid_request(field_errors, max(0, len(entries) - _MOST_ERRORS)))
 
 
 def _field_errors(entries: Iterable[dict[str, Any]]) -> Iterable[RequestFieldError]:
@@ -268,7 +254,7 @@ def _methods(request: Request) -> set[str]:
 def _on_database_error(request: Request, error: Exception) -> Response:
     cause = getattr(error, "orig", error)
     logging.getLogger("uvicorn.error").error("The job database does not respond: %s", cause)
-    return problem_response(problem_from(_DATABASE_ERROR))
+    return problem_response(problem_from(DATABASE_ERROR))
 
 
 def _shortened(text: str) -> str:
@@ -285,38 +271,5 @@ def _in_words(name: str) -> str:
     return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip().capitalize()
 
 
-_DATABASE_ERROR = StoreUnavailable("The job database does not respond",
+DATABASE_ERROR = StoreUnavailable("The job database does not respond",
                                    "Try again in a moment; the log of the service has the cause")
-_DESCRIPTIONS = {
-    400: "The request body is not valid JSON",
-    401: "The request has no token, or an unknown one; only if the service requires tokens",
-    403: "The token does not have the role that the operation needs, or a page of another site sent the request",
-    404: "No resource of this name exists",
-    408: "The request body did not arrive in time",
-    409: "The request conflicts with the current state of the resource",
-    413: "The request body, the response or the computation would exceed a limit of the service",
-    415: "The operation does not accept the media type of the request body",
-    422: "A parameter or a field of the request body is invalid",
-    500: "A table file is invalid, or the service failed to process the request",
-    503: "The job database does not respond, or the service is busy; the header Retry-After states when to try again",
-}
-_EXAMPLES: dict[int, ProblemDetails] = {
-    problem.status: problem for problem in (
-        problem_from(MalformedBody.from_parser_message("unexpected end of data")),
-        problem_from(TokenRequired("The request has no token", "Send the header 'Authorization: Bearer TOKEN'; in a "
-                                                               "browser, enter the token as the password")),
-        problem_from(RoleRequired("The request needs the role admin; the token 'alice' has the role run",
-                                  "Ask the administrator of the service for a token with this role")),
-        problem_from(errors.UnknownName.of("table", "nominl", ["calibrated", "nominal"])),
-        problem_from(TooSlow("The request body did not arrive within 30 s",
-                             "Check the Content-Length header, or increase SLIPSTICK_BODY_SECONDS on the server")),
-        problem_from(Conflict("A different file named 'measured' already exists", "Choose another name")),
-        problem_from(TooLarge("The request requires 21,600,000 shifting times; the limit is 2,000,000",
-                              "Send fewer points per request, select conditions, or request .npy")),
-        problem_from(UnsupportedMedia("The media type of the request body is application/x-www-form-urlencoded",
-                                      f"Send application/json. {CURL_JSON}")),
-        problem_from(_DATABASE_ERROR),
-        _invalid_request([RequestFieldError(where="body.inputs.mean.0", what="Input should be a valid number")], 0),
-        _internal_error(),
-    )
-}

@@ -3,9 +3,10 @@
 from fastapi import APIRouter
 
 from service.bodies import JsonRoute
+from service.error_responses import error_responses
 from service.job_filter import ACTIVE, JobFilter
 from service.job_store import JobStore
-from service.problem_details import Conflict, error_responses
+from service.problem_details import Conflict
 from service.routes.fits import FitStore
 from service.routes.recordings import RecordingsNamePath
 from service.routes.studies import StudyStore

@@ -13,7 +13,8 @@ from service import npy
 from service.bodies import Handler, JsonRoute, compute, require_media_type
 from service.csv_form import CSV, TableForm, condition_columns, csv_response, wants_csv
 from service.descriptions import Description, descriptions
-from service.problem_details import MalformedBody, error_responses
+from service.error_responses import error_responses
+from service.problem_details import MalformedBody
 from service.schemas import (
     AxisUnit,
     AxisUnits,

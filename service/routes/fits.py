@@ -11,6 +11,7 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.error_responses import error_responses
 from service.fit_cost import fit_cost, queue_of, require_cost
 from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
 from service.following import FollowingDependency, Wait
@@ -31,7 +32,6 @@ from service.jobs import (
     version_of,
 )
 from service.paging import Limit, Offset, page_links
-from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue

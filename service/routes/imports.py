@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import reads_upload
-from service.problem_details import error_responses
+from service.error_responses import error_responses
 from service.routes.recordings import RecordingsDescription, store
 from service.schemas import LibraryDependency
 from slipstick.acquisition.archive import MAPPING, import_archive

@@ -4,9 +4,10 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
+from service.error_responses import error_responses
 from service.heartbeats import Heartbeats
 from service.job_store import JobStore
-from service.problem_details import StoreUnavailable, error_responses
+from service.problem_details import StoreUnavailable
 from service.recent import Recent
 from service.schemas import SIMULATED, SettingsDependency
 from slipstick import __version__

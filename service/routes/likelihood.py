@@ -12,7 +12,7 @@ from service.bodies import JsonRoute
 from service.computations import ClientDependency, computes
 from service.csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
 from service.descriptions import Description, descriptions
-from service.problem_details import error_responses
+from service.error_responses import error_responses
 from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from service.schemas import (
     SIMULATED,

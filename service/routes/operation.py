@@ -12,7 +12,8 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from service.bodies import JsonRoute
 from service.computations import at_once
-from service.problem_details import StoreUnavailable, error_responses
+from service.error_responses import error_responses
+from service.problem_details import StoreUnavailable
 from service.routes.fits import FitStore
 from service.schemas import LibraryDependency
 from slipstick import __version__

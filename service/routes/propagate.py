@@ -11,7 +11,7 @@ from service.bodies import JsonRoute
 from service.computations import ClientDependency, computes
 from service.descriptions import Description, descriptions
 from service.drawings import DrawingsDependency
-from service.problem_details import error_responses
+from service.error_responses import error_responses
 from service.schemas import (
     AxisUnit,
     AxisUnits,

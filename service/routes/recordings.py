@@ -8,8 +8,9 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute, require_media_type
 from service.computations import reads_upload
 from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.error_responses import error_responses
 from service.paging import Limit, Offset, Page, page_links
-from service.problem_details import Conflict, error_responses
+from service.problem_details import Conflict
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.tables import (
     Conditions,

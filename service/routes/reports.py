@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.drawings import DrawingsDependency
+from service.error_responses import error_responses
 from service.job_store import JobStore
 from service.jobs import finished_job, input_of, output_of, version_of
 from service.pictures import (
@@ -22,7 +23,6 @@ from service.pictures import (
     picture_name_path,
     picture_response,
 )
-from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.fits import FitId, FitStore, without_progress
 from service.schemas import LibraryDependency

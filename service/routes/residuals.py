@@ -6,8 +6,8 @@ from pydantic import BaseModel, Field
 from service.bodies import JsonRoute
 from service.csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
 from service.descriptions import Description
+from service.error_responses import error_responses
 from service.jobs import finished_job, output_of, version_of
-from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.fits import FitId, FitStore
 from slipstick.pictures.conditions import described

@@ -10,6 +10,7 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.error_responses import error_responses
 from service.following import FollowingDependency, Wait
 from service.job_filter import JobFilter
 from service.job_store import JobInput, JobStore
@@ -28,7 +29,6 @@ from service.jobs import (
     version_of,
 )
 from service.paging import Limit, Offset, page_links
-from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import LibraryDependency
 from service.study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress

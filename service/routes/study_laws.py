@@ -5,9 +5,9 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Query, Response
 
 from service.bodies import JsonRoute
+from service.error_responses import error_responses
 from service.job_store import JobStore
 from service.jobs import finished_job, output_of
-from service.problem_details import error_responses
 from service.routes.studies import StudyId, StudyStore
 from service.study_schemas import FindingLaw, LawList
 from slipstick.errors import InvalidValue, UnknownName

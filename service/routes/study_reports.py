@@ -8,6 +8,7 @@ from fastapi.responses import HTMLResponse
 from service.bodies import JsonRoute
 from service.computations import computes
 from service.drawings import DrawingsDependency
+from service.error_responses import error_responses
 from service.job_store import JobStore
 from service.jobs import finished_job, output_of, version_of
 from service.pictures import (
@@ -20,7 +21,6 @@ from service.pictures import (
     picture_name_path,
     picture_response,
 )
-from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.routes.studies import StudyId, StudyStore, without_progress
 from service.routes.study_fits import StudyFits

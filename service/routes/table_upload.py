@@ -6,7 +6,8 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 
 from service.bodies import JsonRoute, require_media_type
 from service.computations import reads_upload
-from service.problem_details import Conflict, error_responses
+from service.error_responses import error_responses
+from service.problem_details import Conflict
 from service.routes.tables import TableDescription, describe
 from service.schemas import LibraryDependency
 

@@ -8,8 +8,8 @@ from pydantic import BaseModel, Field
 
 from service.bodies import JsonRoute
 from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from service.error_responses import error_responses
 from service.paging import Limit, Offset, Page, page_links
-from service.problem_details import error_responses
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import Digest, LibraryDependency
 from slipstick.bench.conditions import CONDITION_UNITS
