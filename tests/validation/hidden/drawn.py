@@ -1,4 +1,4 @@
-"""Draws the benches `drawn01` to `drawn96`, whose numbers nobody has chosen; run once for each twelve.
+"""Draws the benches `drawn01` to `drawn108`, whose numbers nobody has chosen; run once for each twelve.
 
     python -m tests.validation.hidden.drawn
 
@@ -18,7 +18,7 @@ from .nominal import DRAWN, HEAVY, SYMBOLS, Setup, from_text
 from .run import Run, observe
 
 SEEDS = {number: seed for first, seed in ((1, 41), (13, 83), (25, 127), (37, 173), (49, 211), (61, 251), (73, 271),
-                                          (85, 293))
+                                          (85, 293), (97, 331))
          for number in range(first, first + 12)}
 """Seed of each number of a bench."""
 ENGAGEMENTS = range(24, 73)
@@ -122,7 +122,7 @@ def text(name: str, chance: Chance) -> tuple[str, int]:
     noise = {"pressure": (full, "bar"), "input_speed": (0.8 * fastest, "rad/s"),
              "output_speed": (0.7 * output_speed, "rad/s"), "output_torque": (0.7 * gear * friction, "N m")}
     lines = ["# A bench whose numbers were drawn at random (drawn.py).", f'name = "{name}"',
-             f'title = "Drawn test bench {name[-2:]}"',
+             f'title = "Drawn test bench {name.removeprefix("drawn")}"',
              'source = "Drawn at random from ranges that wet powershift clutches could have; not measured."',
              "", "[parameters]"]
     bounds = dict.fromkeys(HEAVY.uncertain, (0.5, 1.5)) | {"x30": (0.1, 3)}
