@@ -1,4 +1,4 @@
-"""The lists from `FRESH` to `OVERSEAS` of the simulated test benches are as their README states."""
+"""The lists from `FRESH` to `POLAR` of the simulated test benches are as their README states."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -6,7 +6,20 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case
-from hidden.cases import ABROAD, AFIELD, BEYOND, DISTANT, FARTHER, FRESH, FURTHER, LATER, OUTLYING, OVERSEAS, REMOTE
+from hidden.cases import (
+    ABROAD,
+    AFIELD,
+    BEYOND,
+    DISTANT,
+    FARTHER,
+    FRESH,
+    FURTHER,
+    LATER,
+    OUTLYING,
+    OVERSEAS,
+    POLAR,
+    REMOTE,
+)
 from hidden.effect import Effect
 from hidden.eighth import EIGHTH
 from hidden.eleventh import ELEVENTH
@@ -28,10 +41,12 @@ from hidden.plan_further import FURTHER as QUOTA_OF_FURTHER
 from hidden.plan_later import LATER as QUOTA_OF_LATER
 from hidden.plan_outlying import OUTLYING as QUOTA_OF_OUTLYING
 from hidden.plan_overseas import OVERSEAS as QUOTA_OF_OVERSEAS
+from hidden.plan_polar import POLAR as QUOTA_OF_POLAR
 from hidden.plan_remote import REMOTE as QUOTA_OF_REMOTE
 from hidden.quota import Quota
 from hidden.quota import cases as draw
 from hidden.seventh import SEVENTH
+from hidden.sixteenth import SIXTEENTH
 from hidden.sixth import SIXTH
 from hidden.tenth import TENTH
 from hidden.third import THIRD
@@ -67,15 +82,17 @@ OF_REMOTE = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None
 OF_OUTLYING = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
 OF_DISTANT = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=2, sizes=None, least=3.0, most=60.0)
 OF_OVERSEAS = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=2, sizes=None, least=3.0, most=60.0)
+OF_POLAR = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
 LISTS = pytest.mark.parametrize(
     ("cases", "quota", "stated"),
     [(FRESH, QUOTA_OF_FRESH, Stated()), (LATER, QUOTA_OF_LATER, Stated()), (FURTHER, QUOTA_OF_FURTHER, Stated()),
      (BEYOND, QUOTA_OF_BEYOND, OF_BEYOND), (ABROAD, QUOTA_OF_ABROAD, OF_ABROAD),
      (AFIELD, QUOTA_OF_AFIELD, OF_AFIELD), (FARTHER, QUOTA_OF_FARTHER, OF_FARTHER),
      (REMOTE, QUOTA_OF_REMOTE, OF_REMOTE), (OUTLYING, QUOTA_OF_OUTLYING, OF_OUTLYING),
-     (DISTANT, QUOTA_OF_DISTANT, OF_DISTANT), (OVERSEAS, QUOTA_OF_OVERSEAS, OF_OVERSEAS)],
+     (DISTANT, QUOTA_OF_DISTANT, OF_DISTANT), (OVERSEAS, QUOTA_OF_OVERSEAS, OF_OVERSEAS),
+     (POLAR, QUOTA_OF_POLAR, OF_POLAR)],
     ids=["fresh", "later", "further", "beyond", "abroad", "afield", "farther", "remote", "outlying",
-         "distant", "overseas"])
+         "distant", "overseas", "polar"])
 
 
 @pytest.mark.parametrize(("effects", "earlier", "kinds"), [(FIFTH, EARLIER, (36, 9, 3)),
@@ -98,7 +115,11 @@ LISTS = pytest.mark.parametrize(
                                                                          *THIRTEENTH), (27, 8, 3)),
                                                            (FIFTEENTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH,
                                                                         *NINTH, *TENTH, *ELEVENTH, *TWELFTH,
-                                                                        *THIRTEENTH, *FOURTEENTH), (27, 8, 3))])
+                                                                        *THIRTEENTH, *FOURTEENTH), (27, 8, 3)),
+                                                           (SIXTEENTH, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH,
+                                                                        *NINTH, *TENTH, *ELEVENTH, *TWELFTH,
+                                                                        *THIRTEENTH, *FOURTEENTH, *FIFTEENTH),
+                                                            (27, 8, 3))])
 def test_a_set_of_effects_has_new_ones_of_all_or_of_different_listed_pairs(
         effects: tuple[Effect, ...], earlier: tuple[Effect, ...], kinds: tuple[int, int, int]) -> None:
     own = {effect.name for effect in effects}
@@ -137,8 +158,8 @@ def test_eight_cases_of_the_list_beyond_are_on_each_drawn_bench() -> None:
 
 
 @pytest.mark.parametrize(("cases", "first"), [(ABROAD, 13), (AFIELD, 25), (FARTHER, 37), (REMOTE, 49),
-                                               (OUTLYING, 61), (DISTANT, 73), (OVERSEAS, 85)],
-                         ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas"])
+                                               (OUTLYING, 61), (DISTANT, 73), (OVERSEAS, 85), (POLAR, 97)],
+                         ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas", "polar"])
 def test_twelve_cases_of_a_list_are_on_each_bench_drawn_later(cases: dict[str, Case], first: int) -> None:
     benches = [f"drawn{number}" for number in range(first, first + 12)]
     assert Counter(case.bench for case in cases.values()) == dict.fromkeys(benches, 12)
@@ -176,16 +197,17 @@ def test_strengths_of_a_list_span_the_stated_range(cases: dict[str, Case], quota
 @pytest.mark.parametrize(("cases", "quota", "seed"), [
     (ABROAD, QUOTA_OF_ABROAD, [53, 89]), (AFIELD, QUOTA_OF_AFIELD, [67, 103]), (FARTHER, QUOTA_OF_FARTHER, [89, 131]),
     (REMOTE, QUOTA_OF_REMOTE, [101, 149]), (OUTLYING, QUOTA_OF_OUTLYING, [103, 151]),
-    (DISTANT, QUOTA_OF_DISTANT, [109, 157]), (OVERSEAS, QUOTA_OF_OVERSEAS, [113, 163])],
-    ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas"])
+    (DISTANT, QUOTA_OF_DISTANT, [109, 157]), (OVERSEAS, QUOTA_OF_OVERSEAS, [113, 163]),
+    (POLAR, QUOTA_OF_POLAR, [127, 173])],
+    ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas", "polar"])
 def test_a_list_is_drawn_as_it_was(cases: dict[str, Case], quota: Quota, seed: list[int]) -> None:
     drawn = Counter((bench, count, frozenset(strengths))
                     for bench, _, count, strengths in draw(quota, np.random.default_rng(seed)))
     assert Counter((case.bench, case.count, frozenset(case.effects)) for case in cases.values()) == drawn
 
 
-@pytest.mark.parametrize("cases", [REMOTE, OUTLYING, DISTANT, OVERSEAS],
-                         ids=["remote", "outlying", "distant", "overseas"])
+@pytest.mark.parametrize("cases", [REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR],
+                         ids=["remote", "outlying", "distant", "overseas", "polar"])
 def test_both_effects_of_a_case_of_the_last_lists_are_of_listed_pairs_and_visible(cases: dict[str, Case]) -> None:
     limits = read_limits()
     pairs = [(LAWS[name], strength / limits[name, case.bench]) for case in cases.values() if len(case.effects) == 2

@@ -8,7 +8,7 @@ from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
-            "relax", "opens", "warms", "swings")  # on a ramp by a time of its own
+            "relax", "opens", "warms", "swings", "clings", "locks")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -196,6 +196,24 @@ def test_a_fifth_of_a_reading_swings_about_a_step() -> None:
         expected = 2 * np.exp(-0.04 * 2 * np.pi * turns)
         assert np.interp(0.5 + 0.4 * turns, HEAVY.time, missing) == pytest.approx(expected, abs=0.06)
         assert np.interp(0.3 + 0.4 * turns, HEAVY.time, missing) < -1
+
+
+def test_a_reading_clings_to_its_peaks() -> None:
+    ramps = 12 * np.abs(HEAVY.time - 1)[None]
+    left = (RESPONSES["clings"](ramps, 0.01, "pressure", HEAVY) - ramps)[0]
+    assert np.max(left) == pytest.approx(18 * 0.01 / 0.3, rel=1e-6)
+    turning = 1 + 0.6 / 12  # s, when the rising signal has reached the reading
+    np.testing.assert_allclose(left[[25, 500]], [0.6, 0.6], atol=12 * HEAVY.period)
+    np.testing.assert_allclose(left[HEAVY.time > turning + HEAVY.period], 0, atol=1e-9)
+
+
+def test_a_loop_that_locks_swings_about_a_ramp_and_is_not_late_at_last() -> None:
+    ramp = 30 * np.maximum(HEAVY.time - 0.2, 0)[None]
+    missing = (ramp - RESPONSES["locks"](ramp, 0.01, "output_speed", HEAVY))[0]
+    own, decay = (2 * np.pi / 0.3 * share for share in (np.sqrt(1 - 0.1**2), 0.1))
+    for later in (0.04, 0.12, 0.2, 0.6):
+        expected = 30 / own * np.sin(own * later) * np.exp(-decay * later)
+        assert np.interp(0.2 + later, HEAVY.time, missing) == pytest.approx(expected, abs=0.03)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, BEYOND, DISTANT, FARTHER, OUTLYING, OVERSEAS, REMOTE
+from .cases import ABROAD, AFIELD, BEYOND, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
 from .fifteenth import FIFTEENTH
@@ -22,6 +22,7 @@ from .nominal import BRISK
 from .run import SIGNALS
 from .seventh import BENCHES as OF_SEVENTH
 from .signature import remaining
+from .sixteenth import SIXTEENTH
 from .sixth import BENCHES as OF_SIXTH
 from .tenth import TENTH
 from .thirteenth import THIRTEENTH
@@ -43,8 +44,8 @@ def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
-                                            *FOURTEENTH, *FIFTEENTH)}
-    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS):
+                                            *FOURTEENTH, *FIFTEENTH, *SIXTEENTH)}
+    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

@@ -4,7 +4,7 @@ Each takes the signals (n, k), a strength in s that is zero for an ideal sensor,
 """
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import bilinear, lfilter
 
 from .nominal import Setup
 
@@ -304,6 +304,23 @@ def swings(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.n
     return 0.8 * signal + 0.2 * (start + lfilter([0, a.sum()], a, signal - start))
 
 
+def clings(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow a rise at once, and a fall only once the range in 0.3 s times `strength` is left, as if glued."""
+    band = size(name, setup) * strength / 0.3
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        filtered[:, k] = np.clip(filtered[:, k - 1], signal[:, k], signal[:, k] + band)
+    return filtered
+
+
+def locks(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow by a loop that locks on the phase, swings once in 30 times `strength`, and is not late on a long ramp."""
+    w, damping = 2 * np.pi / (30 * strength * _slowness(setup)), 0.1
+    b, a = bilinear([2 * damping * w, w**2], [1, 2 * damping * w, w**2], 1 / setup.period)
+    start = signal[:, :1]
+    return start + lfilter(b, a, signal - start)
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -340,4 +357,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "peak": peak, "blind": blind,
              "paste": paste, "share": share,
              "relax": relax, "opens": opens,
-             "warms": warms, "swings": swings}
+             "warms": warms, "swings": swings,
+             "clings": clings, "locks": locks}
