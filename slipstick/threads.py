@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import wraps
+from threading import local
 from typing import ParamSpec, TypeVar
 
 from numba import get_num_threads
@@ -11,6 +12,9 @@ from threadpoolctl import threadpool_limits
 One = TypeVar("One")
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
+
+_HERE = local()
+"""Whether a thread is one of `mapped`, whose own parts must not start further threads."""
 
 
 def in_one_blas_thread(function: Callable[Given, Value]) -> Callable[Given, Value]:
@@ -26,10 +30,14 @@ def in_one_blas_thread(function: Callable[Given, Value]) -> Callable[Given, Valu
 def mapped(function: Callable[[One], Value], items: Sequence[One], threads: int | None = None) -> list[Value]:
     """What `function` makes of each of the `items`, in their order, by as many threads as compiled kernels may use.
 
-    Or by as many `threads`.
+    Or by as many `threads`. In one of these threads it uses no others.
     """
     workers = min(threads or get_num_threads(), len(items))
-    if workers < 2:
+    if workers < 2 or getattr(_HERE, "is_part", False):
         return [function(one) for one in items]
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor(workers, initializer=_be_part) as pool:
         return list(pool.map(function, items))
+
+
+def _be_part() -> None:
+    _HERE.is_part = True

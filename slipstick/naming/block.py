@@ -20,7 +20,7 @@ from slipstick.naming.scene import Pair, Scene
 Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
-__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finest",
+__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finer_at_first", "finest",
            "first_shared", "has_few_numbers"]
 
 
@@ -86,7 +86,14 @@ def fineness(block: Block, pair: Pair) -> int:
 
 
 _FINEST = 2
-"""How many times the resolution of a law is doubled at most: from 9 to 33 knots over a signal."""
+"""How many times the resolution of a law is doubled at most, where it is not free."""
+_MOST_KNOTS, _MOST_OVER_TIME = 65, 129
+"""Most knots of a free law over a signal, or over the time of a recording, of which an engagement is a part. As long as
+a strong law is not followed, what is left of it looks like another one."""
+_OF_FEW = ("lag", "past current", "twist", "run order")
+"""Dependences of laws that mix a few lags, plays or windows, or over a value of each engagement."""
+_CLOSING = ("piston gain", "clearance", "film torque", "piston rate")
+"""Quantities of the closing piston: each column takes an integration, and the plates close within little time."""
 _OF_FEW_VALUES = ("offset", "direction", "motor speed")
 """Dependences of laws that are a few numbers, or over few levels, and that have no resolution."""
 NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
@@ -97,16 +104,24 @@ more columns than the other would win; while the plates close, the torque rises 
 
 def has_few_numbers(pair: Pair) -> bool:
     """Whether the law of a pair has few numbers, but can be finer: lags, memories, twists, drifts, sensors."""
-    return pair not in NOT_FINER and (pair[1] in ("lag", "past current", "twist", "run order")
+    return pair not in NOT_FINER and (pair[1] in _OF_FEW
                                       or (pair[0].endswith("sensor") and pair[1] in ("gain", "time")))
+
+
+def finer_at_first(pair: Pair) -> int:
+    """How many times a law of few numbers is doubled where others have 17 knots; a gain error then has as many."""
+    return 0 if not has_few_numbers(pair) else 3 if pair[1] == "gain" else 1
 
 
 def finest(block: Block, pair: Pair) -> int:
     """How many times the resolution of a law can be doubled: of those over signals, and of some errors of sensors."""
     quantity, on = pair
-    if quantity.endswith("sensor"):
-        return _FINEST if has_few_numbers(pair) else 0
-    return 0 if on in _OF_FEW_VALUES or pair in NOT_FINER else _FINEST
+    if on in _OF_FEW_VALUES or pair in NOT_FINER:
+        return 0
+    if on in _OF_FEW or quantity in _CLOSING:
+        return _FINEST
+    knots = {"time": block.scene.settings.fine_knots, "gain": 3}.get(on, block.fine)
+    return (((_MOST_OVER_TIME if on == "time" else _MOST_KNOTS) - 1) // (knots - 1)).bit_length() - 1
 
 
 class SearchedBlock(Block, Protocol):

@@ -1,9 +1,12 @@
 """Which pairs the closing piston asks for, by fits with the law of each that promises something."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numba import get_num_threads
 
 from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask, Asked
@@ -12,13 +15,12 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
-from slipstick.naming.restarts import annealed, evidence_of, from_common, regained
+from slipstick.naming.restarts import annealed, evidence_of, from_common, regained, settled
 from slipstick.naming.search import retimed
 from slipstick.naming.selection import (
     Finding,
     Rival,
     in_errors,
-    is_enough,
     is_finding,
     is_shown,
     is_unexplained,
@@ -27,7 +29,9 @@ from slipstick.naming.selection import (
     rivals,
 )
 from slipstick.naming.settings import NamingSettings
+from slipstick.threads import mapped
 
+One = TypeVar("One")
 _QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
 _LAGS = (("output torque sensor", "lag"), ("contact pressure", "lag"))
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
@@ -71,11 +75,15 @@ def _best_of(tried: Sequence[_Tried]) -> list[_Tried]:
     return list(best.values())
 
 
-def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, least: float = 0.0,
-            ask: Ask = lambda _: None) -> tuple[CurvedFit, list[Finding]]:
-    """Add pairs of the piston to the fit `start` while they gain more than `least` nats."""
-    now, findings = start, list[Finding]()
-    while len(findings) < _MOST:
+def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings,
+            ask: Ask = lambda _: None, named: Sequence[Finding] = ()) -> tuple[CurvedFit, list[Finding]]:
+    """Add pairs of the piston to the fit `start` while they gain enough.
+
+    Those of its laws that were `named` in full contact come first among the findings, as far as the whole clutch asks
+    for them beside those of the piston.
+    """
+    now, found, nats = start, list[Finding](), max((one.nats for one in named), default=0.0)
+    while len(found) < _MOST:
         tried = _tried(block, now, settings, ask)
         enough = _enough(tried, now, settings)
         if enough:
@@ -89,20 +97,21 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, leas
                 tried = _best_of([*(one.beside(now) for one in enough),
                                   *_tried(block, now, settings, ask, [one.pair for one in enough])])
                 enough = _enough(tried, now, settings)
-        further = settings.further * sum(one.nats for one in findings)
-        if not enough or enough[0].gain.sum() < max(least, further):
+        lacks = is_unexplained(now.chi2, now.chi2, settings)
+        if enough or lacks:
+            finer = _finer(block, now, settings, enough[0].gain if enough else np.zeros(len(now.chi2)))
+            if finer is not None:
+                now = _followed(block, finer, settings)
+                continue
+        if not enough or enough[0].gain.sum() < settings.further * max(nats, sum(one.nats for one in found)):
             break
         best = enough[0]
-        finer = _finer(block, now, settings, best.gain)
-        if finer is not None:
-            now = finer
-            continue
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         tied = rivals(best.gain, [(one.gain, one.pair) for one in enough[1:]], settings)
         others = [Rival(one.pair, float(one.gain.sum()), in_errors(best.gain - one.gain)) for one in tried]
-        findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
-                                best.expected, best.agreement))
-    return now, findings
+        found.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
+                             best.expected, best.agreement))
+    return _backward(block, now, named, found, settings)
 
 
 def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
@@ -143,16 +152,52 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray) -> CurvedFit | None:
     """The fit with finer laws of the piston, if it does as well as a further law that gains `further` (n,)."""
     before = block.finer
-    laws = [law for law in now.laws if shows_closing(law) and before.get(law, 0) < finest(block, law)]
+    laws = [law for law in now.laws if before.get(law, 0) < finest(block, law)]
     if not laws:
         return None
     found = _resolved(block, now, laws)
     price = np.sum([found.leverage(law) - now.leverage(law) for law in laws], axis=0)
     gain = priced(found.evidence - now.evidence, price)
-    if is_enough(gain, settings) and not leads(further, gain, settings):
+    if gain.sum() > settings.nats and not leads(further, gain, settings):
         return found
     block.finer = before
     return None
+
+
+def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], found: Sequence[Finding],
+              settings: NamingSettings) -> tuple[CurvedFit, list[Finding]]:
+    """Without those findings of full contact alone that the clutch does not ask for beside what was `found` since.
+
+    A piston that is not explained closes the plates too early or too late, which looks like a law of the friction. The
+    gain of the others is that in the whole clutch, so that they can be compared with those of the piston.
+    """
+    kept = list[Finding]()
+    for one in named:
+        if not found or one.blocks != ("contact",):
+            kept.append(one)
+            continue
+        others = {law: c for law, c in now.coefficients.items() if law != one.pair}
+        without = settled(block, now.points, now.shared, tuple(others), others)
+        beside = replace(one, gain=priced(now.evidence - without.evidence, now.leverage(one.pair)),
+                         expected=now.expected(one.pair))
+        if is_finding(beside.gain, now.expected(one.pair), one.agreement, without.chi2[None], now.chi2[None], settings):
+            kept.append(beside)
+        else:
+            now = without
+    return now, [*kept, *found]
+
+
+def _followed(block: ClutchBlock, now: CurvedFit, settings: NamingSettings) -> CurvedFit:
+    """The fit with as many knots of its laws as the clutch asks for, where finer ones have done better than others.
+
+    Those of full contact needed fewer there: it has other samples, of a smaller range.
+    """
+    while is_unexplained(now.chi2, now.chi2, settings):
+        finer = _finer(block, now, settings, np.zeros(len(now.chi2)))
+        if finer is None:
+            break
+        now = finer
+    return now
 
 
 def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> CurvedFit:
@@ -178,19 +223,36 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
     if not (strained or lacks):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
-    begun = []
-    for one in promising:
-        ask(Asked("clutch", ("clutch",), one.pair))
-        first = fit_curved(block, (*now.laws, one.pair), start=now, iterations=_FIRST)
+    linear = {one.pair: one for one in promising}
+
+    def begun_with(pair: Pair) -> CurvedFit:
+        its = copy(block)  # a fit changes where its block is
+        first = fit_curved(its, (*now.laws, pair), start=now, iterations=_FIRST)
         if strained or lacks:
-            first = max(first, annealed(block, now, one.pair), key=evidence_of)
-        begun.append(first)
-    begun.sort(key=evidence_of, reverse=True)
-    found, linear = list[tuple[Gain, CurvedFit]](), {one.pair: one for one in promising}
-    for start in begun[:1 + settings.rivals]:
-        ask(Asked("clutch", ("clutch",), start.laws[-1]))
-        best = fit_curved(block, start.laws, start=start, iterations=10)
-        again = from_common(block, best.mean, best.shared, best.held, iterations=10)
+            first = max(first, annealed(its, now, pair), key=evidence_of)
+        return replace(first, block=block)
+
+    def ended(start: CurvedFit) -> CurvedFit:
+        its = copy(block)
+        best = fit_curved(its, start.laws, start=start, iterations=10)
+        again = from_common(its, best.mean, best.shared, best.held, iterations=10)
         best = max(best, again, key=evidence_of)
-        found.append((linear[best.laws[-1]], regained(block, best) if lacks else best))
+        return replace(regained(its, best) if lacks else best, block=block)
+
+    begun = _in_threads(begun_with, list(linear), lambda pair: ask(Asked("clutch", ("clutch",), pair)))
+    begun.sort(key=evidence_of, reverse=True)
+    found = _in_threads(ended, begun[:1 + settings.rivals],
+                        lambda start: ask(Asked("clutch", ("clutch",), start.laws[-1])))
+    return [(linear[one.laws[-1]], one) for one in found]
+
+
+def _in_threads(function: Callable[[One], CurvedFit], items: Sequence[One],
+                before: Callable[[One], None]) -> list[CurvedFit]:
+    """What `function` makes of each item, by as many at a time as there are threads, `before` each of which it asks."""
+    found, threads = list[CurvedFit](), get_num_threads()
+    for start in range(0, len(items), threads):
+        some = items[start:start + threads]
+        for one in some:
+            before(one)
+        found += mapped(function, some)
     return found

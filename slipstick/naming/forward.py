@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import Block, Pair, has_few_numbers
+from slipstick.naming.block import Block, Pair, finer_at_first
 from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
@@ -145,4 +145,4 @@ def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> N
         block.fine = settings.finer_knots
     if off:
         for block in blocks:
-            block.finer = {pair: 1 for pair in block.pairs() if has_few_numbers(pair)}
+            block.finer = {pair: finer for pair in block.pairs() if (finer := finer_at_first(pair))}

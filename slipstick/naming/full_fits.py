@@ -8,7 +8,7 @@ import numpy as np
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit, fit_together
-from slipstick.naming.selection import Finding, is_enough, is_finding, leads, priced
+from slipstick.naming.selection import Finding, is_finding, leads, priced
 from slipstick.naming.settings import NamingSettings
 
 
@@ -104,7 +104,7 @@ def finer_fits(fits: Mapping[str, BlockFit], blocks: Sequence[str], settings: Na
     price = np.sum([one.leverage(law) for one in found.values() for law in one.laws], axis=0)
     paid = np.sum([fits[name].leverage(law) for name in order for law in fits[name].laws], axis=0)
     gain = priced(rise_of(fits, found), price - paid)
-    if is_enough(gain, settings) and not leads(further, gain, settings):
+    if gain.sum() > settings.nats and not leads(further, gain, settings):
         return found
     for name in order:
         fits[name].block.finer = before[name]

@@ -32,8 +32,6 @@ _CHAMBER = 0.1
 """Unit in bar of chamber pressures, so that coefficients are about 1."""
 _RATE, _DRAG = 0.1, 0.05
 """Units of laws of the piston rate, over the largest rate, so that coefficients are about 1."""
-_MEETING = 0.5
-"""Share of the torque in full contact from which on heat is that of friction: halfway through the ramp of friction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +67,13 @@ class Contact:
     until they part where that is shorter, and 0 while they are apart.
 
     f_reg is the share of the friction that acts, which rises from 0 to 1 before full contact. The difference of the two
-    times is that of a slow or fast closing: engagements differ in it.
+    times is that of a slow or fast closing: engagements differ in it. `friction` (n, k) is the torque in
+    N m that heats the plates, without that of the oil film.
     """
 
     full: np.ndarray
     time: np.ndarray
+    friction: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,16 +196,4 @@ def _abscissa(on: str, given: Loading) -> np.ndarray:
 
 def of_plates(scene: Scene, in_contact: Contact) -> dict[str, np.ndarray]:
     """The values (n, k) of `OF_PLATES` with the times `in_contact`."""
-    return {"heat": _friction_heat(scene, in_contact.full), "time in contact": in_contact.time}
-
-
-def _friction_heat(scene: Scene, full_contact: np.ndarray) -> np.ndarray:
-    """Friction energy (n, k) in kJ of the plates, without the heat of the oil film before they meet.
-
-    They meet where the torque reaches a share of that at the first sample of full contact.
-    """
-    heat, torque, rows = scene.heat, scene.smooth["output_torque"], np.arange(len(full_contact))
-    full = np.argmax(full_contact > 0, axis=1)  # 0 without full contact: then no heat is taken off
-    below = (torque < _MEETING * torque[rows, full][:, None]) & (np.arange(heat.shape[1]) < full[:, None])
-    last = np.where(below.any(axis=1), heat.shape[1] - 1 - np.argmax(below[:, ::-1], axis=1), 0)
-    return np.asarray(np.maximum(heat - heat[rows, last][:, None], 0.0))
+    return {"heat": scene.heat(in_contact.friction), "time in contact": in_contact.time}

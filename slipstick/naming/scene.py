@@ -280,10 +280,9 @@ class Scene:
         """Input speed - gear * output speed (n, k) in rad/s, of either sign."""
         return np.asarray(self.smooth["input_speed"] - self.gear * self.smooth["output_speed"])
 
-    @property
-    def heat(self) -> np.ndarray:
-        """Friction energy (n, k) in kJ: the integral of torque / gear * slip up to lock-up."""
+    def heat(self, torque: np.ndarray) -> np.ndarray:
+        """Energy (n, k) in kJ of a `torque` (n, k) in N m: the integral of torque / gear * slip up to lock-up."""
         before = self.time < self.recordings.measured_time[:, None]
-        power = self.smooth["output_torque"] / self.gear * self.slip * before
+        power = torque / self.gear * self.slip * before
         steps = 0.5 * (power[:, 1:] + power[:, :-1]) * np.diff(self.time)
         return np.concatenate([np.zeros((len(self), 1)), np.cumsum(steps, axis=1)], axis=1) / 1000

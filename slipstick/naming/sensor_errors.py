@@ -53,7 +53,7 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer)) * drift(scene, sensor))
     if on in (*TOLD_BY, *OF_PLATES):
         # Without the first hat: an error where the other signal is 0 is an offset.
-        return np.asarray(hats(scene.abscissa(on), error_knots(scene, on))[:, 1:] * drift(scene, sensor))
+        return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer))[:, 1:] * drift(scene, sensor))
     if on in scene.of_runs and on != "run order":
         return np.asarray(scene.between(on)[:, :, None] * drift(scene, sensor) * np.ones(signal.shape)[:, None])
     if on == "run order":
@@ -80,7 +80,7 @@ def read_too_much(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.
         return np.asarray(signal * (np.interp(share, gain_points(finer), c) if finer else c[0] + c[1] * share))
     if on in ("time", *TOLD_BY, *OF_PLATES):
         values = c if on == "time" else np.concatenate([[0.0], c])
-        error = np.interp(scene.abscissa(on), error_knots(scene, on, finer if on == "time" else 0), values)
+        error = np.interp(scene.abscissa(on), error_knots(scene, on, finer), values)
         return np.asarray(error * drift(scene, sensor) * np.ones(signal.shape))
     return np.asarray(c @ reading(scene, sensor, on, signal, finer))
 
@@ -122,7 +122,7 @@ def error_knots(scene: Scene, on: str, finer: int = 0) -> np.ndarray:
     if on == "time":
         return np.linspace(0, scene.time[-1], doubled(scene.settings.fine_knots, finer))
     x = scene.abscissa(on)
-    return from_zero(x, np.ones(x.shape, bool), scene.settings.knots)
+    return from_zero(x, np.ones(x.shape, bool), doubled(scene.settings.knots, finer))
 
 
 def drift_knots(scene: Scene, finer: int = 0) -> np.ndarray:

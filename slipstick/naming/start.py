@@ -203,10 +203,10 @@ def _rough(scene: Scene, pressure: np.ndarray, late: Late | None, known: Onset |
 def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> Closing:
     """The piston up to full contact, where a `rough` fit has it, and the clutch with its time in contact."""
     clutch = ClutchBlock(scene, pressure, late)
-    block = OnsetBlock(scene, pressure, late, contact=clutch.contact(rough.points, ()).full)
+    block = OnsetBlock(scene, pressure, late, contact=clutch.contact(rough.points).full)
     block.know(rough.points)
     onset = settled(block, rough.points, rough.shared)
-    clutch.in_contact = clutch.contact(onset.points, ())
+    clutch.in_contact = clutch.contact(onset.points)
     return Closing(clutch, onset, block.counted)
 
 

@@ -84,13 +84,13 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
         start = begin(replace(whole.take(kept), noise=noise, noise_is_known=True), ask, known)
         fits, findings = _with_laws(start, settings, ask)
     before = {key: one.chi2 for key, one in start.fits.items()}
-    everything, more = dict(fits), list[Finding]()
+    everything = dict(fits)
     if start.valve is not None:
         before["valve"], everything = start.valve[0].chi2, {"valve": start.valve[1], **everything}
     if start.closing is not None:
         before["clutch"] = before["contact"]
-        everything["clutch"], more = _closed(start, fits, findings, settings, ask)
-    return Naming((*start.findings, *findings, *more), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
+        everything["clutch"], findings = _closed(start, fits, findings, settings, ask)
+    return Naming((*start.findings, *findings), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
                   tuple(key for key, one in everything.items()  # the clutch holds full contact, with a better piston
                         if key != "contact" and is_unexplained(one.chi2, before[key], settings)),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
@@ -136,7 +136,7 @@ def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> 
 
 def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], settings: NamingSettings,
             ask: Ask) -> tuple[CurvedFit, list[Finding]]:
-    """The closing piston with the laws of full contact, and what it asks for itself."""
+    """The closing piston with the laws of full contact, and all `findings` with what it asks for itself."""
     assert start.closing is not None
     assert start.valve is not None
     ask(Asked("clutch", ("clutch",)))
@@ -154,6 +154,7 @@ def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding],
         again = settled(block, found, clock, contact.laws, contact.coefficients)
         clutch = max(clutch, again, key=evidence_of)
     if _lacks_pressure(start, settings):  # the piston integrates the error of the pressure
-        return clutch, []
-    least = settings.further * max((one.nats for one in findings if "contact" in one.blocks), default=0.0)
-    return closing(block, clutch, settings, least, ask)
+        return clutch, findings
+    in_contact = [one for one in findings if "contact" in one.blocks]
+    clutch, closed = closing(block, clutch, settings, ask, in_contact)
+    return clutch, [*(one for one in findings if one not in in_contact), *closed]

@@ -1,0 +1,65 @@
+"""Laws of full contact while the plates close: the heat on which they depend, and as many knots as they need there."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import scipy
+
+from slipstick.clutch.laws import MeasuredLaw
+from slipstick.clutch.model import Model
+from slipstick.naming.closing import _finer, _followed
+from slipstick.naming.curved import CurvedFit
+from slipstick.naming.fit import fit
+from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.piston_laws import of_plates
+from slipstick.naming.restarts import settled
+from slipstick.naming.search import search
+from slipstick.naming.selection import is_unexplained
+from slipstick.naming.settings import NamingSettings
+from tests.benches import HEAVY
+from tests.slipstick.naming.engagements import block_of, scene_of
+
+COUNT, SEED, SETTINGS = 24, 5, NamingSettings()
+HEAT = ("friction coefficient", "heat")
+AT = np.linspace(0, 6.0, 16)  # kJ
+WAVE = MeasuredLaw(*HEAT, tuple(AT), tuple(0.1 * np.sin(AT * 2 * np.pi / 2.4)), relative=True)
+
+
+@cache
+def coarse() -> tuple[ClutchBlock, CurvedFit]:
+    """The clutch with a law over the heat that has few knots, in its own contact."""
+    scene = scene_of(HEAVY, Model(HEAVY.physics).with_law(WAVE), COUNT, SEED)
+    block, contact = block_of("clutch", scene), fit(block_of("contact", scene), (HEAT,))
+    assert isinstance(block, ClutchBlock)
+    found = search(block, np.zeros(1), contact.held)
+    return block, settled(block, found, np.zeros(1), contact.laws, contact.coefficients)
+
+
+def heats(sample_time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (k,) in s, and heat (n, k) in kJ of the plates, also as a smoothed torque gives it."""
+    block = block_of("clutch", scene_of(replace(HEAVY, sample_time=sample_time), Model(HEAVY.physics), COUNT))
+    assert isinstance(block, ClutchBlock)
+    contact, scene = block.in_contact, block.scene
+    smooth = scipy.ndimage.gaussian_filter1d(contact.friction, SETTINGS.smoothing, axis=1)
+    return scene.time, *(of_plates(scene, one)["heat"] for one in (contact, replace(contact, friction=smooth)))
+
+
+def test_the_heat_is_that_of_a_fine_sampling_although_the_torque_rises_within_few_samples() -> None:
+    time, found, smoothed = heats(0.006)
+    fine, exact, _ = heats(0.0002)
+    true = np.array([np.interp(time, fine, one) for one in exact])
+    early = (true > 0) & (true < 1)
+    assert np.abs(found - true)[early].max() < 0.5 * np.abs(smoothed - true)[early].max()
+
+
+def test_a_law_of_full_contact_has_as_many_knots_as_the_closing_plates_ask_for() -> None:
+    block, start = coarse()
+    assert is_unexplained(start.chi2, start.chi2, SETTINGS)
+    finer = _finer(block, start, SETTINGS, np.zeros(COUNT))
+    assert finer is not None
+    now = _followed(block, finer, SETTINGS)
+    assert block.finer[HEAT] > 0
+    assert not is_unexplained(now.chi2, now.chi2, SETTINGS)
+
+
