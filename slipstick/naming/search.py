@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from slipstick.naming.block import Laws
-from slipstick.naming.curved import HIGHEST, LOWEST
+from slipstick.naming.curved_steps import HIGHEST, LOWEST
 from slipstick.naming.linear_model import predict
 from slipstick.naming.piston import ClutchBlock
 from slipstick.threads import mapped

@@ -10,18 +10,8 @@ from scipy.optimize import lsq_linear
 from scipy.stats import norm
 
 from slipstick.blocks.whitening import BlockNoise, whitened
-from slipstick.naming.curved import (
-    HIGHEST,
-    LOWEST,
-    CurvedFit,
-    _linearised,
-    _predicted,
-    _spread,
-    _stepped,
-    _Values,
-    _within_bounds,
-    fit_curved,
-)
+from slipstick.naming.curved import CurvedFit, _linearised, _predicted, _spread, fit_curved
+from slipstick.naming.curved_steps import HIGHEST, LOWEST, Values, stepped, within_bounds
 from slipstick.naming.grams import Gram
 
 TIME = np.linspace(0, 1, 60)
@@ -189,24 +179,24 @@ def test_a_step_never_raises_the_cost_and_is_damped_where_a_whole_one_would() ->
     block, _ = drawn(5, law=0.7)
     variance, noise, rng = np.array([0.04]), block.noise(np.zeros((40, 1))), np.random.default_rng(5)
 
-    def cost(some: _Values, gram: Gram) -> float:
+    def cost(some: Values, gram: Gram) -> float:
         left = (block.measured - _predicted(block, some))[:, None]
         squares = (whitened(left, block.counted, noise) ** 2).sum() + ((some.points - some.mean) ** 2 / variance).sum()
         return float(squares + (some.common**2 * gram.precision).sum())
 
     for _ in range(10):
-        values = _Values(rng.uniform(-0.5, 0.5, (40, 1)), rng.uniform(-0.5, 0.5, 1), np.zeros(1),
+        values = Values(rng.uniform(-0.5, 0.5, (40, 1)), rng.uniform(-0.5, 0.5, 1), np.zeros(1),
                          {SPEED: rng.uniform(-2, 2, 1)})
         _, gram = _linearised(block, values, noise)
         before = cost(values, gram)
-        after, damping = _stepped(block, values, gram, variance, noise, before, 1e-3)
+        after, damping = stepped(block, values, gram, variance, noise, before, 1e-3)
         assert cost(after, gram) < before
         assert damping < 1e-3
     fit = fit_curved(block, [SPEED], iterations=20)
-    values = _Values(fit.points, fit.mean, fit.shared, fit.coefficients)
+    values = Values(fit.points, fit.mean, fit.shared, fit.coefficients)
     _, gram = _linearised(block, values, noise)
     far = replace(gram, products=gram.products * np.where(np.arange(len(gram.products[0])) == 3, 5.0, 1.0))
-    after, damping = _stepped(block, values, far, variance, noise, cost(values, gram), 1e-3)
+    after, damping = stepped(block, values, far, variance, noise, cost(values, gram), 1e-3)
     assert cost(after, gram) <= cost(values, gram)
     assert damping > 1e-3
 
@@ -264,7 +254,7 @@ def test_a_step_ends_at_the_least_squares_within_the_bounds() -> None:
     for _ in range(30):
         jacobian = rng.normal(size=(6, 3)) @ np.array([[1.0, 0.95, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 1.0]])  # a valley
         points, residual = np.array([[LOWEST + 0.01, 0.0, 0.0]]), rng.normal(size=6) * 0.03
-        change = _within_bounds(points, (jacobian.T @ jacobian)[None], (jacobian.T @ residual)[None])[0]
+        change = within_bounds(points, (jacobian.T @ jacobian)[None], (jacobian.T @ residual)[None])[0]
         best = lsq_linear(jacobian, residual, (LOWEST - points[0], HIGHEST - points[0])).x
         size = np.abs(best).max()
         np.testing.assert_allclose(change, best * min(1, 0.25 / size), atol=1e-4)
