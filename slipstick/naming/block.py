@@ -108,20 +108,24 @@ def has_few_numbers(pair: Pair) -> bool:
                                       or (pair[0].endswith("sensor") and pair[1] in ("gain", "time")))
 
 
-def finer_at_first(pair: Pair) -> int:
-    """How many times a law of few numbers is doubled where others have 17 knots; a gain error then has as many."""
-    return 0 if not has_few_numbers(pair) else 3 if pair[1] == "gain" else 1
+def finer_at_first(pair: Pair, knots: int) -> int:
+    """How many times a law of few numbers is doubled beside laws with so many `knots`: a gain error has as many."""
+    if not has_few_numbers(pair):
+        return 0
+    return max(1, (knots - 2).bit_length() - 1) if pair[1] == "gain" else 1
 
 
 def finest(block: Block, pair: Pair) -> int:
-    """How many times the resolution of a law can be doubled: of those over signals, and of some errors of sensors."""
+    """How many times the resolution of a law can be doubled."""
     quantity, on = pair
     if on in _OF_FEW_VALUES or pair in NOT_FINER:
         return 0
     if on in _OF_FEW or quantity in _CLOSING:
         return _FINEST
-    knots = {"time": block.scene.settings.fine_knots, "gain": 3}.get(on, block.fine)
-    return (((_MOST_OVER_TIME if on == "time" else _MOST_KNOTS) - 1) // (knots - 1)).bit_length() - 1
+    knots, most = block.fine, _MOST_OVER_TIME if on == "time" else _MOST_KNOTS
+    if quantity.endswith("sensor") and on in ("gain", "time"):  # these do not begin with the knots of the block
+        knots = 3 if on == "gain" else block.scene.settings.fine_knots
+    return max(((most - 1) // (knots - 1)).bit_length() - 1, 0)
 
 
 class SearchedBlock(Block, Protocol):

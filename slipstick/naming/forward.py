@@ -145,4 +145,5 @@ def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> N
         block.fine = settings.finer_knots
     if off:
         for block in blocks:
-            block.finer = {pair: finer for pair in block.pairs() if (finer := finer_at_first(pair))}
+            finer = {pair: finer_at_first(pair, settings.finer_knots) for pair in block.pairs()}
+            block.finer = {pair: times for pair, times in finer.items() if times}

@@ -63,13 +63,16 @@ def test_the_numbers_of_knots_are_those_of_the_laws(scene: Scene) -> None:
         pair: count for pair, (_, count) in wanted.items()}
 
 
-@pytest.mark.parametrize(("drag", "knots", "finer"), [(0.0, 9, 0), (150.0, 6, 1)])
+@pytest.mark.parametrize(("drag", "knots", "finer"), [(0.0, 9, 0), (150.0, 6, 2)])
 def test_a_block_that_is_not_explained_has_the_finer_laws(drag: float, knots: int, finer: int) -> None:
     law = MeasuredLaw("load torque", "output speed", (0.0, 10.0, 20.0, 30.0), (0.0, drag, -drag, 0.0), relative=False)
     block = block_of("load", engagements.scene_of(HEAVY, Model(HEAVY.physics).with_law(law), 12, seed=1))
     forward({"load": fit(block)}, NamingSettings(finer_knots=6, nats=1e9))
     assert block.fine == knots
     assert block.finer.get(("output speed sensor", "gain"), 0) == finer
+    if finer:  # as many points as the knots of other laws, or more
+        points = np.zeros((12, len(block.random)))
+        assert block.basis(("output speed sensor", "gain"), points, (), block.base(points)).shape[1] >= knots
 
 
 def test_smoothing_is_in_samples(scene: Scene) -> None:
