@@ -178,10 +178,9 @@ def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], foun
             continue
         others = {law: c for law, c in now.coefficients.items() if law != one.pair}
         without = settled(block, now.points, now.shared, tuple(others), others)
-        beside = replace(one, gain=priced(now.evidence - without.evidence, now.leverage(one.pair)),
-                         expected=now.expected(one.pair))
-        if is_finding(beside.gain, now.expected(one.pair), one.agreement, without.chi2[None], now.chi2[None], settings):
-            kept.append(beside)
+        gain, expected = priced(now.evidence - without.evidence, now.leverage(one.pair)), now.expected(one.pair)
+        if is_finding(gain, expected, one.agreement, without.chi2[None], now.chi2[None], settings):
+            kept.append(replace(one, gain=gain, expected=expected))
         else:
             now = without
     return now, [*kept, *found]

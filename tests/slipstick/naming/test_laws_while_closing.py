@@ -8,29 +8,31 @@ import scipy
 
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
-from slipstick.naming.closing import _finer, _followed
+from slipstick.naming.block import Pair
+from slipstick.naming.closing import _backward, _finer, _followed
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import fit
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.piston_laws import of_plates
 from slipstick.naming.restarts import settled
 from slipstick.naming.search import search
-from slipstick.naming.selection import is_unexplained
+from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.settings import NamingSettings
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 
 COUNT, SEED, SETTINGS = 24, 5, NamingSettings()
-HEAT = ("friction coefficient", "heat")
+HEAT, SPEED = ("friction coefficient", "heat"), ("friction coefficient", "motor speed")
 AT = np.linspace(0, 6.0, 16)  # kJ
 WAVE = MeasuredLaw(*HEAT, tuple(AT), tuple(0.1 * np.sin(AT * 2 * np.pi / 2.4)), relative=True)
 
 
 @cache
-def coarse() -> tuple[ClutchBlock, CurvedFit]:
-    """The clutch with a law over the heat that has few knots, in its own contact."""
+def coarse(*laws: Pair) -> tuple[ClutchBlock, CurvedFit]:
+    """The clutch with laws of full contact, that over the heat with few knots, of a friction that depends on the heat.
+    """
     scene = scene_of(HEAVY, Model(HEAVY.physics).with_law(WAVE), COUNT, SEED)
-    block, contact = block_of("clutch", scene), fit(block_of("contact", scene), (HEAT,))
+    block, contact = block_of("clutch", scene), fit(block_of("contact", scene), laws)
     assert isinstance(block, ClutchBlock)
     found = search(block, np.zeros(1), contact.held)
     return block, settled(block, found, np.zeros(1), contact.laws, contact.coefficients)
@@ -54,7 +56,7 @@ def test_the_heat_is_that_of_a_fine_sampling_although_the_torque_rises_within_fe
 
 
 def test_a_law_of_full_contact_has_as_many_knots_as_the_closing_plates_ask_for() -> None:
-    block, start = coarse()
+    block, start = coarse(HEAT)
     assert is_unexplained(start.chi2, start.chi2, SETTINGS)
     finer = _finer(block, start, SETTINGS, np.zeros(COUNT))
     assert finer is not None
@@ -63,3 +65,14 @@ def test_a_law_of_full_contact_has_as_many_knots_as_the_closing_plates_ask_for()
     assert not is_unexplained(now.chi2, now.chi2, SETTINGS)
 
 
+
+
+def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_those_of_the_piston() -> None:
+    block, now = coarse(HEAT, SPEED)
+    named = [Finding(("contact",), pair, np.ones(COUNT)) for pair in (HEAT, SPEED)]
+    piston = Finding(("clutch",), ("piston rate", "pressure"), np.ones(COUNT))
+    after, kept = _backward(block, now, named, [piston], SETTINGS)
+    assert [one.pair for one in kept] == [HEAT, piston.pair]
+    assert after.laws == (HEAT,)
+    assert kept[0].nats > 100 * SETTINGS.nats
+    assert [one.pair for one in _backward(block, now, named, [], SETTINGS)[1]] == [HEAT, SPEED]
