@@ -13,14 +13,14 @@ from typing import Protocol
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.naming.bases import doubled
+from slipstick.naming.bases import doubled, gain_points
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.scene import Pair, Scene
 
 Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
-__all__ = ["NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finer_at_first", "finest",
+__all__ = ["CLOSING", "NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finer_at_first", "finest",
            "first_shared", "has_few_numbers"]
 
 
@@ -92,8 +92,8 @@ _MOST_KNOTS, _MOST_OVER_TIME = 65, 129
 a strong law is not followed, what is left of it looks like another one."""
 _OF_FEW = ("lag", "past current", "twist", "run order")
 """Dependences of laws that mix a few lags, plays or windows, or over a value of each engagement."""
-_CLOSING = ("piston gain", "clearance", "film torque", "piston rate")
-"""Quantities of the closing piston: each column takes an integration, and the plates close within little time."""
+CLOSING = ("piston gain", "clearance", "film torque", "piston rate")
+"""Quantities whose laws show only while the plates close, within little time; each column takes an integration."""
 _OF_FEW_VALUES = ("offset", "direction", "motor speed")
 """Dependences of laws that are a few numbers, or over few levels, and that have no resolution."""
 NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
@@ -112,7 +112,7 @@ def finer_at_first(pair: Pair, knots: int) -> int:
     """How many times a law of few numbers is doubled beside laws with so many `knots`: a gain error has as many."""
     if not has_few_numbers(pair):
         return 0
-    return max(1, (knots - 2).bit_length() - 1) if pair[1] == "gain" else 1
+    return max(1, (knots - 2).bit_length() - 1) if pair[1] == "gain" else 1  # `gain_points` has 2^(times + 1) + 1
 
 
 def finest(block: Block, pair: Pair) -> int:
@@ -120,11 +120,11 @@ def finest(block: Block, pair: Pair) -> int:
     quantity, on = pair
     if on in _OF_FEW_VALUES or pair in NOT_FINER:
         return 0
-    if on in _OF_FEW or quantity in _CLOSING:
+    if on in _OF_FEW or quantity in CLOSING:
         return _FINEST
     knots, most = block.fine, _MOST_OVER_TIME if on == "time" else _MOST_KNOTS
     if quantity.endswith("sensor") and on in ("gain", "time"):  # these do not begin with the knots of the block
-        knots = 3 if on == "gain" else block.scene.settings.fine_knots
+        knots = len(gain_points(0)) if on == "gain" else block.scene.settings.fine_knots
     return max(((most - 1) // (knots - 1)).bit_length() - 1, 0)
 
 

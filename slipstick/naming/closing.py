@@ -10,7 +10,7 @@ from numba import get_num_threads
 
 from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import Pair, finest
+from slipstick.naming.block import CLOSING, Pair, finest
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.law_map import refined
@@ -32,7 +32,7 @@ from slipstick.naming.settings import NamingSettings
 from slipstick.threads import mapped
 
 One = TypeVar("One")
-_QUANTITIES = ("piston gain", "clearance", "film torque", "piston rate", "chamber pressure")
+_QUANTITIES = (*CLOSING, "chamber pressure")
 _LAGS = (("output torque sensor", "lag"), ("contact pressure", "lag"))
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
 _FIRST = 3  # iterations by which the pairs that are fitted to the end are chosen
@@ -97,9 +97,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings,
                 tried = _best_of([*(one.beside(now) for one in enough),
                                   *_tried(block, now, settings, ask, [one.pair for one in enough])])
                 enough = _enough(tried, now, settings)
-        lacks = is_unexplained(now.chi2, now.chi2, settings)
-        if enough or lacks:
-            finer = _finer(block, now, settings, enough[0].gain if enough else np.zeros(len(now.chi2)))
+        if enough or is_unexplained(now.chi2, now.chi2, settings):
+            finer = _finer(block, now, settings, enough[0].gain if enough else None)
             if finer is not None:
                 now = _followed(block, finer, settings)
                 continue
@@ -149,8 +148,9 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
         one for one in tried if is_shown(one.gain, one.expected, one.agreement, settings)]
 
 
-def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray) -> CurvedFit | None:
-    """The fit with finer laws of the piston, if it does as well as a further law that gains `further` (n,)."""
+def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
+           further: np.ndarray | None = None) -> CurvedFit | None:
+    """The fit with finer laws, if they gain enough, and do as well as a further law that gains `further` (n,)."""
     before = block.finer
     laws = [law for law in now.laws if before.get(law, 0) < finest(block, law)]
     if not laws:
@@ -158,7 +158,7 @@ def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further
     found = _resolved(block, now, laws)
     price = np.sum([found.leverage(law) - now.leverage(law) for law in laws], axis=0)
     gain = priced(found.evidence - now.evidence, price)
-    if gain.sum() > settings.nats and not leads(further, gain, settings):
+    if gain.sum() > settings.nats and (further is None or not leads(further, gain, settings)):
         return found
     block.finer = before
     return None
@@ -192,7 +192,7 @@ def _followed(block: ClutchBlock, now: CurvedFit, settings: NamingSettings) -> C
     Those of full contact needed fewer there: it has other samples, of a smaller range.
     """
     while is_unexplained(now.chi2, now.chi2, settings):
-        finer = _finer(block, now, settings, np.zeros(len(now.chi2)))
+        finer = _finer(block, now, settings)
         if finer is None:
             break
         now = finer

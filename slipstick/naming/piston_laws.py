@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.naming import bases, sensor_errors
+from slipstick.naming.block import CLOSING
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
 from slipstick.naming.scene import OF_PLATES, Pair, Scene
 
@@ -22,8 +23,6 @@ _FURTHER = ("output speed", "input speed", "current", "time", "output position")
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 
-CLOSING = ("film torque", "clearance", "piston rate")
-"""Quantities whose laws over signals show only while the plates close."""
 ADDED = ("chamber", "gain", "clearance", "friction", "film", "rate_extra")
 """Inputs of the kernel that are signals (n, k), to which laws add."""
 _FROM_ZERO = ("slip", *OF_PLATES)
@@ -67,8 +66,8 @@ class Contact:
     until they part where that is shorter, and 0 while they are apart.
 
     f_reg is the share of the friction that acts, which rises from 0 to 1 before full contact. The difference of the two
-    times is that of a slow or fast closing: engagements differ in it. `friction` (n, k) is the torque in
-    N m that heats the plates, without that of the oil film.
+    times is that of a slow or fast closing: engagements differ in it. `friction` (n, k) is the torque in N m
+    that heats the plates, without that of the oil film.
     """
 
     full: np.ndarray

@@ -186,7 +186,7 @@ def test_a_step_never_raises_the_cost_and_is_damped_where_a_whole_one_would() ->
 
     for _ in range(10):
         values = Values(rng.uniform(-0.5, 0.5, (40, 1)), rng.uniform(-0.5, 0.5, 1), np.zeros(1),
-                         {SPEED: rng.uniform(-2, 2, 1)})
+                        {SPEED: rng.uniform(-2, 2, 1)})
         _, gram = _linearised(block, values, noise)
         before = cost(values, gram)
         after, damping = stepped(block, values, gram, variance, noise, before, 1e-3)

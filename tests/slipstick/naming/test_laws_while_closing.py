@@ -58,13 +58,11 @@ def test_the_heat_is_that_of_a_fine_sampling_although_the_torque_rises_within_fe
 def test_a_law_of_full_contact_has_as_many_knots_as_the_closing_plates_ask_for() -> None:
     block, start = coarse(HEAT)
     assert is_unexplained(start.chi2, start.chi2, SETTINGS)
-    finer = _finer(block, start, SETTINGS, np.zeros(COUNT))
+    finer = _finer(block, start, SETTINGS)
     assert finer is not None
     now = _followed(block, finer, SETTINGS)
     assert block.finer[HEAT] > 0
     assert not is_unexplained(now.chi2, now.chi2, SETTINGS)
-
-
 
 
 def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_those_of_the_piston() -> None:
