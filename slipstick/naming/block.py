@@ -117,14 +117,17 @@ def finer_at_first(pair: Pair, knots: int) -> int:
 
 def finest(block: Block, pair: Pair) -> int:
     """How many times the resolution of a law can be doubled."""
-    quantity, on = pair
-    if on in _OF_FEW_VALUES or pair in NOT_FINER:
+    (quantity, on), scene = pair, block.scene
+    is_sensor = quantity.endswith("sensor")
+    if on in _OF_FEW_VALUES or pair in NOT_FINER or (is_sensor and on in scene.channels):
         return 0
-    if on in _OF_FEW or quantity in CLOSING:
+    if on in _OF_FEW or on in scene.channels:
         return _FINEST
     knots, most = block.fine, _MOST_OVER_TIME if on == "time" else _MOST_KNOTS
-    if quantity.endswith("sensor") and on in ("gain", "time"):  # these do not begin with the knots of the block
-        knots = len(gain_points(0)) if on == "gain" else block.scene.settings.fine_knots
+    if is_sensor and on in ("gain", "time"):  # these do not begin with the knots of the block
+        knots = len(gain_points(0)) if on == "gain" else scene.settings.fine_knots
+    elif is_sensor or quantity in CLOSING:
+        knots = scene.settings.knots
     return max(((most - 1) // (knots - 1)).bit_length() - 1, 0)
 
 

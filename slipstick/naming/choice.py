@@ -10,7 +10,7 @@ from slipstick.naming.block import Pair, finest, has_few_numbers
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import Tried, is_enough_with, tried
-from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, rivals
+from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, rivals
 from slipstick.naming.settings import NamingSettings
 
 
@@ -65,14 +65,17 @@ class Choice:
             block = self.fits[one.blocks[0]].block
             found = tried(self.fits, one, block.finer.get(one.pair, 0))
             # An error of a sensor has few numbers, and must compete with the freedom of others.
-            most = finest(block, one.pair) if has_few_numbers(one.pair) else 0
-            while found.finer < most:
+            while found.finer < finest(block, one.pair) and (has_few_numbers(one.pair) or self._leaves(found)):
                 finer = tried(self.fits, one, found.finer + 1)
                 if _total(finer) < _total(found) + self.settings.nats:
                     break
                 found = finer
             self.known[one.pair] = found
         return self.known[one.pair]
+
+    def _leaves(self, one: Tried) -> bool:
+        """Whether a pair leaves something in its blocks, which more knots may explain."""
+        return any(is_unexplained(one.its[name].chi2, self.fits[name].chi2, self.settings) for name in one.one.blocks)
 
     def _next_best(self, chosen: Tried) -> Rival | None:
         """The pair that gains most after the one that was chosen, in its blocks, of those that are another effect.

@@ -29,11 +29,11 @@ from slipstick.naming.selection import (
     rivals,
 )
 from slipstick.naming.settings import NamingSettings
+from slipstick.naming.torque_lag import OF_FRICTION, OF_SENSOR
 from slipstick.threads import mapped
 
 One = TypeVar("One")
 _QUANTITIES = (*CLOSING, "chamber pressure")
-_LAGS = (("output torque sensor", "lag"), ("contact pressure", "lag"))
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
 _FIRST = 3  # iterations by which the pairs that are fitted to the end are chosen
 _MOST = 2
@@ -41,7 +41,7 @@ _MOST = 2
 
 def shows_closing(pair: Pair) -> bool:
     """Whether a pair is asked for while the plates close; the other ones of the clutch are in full contact."""
-    return pair[0] in _QUANTITIES or pair in _LAGS
+    return pair[0] in _QUANTITIES or pair == OF_FRICTION  # the lag of the torque sensor is the same there
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +75,13 @@ def _best_of(tried: Sequence[_Tried]) -> list[_Tried]:
     return list(best.values())
 
 
-def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings,
-            ask: Ask = lambda _: None, named: Sequence[Finding] = ()) -> tuple[CurvedFit, list[Finding]]:
+def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask: Ask = lambda _: None,
+            named: Sequence[Finding] = (),
+            elsewhere: Callable[[CurvedFit], np.ndarray] = lambda one: np.zeros(len(one.points)),
+            ) -> tuple[CurvedFit, list[Finding]]:
     """Add pairs of the piston to the fit `start` while they gain enough.
 
+    Other blocks gain `elsewhere` (n,) if the lag of the friction in a fit is that of the torque sensor.
     Those of its laws that were `named` in full contact come first among the findings, as far as the whole clutch asks
     for them beside those of the piston.
     """
@@ -106,8 +109,10 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings,
             break
         best = enough[0]
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
-        tied = rivals(best.gain, [(one.gain, one.pair) for one in enough[1:]], settings)
-        others = [Rival(one.pair, float(one.gain.sum()), in_errors(best.gain - one.gain)) for one in tried]
+        sensors = [(one.gain + elsewhere(one.fit), OF_SENSOR) for one in enough if one.pair == OF_FRICTION]
+        tied = rivals(best.gain, [*((one.gain, one.pair) for one in enough[1:]), *sensors], settings)
+        others = [Rival(pair, float(gain.sum()), in_errors(best.gain - gain))
+                  for gain, pair in [*((one.gain, one.pair) for one in tried), *sensors]]
         found.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
                              best.expected, best.agreement))
     return _backward(block, now, named, found, settings)
@@ -124,7 +129,7 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: As
         pair, agreement = linear.pair, linear.agreement
         found = _Tried(pair, priced(one.evidence - now.evidence, one.leverage(pair)), one, before.get(pair, 0),
                        agreement)
-        while settings.further * found.gain.sum() > settings.nats and found.finer < finest(block, pair):
+        while found.gain.sum() > settings.nats and found.finer < finest(block, pair):
             block.finer = {**before, pair: found.finer}
             its = _resolved(block, found.fit, [pair])
             more = _Tried(pair, priced(its.evidence - now.evidence, its.leverage(pair)), its, found.finer + 1,

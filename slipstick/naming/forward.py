@@ -134,7 +134,7 @@ def _is_promising(one: Gain, settings: NamingSettings) -> bool:
     The linear model of a strong law, or one that few knots do not follow, may gain in few engagements although the law
     gains in most.
     """
-    return _is_shown(one, settings) or bool(one.nats.sum() > settings.nats and one.agreement > settings.errors)
+    return _is_shown(one, settings) or bool(one.nats.sum() > settings.nats and one.agreement > settings.apart)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:

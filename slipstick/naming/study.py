@@ -29,6 +29,7 @@ from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.set_aside import bare, foreign, implausible, outlying
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
+from slipstick.naming.torque_lag import lost_elsewhere
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
 from slipstick.threads import in_one_blas_thread
@@ -78,21 +79,17 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     noise = noise_left(start, fits)
     if len(bad) or _differ(noise, start.noise):
         kept = np.delete(kept, bad)
-        known = None
-        if start.closing is not None:
-            known = np.delete(start.closing.onset.points, bad, axis=0), start.closing.onset.shared
-        start = begin(replace(whole.take(kept), noise=noise, noise_is_known=True), ask, known)
+        start = _again(start, whole.take(kept), bad, noise, ask)
         fits, findings = _with_laws(start, settings, ask)
-    before = {key: one.chi2 for key, one in start.fits.items()}
-    everything = dict(fits)
-    if start.valve is not None:
-        before["valve"], everything = start.valve[0].chi2, {"valve": start.valve[1], **everything}
-    if start.closing is not None:
-        before["clutch"] = before["contact"]
-        everything["clutch"], findings = _closed(start, fits, findings, settings, ask)
-    return Naming((*start.findings, *findings), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
-                  tuple(key for key, one in everything.items()  # the clutch holds full contact, with a better piston
-                        if key != "contact" and is_unexplained(one.chi2, before[key], settings)),
+    everything, named = _with_piston(start, fits, findings, settings, ask)
+    odd = outlying([everything["clutch"].chi2] if "clutch" in everything else [], settings)
+    if 0 < len(odd) <= most - len(bad):
+        kept = np.delete(kept, odd)
+        start = _again(start, whole.take(kept), odd, start.noise, ask)
+        fits, findings = _with_laws(start, settings, ask)
+        everything, named = _with_piston(start, fits, findings, settings, ask)
+    return Naming((*start.findings, *named), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
+                  _unexplained(start, everything, settings),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   measured(everything), parameters_of(everything), clocks_of(everything),
                   converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
@@ -101,6 +98,35 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
 def _with_laws(start: Start, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
     """The blocks behind the valve with their laws: an error of the pressure would look like laws of full contact."""
     return forward(start.fits, settings, ask, closed=("contact",) if _lacks_pressure(start, settings) else ())
+
+
+def _with_piston(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], settings: NamingSettings,
+                 ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
+    """All blocks with their laws, and the findings behind the valve, where the piston is asked as well."""
+    everything = dict(fits) if start.valve is None else {"valve": start.valve[1], **fits}
+    if start.closing is None:
+        return everything, findings
+    clutch, findings = _closed(start, fits, findings, settings, ask)
+    return {**everything, "clutch": clutch}, findings
+
+
+def _again(start: Start, scene: Scene, bad: np.ndarray, noise: Mapping[str, Noise], ask: Ask) -> Start:
+    """A start in a `scene` without the engagements `bad` of an earlier one, whose onset is tried as well."""
+    known = None
+    if start.closing is not None:
+        known = np.delete(start.closing.onset.points, bad, axis=0), start.closing.onset.shared
+    return begin(replace(scene, noise=dict(noise), noise_is_known=True), ask, known)
+
+
+def _unexplained(start: Start, everything: Mapping[str, BlockFit], settings: NamingSettings) -> tuple[str, ...]:
+    """The blocks that `everything` does not explain: the clutch holds full contact, with a better piston."""
+    before = {key: one.chi2 for key, one in start.fits.items()}
+    if start.valve is not None:
+        before["valve"] = start.valve[0].chi2
+    if start.closing is not None:
+        before["clutch"] = before["contact"]
+    return tuple(key for key, one in everything.items()
+                 if key != "contact" and is_unexplained(one.chi2, before[key], settings))
 
 
 def _lacks_pressure(start: Start, settings: NamingSettings) -> bool:
@@ -156,5 +182,5 @@ def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding],
     if _lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, findings
     in_contact = [one for one in findings if "contact" in one.blocks]
-    clutch, closed = closing(block, clutch, settings, ask, in_contact)
+    clutch, closed = closing(block, clutch, settings, ask, in_contact, lambda its: lost_elsewhere(its, fits))
     return clutch, [*(one for one in findings if one not in in_contact), *closed]

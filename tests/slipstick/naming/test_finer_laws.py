@@ -62,7 +62,7 @@ def test_two_laws_are_still_two() -> None:
     (OVER_SPEED, 3), (("load torque", "run order"), 2), (("load torque", "motor speed"), 0), (GAIN, 5),
     (("output speed sensor", "lag"), 2),
     (("output speed sensor", "offset"), 0), (("output speed sensor", "time"), 4),
-    (("output speed sensor", "run order"), 2), (("output torque sensor", "pressure"), 3)])
+    (("output speed sensor", "run order"), 2), (("output torque sensor", "pressure"), 4)])
 def test_laws_over_signals_and_some_errors_of_sensors_can_be_finer(pair: Pair, times: int) -> None:
     block = block_of("load", plain())
     assert finest(block, pair) == times

@@ -31,7 +31,7 @@ class Line:
     offered: tuple[Pair, ...]
     shown: np.ndarray = field(default_factory=lambda: np.ones(1))
     signal: str = "any"
-    scene: Any = field(default_factory=lambda: SimpleNamespace(of_runs=()))
+    scene: Any = field(default_factory=lambda: SimpleNamespace(of_runs=(), channels=()))
     fine: int = 9
     wide: bool = False
     finer: Mapping[Pair, int] = field(default_factory=dict)

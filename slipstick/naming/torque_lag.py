@@ -1,0 +1,45 @@
+"""Whether the lag of the torque while the plates close is that of its sensor, which load and input would show as well.
+
+While the plates close, the lag of the friction behind the pressure and that of the torque sensor are the same. The
+shafts follow the true torque: what drives load and input is read late if the sensor is, and not if the friction is.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from slipstick.naming.block import Pair
+from slipstick.naming.curved import CurvedFit
+from slipstick.naming.fit import BlockFit
+from slipstick.naming.grams import estimate
+from slipstick.naming.linear_model import Part, columns_of, joined, part_of, predict
+
+OF_FRICTION: Pair = ("contact pressure", "lag")
+OF_SENSOR: Pair = ("output torque sensor", "lag")
+
+
+def lost_elsewhere(clutch: CurvedFit, others: Mapping[str, BlockFit]) -> np.ndarray:
+    """What the likelihood (n,) of all blocks gains in nats if the lag of a `clutch` is that of the torque sensor.
+
+    It has the same coefficients in the linear models of all blocks then. It is 0 without blocks that the torque drives.
+    """
+    driven = [one for one in others.values() if OF_SENSOR in one.block.pairs() and OF_SENSOR not in one.laws]
+    driven = [one for one in driven if one.block.name != "contact"]  # its samples are some of those of the clutch
+    if not driven:
+        return np.zeros(len(clutch.points))
+    its = _part(clutch, clutch.laws)
+    its = replace(its, places={OF_SENSOR if law == OF_FRICTION else law: at for law, at in its.places.items()})
+    parts = [*(_part(one, (*one.laws, OF_SENSOR)) for one in driven), its]
+    laws = list(dict.fromkeys(law for part in parts for law in part.places))
+    variance = np.concatenate([one.fitted.variance for one in (*driven, clutch)])
+    together = estimate(joined(parts, laws).gram, variance, fixed=True)
+    return np.asarray(together.likelihood - sum(one.fitted.likelihood for one in (*driven, clutch)))
+
+
+def _part(fit: BlockFit, laws: tuple[Pair, ...]) -> Part:
+    """The linear model of a fit about its values, with columns of these laws."""
+    block = fit.block
+    predict(block, fit.points, fit.shared, fit.held)  # a block holds what was predicted last
+    columns = columns_of(block, fit.points, fit.shared, fit.held, fit.predicted, laws)
+    return part_of(block, columns, fit.noise)
