@@ -3,7 +3,7 @@
 import asyncio
 import threading
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 
 from fastapi import FastAPI
@@ -50,7 +50,7 @@ from service.settings import Settings
 from service.tokens import tokens_of
 from service.umbridge import routes as umbridge
 from service.umbridge.errors import BridgeErrors
-from service.warming import warm
+from service.warming import rehearse, warm
 from slipstick import __version__
 from slipstick.storage.database import open_database
 from slipstick.storage.library import Library
@@ -121,7 +121,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         client.destroy()
 
     def prepare() -> None:
-        for early in (partial(warm, app.state.library), app.state.drawings.prepare):
+        for early in (partial(_warm_up, app, asyncio.get_running_loop()), app.state.drawings.prepare):
             threading.Thread(target=early, daemon=True).start()
 
     app = FastAPI(title="Slipstick", version=__version__, description=_DESCRIPTION, docs_url=None, redoc_url=None,
@@ -140,6 +140,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                    operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)
+    documented = app.router.routes.copy()
+    # Routes are tried one after the other, and most requests evaluate points.
+    app.router.routes.sort(key=lambda route: route not in evaluate.router.routes)
     pages.install(app)
     problem_details.install(app)
     app.add_exception_handler(NotModified, not_modified)
@@ -151,8 +154,14 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(Access, hosts=_host_names(configuration), tokens=tokens)
     app.add_middleware(BridgeErrors)
     app.add_middleware(Observed, metrics=metrics)
-    app.openapi = lambda: openapi_document(app, tokens is not None)  # type: ignore[method-assign]
+    app.openapi = lambda: openapi_document(app, documented, tokens is not None)  # type: ignore[method-assign]
     return app
+
+
+def _warm_up(app: FastAPI, loop: asyncio.AbstractEventLoop) -> None:
+    warm(app.state.library)
+    with suppress(RuntimeError):  # the server has ended meanwhile
+        asyncio.run_coroutine_threadsafe(rehearse(app), loop)
 
 
 def _host_names(settings: Settings) -> frozenset[str]:

@@ -1,9 +1,11 @@
 """The OpenAPI document: that of the routes, with problem details and with the role that each operation needs."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from starlette.routing import BaseRoute
 
 from service.error_responses import error_response
 from service.problem_details import ProblemDetails
@@ -15,10 +17,10 @@ _SCHEMES = {
                                                                 "ask for both when a page is opened."}}
 
 
-def openapi_document(app: FastAPI, secured: bool) -> dict[str, Any]:
-    """Return the document of the application; `secured` says whether the service requires tokens."""
+def openapi_document(app: FastAPI, routes: Sequence[BaseRoute], secured: bool) -> dict[str, Any]:
+    """Return the document of the `routes` of an application; `secured` says whether the service requires tokens."""
     if app.openapi_schema is None:
-        document = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
+        document = get_openapi(title=app.title, version=app.version, description=app.description, routes=routes)
         schema = ProblemDetails.model_json_schema(ref_template="#/components/schemas/{model}")
         document["components"]["schemas"] |= schema.pop("$defs") | {"ProblemDetails": schema}
         document["components"]["securitySchemes"] = _SCHEMES

@@ -1,9 +1,14 @@
 """What is imported, loaded, compiled or read on first use, before the first request needs it."""
 
+import asyncio
 import gc
 from contextlib import suppress
 
 import numpy as np
+import orjson
+from fastapi import FastAPI
+from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
+from starlette.types import Message, Scope
 
 from service.routes.likelihood import EXAMPLE, LikelihoodRequest
 from slipstick.errors import SlipstickError
@@ -14,6 +19,8 @@ from slipstick.table.interpolation import interpolate
 from slipstick.uncertainty import Inputs, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings, Output, expand, make_basis
 from slipstick.uncertainty.likelihood import SAMPLES, Candidate, InferenceProblem, converged
+
+_REHEARSALS = 3
 
 
 def warm(library: Library) -> None:
@@ -38,6 +45,26 @@ def warm(library: Library) -> None:
     with suppress(SlipstickError, OSError):  # a request reports it
         _compute_example(library)
     gc.freeze()  # the libraries stay as well, like what was imported at the start
+
+
+async def rehearse(app: FastAPI) -> None:
+    """Answer the example of the likelihood some times, as for a client, but without log and metrics.
+
+    What lies between the server and the computation takes several times as long in the first requests.
+    """
+    async def send(message: Message) -> None:
+        """Nobody waits for the response."""
+
+    for _ in range(_REHEARSALS):
+        given: list[Message] = [{"type": "http.request", "body": orjson.dumps(EXAMPLE), "more_body": False}]
+
+        async def receive(left: list[Message] = given) -> Message:
+            return left.pop() if left else await asyncio.Event().wait()  # type: ignore[return-value]
+
+        scope: Scope = {"type": "http", "method": "POST", "path": "/v1/likelihood", "root_path": "", "scheme": "http",
+                        "query_string": b"", "headers": [(b"content-type", b"application/json")], "app": app}
+        with suppress(SlipstickError, OSError):  # there are no such files
+            await AsyncExitStackMiddleware(app.router)(scope, receive, send)
 
 
 def _compute_example(library: Library) -> None:
