@@ -29,7 +29,7 @@ from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.set_aside import bare, foreign, implausible, outlying
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
-from slipstick.naming.torque_lag import lost_elsewhere
+from slipstick.naming.torque_lag import gained_elsewhere
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
 from slipstick.threads import in_one_blas_thread
@@ -182,5 +182,5 @@ def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding],
     if _lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, findings
     in_contact = [one for one in findings if "contact" in one.blocks]
-    clutch, closed = closing(block, clutch, settings, ask, in_contact, lambda its: lost_elsewhere(its, fits))
+    clutch, closed = closing(block, clutch, settings, ask, in_contact, lambda its: gained_elsewhere(its, fits))
     return clutch, [*(one for one in findings if one not in in_contact), *closed]

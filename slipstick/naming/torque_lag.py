@@ -19,7 +19,7 @@ OF_FRICTION: Pair = ("contact pressure", "lag")
 OF_SENSOR: Pair = ("output torque sensor", "lag")
 
 
-def lost_elsewhere(clutch: CurvedFit, others: Mapping[str, BlockFit]) -> np.ndarray:
+def gained_elsewhere(clutch: CurvedFit, others: Mapping[str, BlockFit]) -> np.ndarray:
     """What the likelihood (n,) of all blocks gains in nats if the lag of a `clutch` is that of the torque sensor.
 
     It has the same coefficients in the linear models of all blocks then. It is 0 without blocks that the torque drives.

@@ -9,7 +9,7 @@ from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.restarts import settled
 from slipstick.naming.search import search
-from slipstick.naming.torque_lag import OF_FRICTION, lost_elsewhere
+from slipstick.naming.torque_lag import OF_FRICTION, gained_elsewhere
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 
@@ -26,10 +26,11 @@ def late(effect: str) -> tuple[CurvedFit, dict[str, BlockFit]]:
     return clutch, {"contact": contact, **{name: fit(block_of(name, scene)) for name in ("load", "input")}}
 
 
-@pytest.mark.parametrize(("effect", "is_of_sensor"), [("friction_buildup_lag", False), ("output_torque_sensor_lag", True)])
+@pytest.mark.parametrize(("effect", "is_of_sensor"), [
+    ("friction_buildup_lag", False), ("output_torque_sensor_lag", True)])
 def test_load_and_input_tell_whose_lag_it_is(effect: str, is_of_sensor: bool) -> None:
     clutch, others = late(effect)
-    gain = lost_elsewhere(clutch, others)
+    gain = gained_elsewhere(clutch, others)
     assert (gain.sum() > 12) == is_of_sensor
     assert (gain.sum() < -12) == (not is_of_sensor)
-    assert not lost_elsewhere(clutch, {"contact": others["contact"]}).any()
+    assert not gained_elsewhere(clutch, {"contact": others["contact"]}).any()
