@@ -90,6 +90,8 @@ _FINEST = 2
 _MOST_KNOTS, _MOST_OVER_TIME = 65, 129
 """Most knots of a free law over a signal, or over the time of a recording, of which an engagement is a part. As long as
 a strong law is not followed, what is left of it looks like another one."""
+_MOST_WHILE_CLOSING = 33
+"""Most knots of a law of the closing piston, each of whose columns takes an integration."""
 _OF_FEW = ("lag", "past current", "twist", "run order")
 """Dependences of laws that mix a few lags, plays or windows, or over a value of each engagement."""
 CLOSING = ("piston gain", "clearance", "film torque", "piston rate")
@@ -127,7 +129,7 @@ def finest(block: Block, pair: Pair) -> int:
     if is_sensor and on in ("gain", "time"):  # these do not begin with the knots of the block
         knots = len(gain_points(0)) if on == "gain" else scene.settings.fine_knots
     elif is_sensor or quantity in CLOSING:
-        knots = scene.settings.knots
+        knots, most = scene.settings.knots, _MOST_WHILE_CLOSING if quantity in CLOSING else most
     return max(((most - 1) // (knots - 1)).bit_length() - 1, 0)
 
 

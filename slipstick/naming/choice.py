@@ -43,14 +43,17 @@ class Choice:
         on. A pair that acts on several blocks must do better than pairs of their own: two names are asked for where
         they explain enough more than one.
         """
-        those = sorted(map(self._tried, (best, *near)), key=_total, reverse=True)
-        chosen = those[0]
+        those = [self._tried(one) for one in (best, *near)]
+        most = max(map(_total, those))
+        those = sorted((self._finest(one) if _total(one) > 0.5 * most else one for one in those), key=_total,
+                       reverse=True)
+        # What few engagements show counts only if nothing else of that size is shown.
+        chosen = next((one for one in those if _total(one) > 0.5 * _total(those[0]) and self._is_enough(one)), those[0])
         apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
         if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):
             chosen = max(apart, key=_total)
             those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks)]
-        others = [one for one in those if one is not chosen and is_enough_with(
-            self.fits, one.its, one.finding, self.settings)]
+        others = [one for one in those if one is not chosen and self._is_enough(one)]
         for name in chosen.one.blocks:
             block = self.fits[name].block
             block.finer = {**block.finer, chosen.one.pair: chosen.finer}
@@ -65,17 +68,20 @@ class Choice:
             block = self.fits[one.blocks[0]].block
             found = tried(self.fits, one, block.finer.get(one.pair, 0))
             # An error of a sensor has few numbers, and must compete with the freedom of others.
-            while found.finer < finest(block, one.pair) and (has_few_numbers(one.pair) or self._leaves(found)):
-                finer = tried(self.fits, one, found.finer + 1)
-                if _total(finer) < _total(found) + self.settings.nats:
-                    break
-                found = finer
-            self.known[one.pair] = found
+            most = finest(block, one.pair) if has_few_numbers(one.pair) else 0
+            self.known[one.pair] = _finer_while(lambda its: tried(self.fits, one, its), found, most, self.settings.nats)
         return self.known[one.pair]
 
-    def _leaves(self, one: Tried) -> bool:
-        """Whether a pair leaves something in its blocks, which more knots may explain."""
-        return any(is_unexplained(one.its[name].chi2, self.fits[name].chi2, self.settings) for name in one.one.blocks)
+    def _finest(self, one: Tried) -> Tried:
+        """A pair with as many knots as gain more than a share, where it leaves something in its blocks."""
+        if any(is_unexplained(one.its[name].chi2, self.fits[name].chi2, self.settings) for name in one.one.blocks):
+            most = finest(self.fits[one.one.blocks[0]].block, one.one.pair)
+            self.known[one.one.pair] = _finer_while(lambda its: tried(self.fits, one.one, its), one, most,
+                                                   self.settings.nats, self.settings.further)
+        return self.known[one.one.pair]
+
+    def _is_enough(self, one: Tried) -> bool:
+        return is_enough_with(self.fits, one.its, one.finding, self.settings)
 
     def _next_best(self, chosen: Tried) -> Rival | None:
         """The pair that gains most after the one that was chosen, in its blocks, of those that are another effect.
@@ -97,6 +103,16 @@ def uneven(finding: Finding, compared: Sequence[Gain], settings: NamingSettings)
     return [Rival(one.pair, float(one.nats.sum()), in_errors(finding.gain - one.nats)) for one in compared
             if set(one.blocks) <= set(finding.blocks) and not is_enough(one.nats, settings)
             and one.nats.sum() > finding.nats + settings.nats]
+
+
+def _finer_while(fitted: Callable[[int], Tried], found: Tried, most: int, nats: float, share: float = 0.0) -> Tried:
+    """The pair with a resolution that is doubled while that gains so many `nats`, and a `share` of its gain."""
+    while found.finer < most:
+        finer = fitted(found.finer + 1)
+        if _total(finer) < _total(found) + max(nats, share * _total(found)):
+            break
+        found = finer
+    return found
 
 
 def _total(one: Tried) -> float:

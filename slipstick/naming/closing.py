@@ -120,26 +120,28 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
 
 def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
            pairs: Sequence[Pair] | None = None) -> list[_Tried]:
-    """Those of the `pairs` that promise most, the largest gain first.
+    """Those of the `pairs` that promise most, the largest gain first."""
+    tried = [_Tried(linear.pair, priced(one.evidence - now.evidence, one.leverage(linear.pair)), one,
+                    block.finer.get(linear.pair, 0), linear.agreement)
+             for linear, one in fits_with_pairs(block, now, settings, pairs, ask)]
+    most = max((one.gain.sum() for one in tried), default=0.0)
+    found = [_followed_by(block, now, one, settings) if one.gain.sum() > 0.5 * most else one for one in tried]
+    return sorted(found, key=lambda one: -float(one.gain.sum()))
 
-    Few knots do not follow a strong law that bends often: it has more where they gain enough.
-    """
-    tried, before = list[_Tried](), block.finer
-    for linear, one in fits_with_pairs(block, now, settings, pairs, ask):
-        pair, agreement = linear.pair, linear.agreement
-        found = _Tried(pair, priced(one.evidence - now.evidence, one.leverage(pair)), one, before.get(pair, 0),
-                       agreement)
-        while found.gain.sum() > settings.nats and found.finer < finest(block, pair):
-            block.finer = {**before, pair: found.finer}
-            its = _resolved(block, found.fit, [pair])
-            more = _Tried(pair, priced(its.evidence - now.evidence, its.leverage(pair)), its, found.finer + 1,
-                          agreement)
-            if more.gain.sum() < found.gain.sum() + settings.nats:
-                break
-            found = more
-        block.finer = before
-        tried.append(found)
-    return sorted(tried, key=lambda one: -float(one.gain.sum()))
+
+def _followed_by(block: ClutchBlock, now: CurvedFit, found: _Tried, settings: NamingSettings) -> _Tried:
+    """A pair with as many knots as gain more than a share: few do not follow a strong law that bends often."""
+    before, pair = block.finer, found.pair
+    while found.gain.sum() > settings.nats and found.finer < finest(block, pair):
+        block.finer = {**before, pair: found.finer}
+        its = _resolved(block, found.fit, [pair])
+        more = _Tried(pair, priced(its.evidence - now.evidence, its.leverage(pair)), its, found.finer + 1,
+                      found.agreement)
+        if more.gain.sum() < found.gain.sum() + max(settings.nats, settings.further * found.gain.sum()):
+            break
+        found = more
+    block.finer = before
+    return found
 
 
 def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -> list[_Tried]:

@@ -36,7 +36,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
         current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
         known = dict.fromkeys(pair for one in tables.values() for pair in one.further)
         compared = gains(list(tables.values()), current, [pair for pair in known if pair not in current])
-        promising = [one for one in compared if _is_promising(one, settings)]
+        named = {name for name in asked if fits[name].laws}
+        promising = [one for one in compared if _is_promising(one, not named & set(one.blocks), settings)]
         lacking = _lacking(promising, usual, {name: fits[name] for name in asked}, settings)
         further = _rare(lacking, {name: fits[name].block for name in asked}, offered)
         if further:
@@ -128,13 +129,14 @@ def _is_shown(one: Gain, settings: NamingSettings) -> bool:
     return is_enough(one.nats, settings) or is_shown(one.nats, one.expected, one.agreement, settings)
 
 
-def _is_promising(one: Gain, settings: NamingSettings) -> bool:
+def _is_promising(one: Gain, is_first: bool, settings: NamingSettings) -> bool:
     """Whether a pair gains enough in the linear model, or enough nats in a direction in which engagements agree.
 
     The linear model of a strong law, or one that few knots do not follow, may gain in few engagements although the law
-    gains in most.
+    gains in most. What the first law of a block leaves agrees as well: a further one must do so beyond doubt.
     """
-    return _is_shown(one, settings) or bool(one.nats.sum() > settings.nats and one.agreement > settings.apart)
+    agreed = one.agreement > (settings.apart if is_first else settings.errors)
+    return _is_shown(one, settings) or bool(one.nats.sum() > settings.nats and agreed)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
