@@ -1,18 +1,23 @@
+import asyncio
 import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from service.app import create_app
+from service.routes import likelihood
 from service.settings import Settings
-from service.warming import warm
+from service.warming import rehearse, warm
 from slipstick.errors import BadTable
+from slipstick.inference import table_problem
 from slipstick.storage import versions
 from slipstick.storage.library import Library
 from slipstick.table import interpolation
-from slipstick.uncertainty.likelihood import lattice, pieces
+from slipstick.uncertainty.likelihood import InferenceProblem, lattice, pieces
 from tests.service.conftest import Serving
 
 SLOW = ("chaospy", "scipy.special", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage",
@@ -53,3 +58,19 @@ def test_a_damaged_default_table_is_left_to_the_request_that_asks_for_it(tmp_pat
     warm(Library(tmp_path))
     with pytest.raises(BadTable):
         Library(tmp_path).table("nominal")
+
+
+@pytest.mark.parametrize(("has_files", "times"), [(True, 3), (False, 0)])
+def test_the_example_of_the_likelihood_is_rehearsed_without_log_and_metrics(
+        shelf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_files: bool, times: int) -> None:
+    computed = list[object]()
+
+    def counted(*given: Any) -> InferenceProblem:
+        computed.append(given)
+        return table_problem(*given)
+
+    monkeypatch.setattr(likelihood, "table_problem", counted)
+    app = create_app(Settings(tables=shelf if has_files else tmp_path, jobs=f"sqlite:///{tmp_path}/jobs.sqlite"))
+    asyncio.run(rehearse(app))
+    assert len(computed) == times
+    assert b"slipstick_requests_total{" not in app.state.metrics.text()
