@@ -159,9 +159,12 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
 
 def _warm_up(app: FastAPI, loop: asyncio.AbstractEventLoop) -> None:
+    def begin() -> None:
+        app.state.rehearsal = loop.create_task(rehearse(app))  # kept, because the loop does not keep its tasks
+
     warm(app.state.library)
     with suppress(RuntimeError):  # the server has ended meanwhile
-        asyncio.run_coroutine_threadsafe(rehearse(app), loop)
+        loop.call_soon_threadsafe(begin)
 
 
 def _host_names(settings: Settings) -> frozenset[str]:
