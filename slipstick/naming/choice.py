@@ -10,7 +10,7 @@ from slipstick.naming.block import Pair, finest, has_few_numbers
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import Tried, is_enough_with, tried
-from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, rivals
+from slipstick.naming.selection import NEAR, Finding, Rival, in_errors, is_enough, is_unexplained, rivals
 from slipstick.naming.settings import NamingSettings
 
 
@@ -33,7 +33,7 @@ class Choice:
     def near(self, best: Gain) -> list[Gain]:
         """Those that a full fit may put before the best one of some blocks in the linear model."""
         others = [one for one in self.ranked if one is not best and set(one.blocks) & set(best.blocks)]
-        return [one for one in others if one.nats.sum() > 0.5 * best.nats.sum()
+        return [one for one in others if one.nats.sum() > NEAR * best.nats.sum()
                 or in_errors(best.nats - one.nats) < 2 * self.settings.apart][:self.settings.rivals]
 
     def settled(self, best: Gain, near: Sequence[Gain]) -> tuple[Finding, dict[str, BlockFit]]:
@@ -45,10 +45,11 @@ class Choice:
         """
         those = [self._tried(one) for one in (best, *near)]
         most = max(map(_total, those))
-        those = sorted((self._finest(one) if _total(one) > 0.5 * most else one for one in those), key=_total,
+        those = sorted((self._finest(one) if _total(one) > NEAR * most else one for one in those), key=_total,
                        reverse=True)
         # What few engagements show counts only if nothing else of that size is shown.
-        chosen = next((one for one in those if _total(one) > 0.5 * _total(those[0]) and self._is_enough(one)), those[0])
+        large = [one for one in those if _total(one) > NEAR * _total(those[0])]
+        chosen = next((one for one in large if self._is_enough(one)), those[0])
         apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
         if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):
             chosen = max(apart, key=_total)

@@ -18,6 +18,7 @@ from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.restarts import annealed, evidence_of, from_common, regained, settled
 from slipstick.naming.search import retimed
 from slipstick.naming.selection import (
+    NEAR,
     Finding,
     Rival,
     in_errors,
@@ -125,7 +126,7 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: As
                     block.finer.get(linear.pair, 0), linear.agreement)
              for linear, one in fits_with_pairs(block, now, settings, pairs, ask)]
     most = max((one.gain.sum() for one in tried), default=0.0)
-    found = [_followed_by(block, now, one, settings) if one.gain.sum() > 0.5 * most else one for one in tried]
+    found = [_followed_by(block, now, one, settings) if one.gain.sum() > NEAR * most else one for one in tried]
     return sorted(found, key=lambda one: -float(one.gain.sum()))
 
 

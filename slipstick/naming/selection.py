@@ -12,6 +12,8 @@ CERTAIN = 3.0
 """Signed root of a gain from which on an engagement is beyond doubt by itself: noise exceeds it once in 400."""
 _LEAST_SPREAD = 0.1 * CERTAIN
 """Least spread of such roots: where all engagements are beyond doubt, so is their mean."""
+NEAR = 0.5
+"""Share of the largest gain from which another pair may gain more when it is fitted in full, or with more knots."""
 _ODD = 2
 """Engagements that may be odd although they were not set aside."""
 

@@ -179,9 +179,12 @@ def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding],
         found[:, 0] = contact.points[:, 0]
         again = settled(block, found, clock, contact.laws, contact.coefficients)
         clutch = max(clutch, again, key=evidence_of)
-        bare = settled(block, points, clock) if is_unexplained(clutch.chi2, clutch.chi2, settings) else clutch
-        if evidence_of(bare) > evidence_of(clutch):  # the closing plates contradict what full contact alone suggests
-            clutch, findings = bare, [one for one in findings if one.blocks != ("contact",)]
+        alone = {one.pair for one in findings if one.blocks == ("contact",)}
+        if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
+            others = tuple(law for law in contact.laws if law not in alone)
+            without = settled(block, points, clock, others, contact.coefficients)
+            if evidence_of(without) > evidence_of(clutch):  # the closing plates contradict what full contact suggests
+                clutch, findings = without, [one for one in findings if one.pair not in alone]
     if _lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, findings
     in_contact = [one for one in findings if "contact" in one.blocks]
