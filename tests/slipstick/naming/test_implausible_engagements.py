@@ -1,13 +1,16 @@
 """Engagements with errors of the recording are set aside before anything is asked, and no others."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slipstick.clutch.model import Model
+from slipstick.naming import study
 from slipstick.naming.scene import Scene
-from slipstick.naming.set_aside import foreign, implausible
+from slipstick.naming.set_aside import foreign, implausible, outlying
+from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import HEAVY
@@ -62,3 +65,18 @@ def test_no_more_than_the_limit_is_set_aside(scene: Scene) -> None:
 def test_good_engagements_are_kept(scene: Scene) -> None:
     assert not implausible(scene).any()
     assert not foreign(scene).any()
+
+
+def test_an_engagement_that_only_the_clutch_does_not_explain_is_set_aside(
+        scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    judged = list[int]()
+
+    def outlying_in_clutch(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.ndarray:
+        if len(chi_squares) > 1:
+            return outlying(chi_squares, settings)
+        judged.append(len(chi_squares[0]))
+        return np.array([BAD])
+
+    monkeypatch.setattr(study, "outlying", outlying_in_clutch)
+    assert study.name(HEAVY, scene.recordings).set_aside == (BAD,)
+    assert judged == [30]
