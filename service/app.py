@@ -162,7 +162,7 @@ def _warm_up(app: FastAPI, loop: asyncio.AbstractEventLoop) -> None:
     def begin() -> None:
         app.state.rehearsal = loop.create_task(rehearse(app))  # kept, because the loop does not keep its tasks
 
-    warm(app.state.library)
+    warm()
     with suppress(RuntimeError):  # the server has ended meanwhile
         loop.call_soon_threadsafe(begin)
 

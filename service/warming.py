@@ -10,10 +10,8 @@ from fastapi import FastAPI
 from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from starlette.types import Message, Scope
 
-from service.routes.likelihood import EXAMPLE, LikelihoodRequest
+from service.routes.likelihood import EXAMPLE
 from slipstick.errors import SlipstickError
-from slipstick.inference import table_problem
-from slipstick.storage.library import Library
 from slipstick.table.axis import Axis
 from slipstick.table.interpolation import interpolate
 from slipstick.uncertainty import Inputs, standard_normals
@@ -23,11 +21,8 @@ from slipstick.uncertainty.likelihood import SAMPLES, Candidate, InferenceProble
 _REHEARSALS = 3
 
 
-def warm(library: Library) -> None:
-    """Compute small likelihoods, on a lattice and along lines, a small propagation, and the example of the likelihood.
-
-    The example reads the default table and recordings, if there are any.
-    """
+def warm() -> None:
+    """Compute small likelihoods, on a lattice and along lines, and a small propagation."""
     axes = tuple(Axis(name, np.linspace(0.5, 1.5, 3), 1.0, "1") for name in ("a", "b"))
     times = np.linspace(0.4, 0.6, 18).reshape(3, 3, 2)
 
@@ -42,15 +37,14 @@ def warm(library: Library) -> None:
     basis = make_basis(inputs.germs, ExpansionSettings())
     Output(expand(basis, model(inputs.at_germs(basis.nodes), None)), 0.05, 64, 1).density(times[:, 0])
     standard_normals(2, SAMPLES, 1)
-    with suppress(SlipstickError, OSError):  # a request reports it
-        _compute_example(library)
     gc.freeze()  # the libraries stay as well, like what was imported at the start
 
 
 async def rehearse(app: FastAPI) -> None:
     """Answer the example of the likelihood some times, as for a client, but without log and metrics.
 
-    What lies between the server and the computation takes several times as long in the first requests.
+    It reads the default table and recordings, if there are any. What lies between the server and the computation takes
+    several times as long in the first requests.
     """
     async def send(message: Message) -> None:
         """Nobody waits for the response."""
@@ -63,12 +57,5 @@ async def rehearse(app: FastAPI) -> None:
 
         scope: Scope = {"type": "http", "method": "POST", "path": "/v1/likelihood", "root_path": "", "scheme": "http",
                         "query_string": b"", "headers": [(b"content-type", b"application/json")], "app": app}
-        with suppress(SlipstickError, OSError):  # there are no such files
+        with suppress(SlipstickError, OSError):  # a request reports it
             await AsyncExitStackMiddleware(app.router)(scope, receive, send)
-
-
-def _compute_example(library: Library) -> None:
-    request = LikelihoodRequest.model_validate(EXAMPLE)
-    table, first = library.table(request.table), request.candidates[0]
-    problem = table_problem(table, library.measured(request.recordings), request.outside)
-    converged(problem, Candidate(first.inputs(table), first.output_std))

@@ -22,18 +22,17 @@ from tests.service.conftest import Serving
 
 SLOW = ("chaospy", "scipy.special", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage",
         "scipy.interpolate")
-WARM = "from pathlib import Path; from slipstick.storage.library import Library; warm(Library(Path('none')))"
 LOADED = f"import sys; print([name for name in {SLOW} if name in sys.modules])"
 
 
-def test_what_a_likelihood_needs_is_compiled_ahead(tmp_path: Path) -> None:
-    warm(Library(tmp_path))
+def test_what_a_likelihood_needs_is_compiled_ahead() -> None:
+    warm()
     for function in (interpolation._interpolate, lattice._add, pieces.sum_pieces):
         assert function.signatures
 
 
 def test_the_start_does_not_wait_for_libraries_that_a_propagation_needs_and_warming_imports_them() -> None:
-    code = f"import service.server; {LOADED}; from service.warming import warm; {WARM}; {LOADED}"
+    code = f"import service.server; {LOADED}; from service.warming import warm; warm(); {LOADED}"
     start, warmed = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
                                    check=True).stdout.splitlines()
     assert start == "[]"
@@ -55,7 +54,7 @@ def test_the_default_table_and_recordings_are_read_soon_after_the_start(shelf: P
 
 def test_a_damaged_default_table_is_left_to_the_request_that_asks_for_it(tmp_path: Path) -> None:
     (tmp_path / "nominal.h5").write_bytes(b"no table")
-    warm(Library(tmp_path))
+    asyncio.run(rehearse(create_app(Settings(tables=tmp_path, jobs=f"sqlite:///{tmp_path}/jobs.sqlite"))))
     with pytest.raises(BadTable):
         Library(tmp_path).table("nominal")
 
