@@ -128,8 +128,10 @@ def finest(block: Block, pair: Pair) -> int:
     knots, most = block.fine, _MOST_OVER_TIME if on == "time" else _MOST_KNOTS
     if is_sensor and on in ("gain", "time"):  # these do not begin with the knots of the block
         knots = len(gain_points(0)) if on == "gain" else scene.settings.fine_knots
-    elif is_sensor or quantity in CLOSING:
-        knots, most = scene.settings.knots, _MOST_WHILE_CLOSING if quantity in CLOSING else most
+    elif is_sensor:
+        knots = scene.settings.knots
+    elif quantity in CLOSING:
+        knots, most = scene.settings.knots, _MOST_WHILE_CLOSING
     return max(((most - 1) // (knots - 1)).bit_length() - 1, 0)
 
 

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
 from slipstick.naming.answer import next_best
 from slipstick.naming.block import Pair, finest, has_few_numbers
 from slipstick.naming.evidence import Gain
+from slipstick.naming.fineness import finer_while
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import Tried, is_enough_with, tried
 from slipstick.naming.selection import NEAR, Finding, Rival, in_errors, is_enough, is_unexplained, rivals
@@ -44,15 +46,15 @@ class Choice:
         they explain enough more than one.
         """
         those = [self._tried(one) for one in (best, *near)]
-        most = max(map(_total, those))
-        those = sorted((self._finest(one) if _total(one) > NEAR * most else one for one in those), key=_total,
-                       reverse=True)
+        most = max(one.nats for one in those)
+        those = [self._finest(one) if one.nats > NEAR * most else one for one in those]
+        those.sort(key=attrgetter("nats"), reverse=True)
         # What few engagements show counts only if nothing else of that size is shown.
-        large = [one for one in those if _total(one) > NEAR * _total(those[0])]
+        large = [one for one in those if one.nats > NEAR * those[0].nats]
         chosen = next((one for one in large if self._is_enough(one)), those[0])
         apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
         if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):
-            chosen = max(apart, key=_total)
+            chosen = max(apart, key=attrgetter("nats"))
             those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks)]
         others = [one for one in those if one is not chosen and self._is_enough(one)]
         for name in chosen.one.blocks:
@@ -70,16 +72,18 @@ class Choice:
             found = tried(self.fits, one, block.finer.get(one.pair, 0))
             # An error of a sensor has few numbers, and must compete with the freedom of others.
             most = finest(block, one.pair) if has_few_numbers(one.pair) else 0
-            self.known[one.pair] = _finer_while(lambda its: tried(self.fits, one, its), found, most, self.settings.nats)
+            self.known[one.pair] = finer_while(found, most, self._doubled, self.settings.nats)
         return self.known[one.pair]
 
     def _finest(self, one: Tried) -> Tried:
         """A pair with as many knots as gain more than a share, where it leaves something in its blocks."""
         if any(is_unexplained(one.its[name].chi2, self.fits[name].chi2, self.settings) for name in one.one.blocks):
             most = finest(self.fits[one.one.blocks[0]].block, one.one.pair)
-            self.known[one.one.pair] = _finer_while(lambda its: tried(self.fits, one.one, its), one, most,
-                                                   self.settings.nats, self.settings.further)
+            self.known[one.one.pair] = finer_while(one, most, self._doubled, self.settings.nats, self.settings.further)
         return self.known[one.one.pair]
+
+    def _doubled(self, one: Tried) -> Tried:
+        return tried(self.fits, one.one, one.finer + 1)
 
     def _is_enough(self, one: Tried) -> bool:
         return is_enough_with(self.fits, one.its, one.finding, self.settings)
@@ -89,7 +93,7 @@ class Choice:
 
         The lead over a pair that was not fitted in full is the one in the linear model.
         """
-        found = [Rival(pair, float(one.rise.sum()), in_errors(chosen.rise - one.rise))
+        found = [Rival(pair, one.nats, in_errors(chosen.rise - one.rise))
                  for pair, one in self.known.items()]
         for one in self.compared:
             if one.pair not in self.known and set(one.blocks) <= set(chosen.one.blocks):
@@ -104,20 +108,6 @@ def uneven(finding: Finding, compared: Sequence[Gain], settings: NamingSettings)
     return [Rival(one.pair, float(one.nats.sum()), in_errors(finding.gain - one.nats)) for one in compared
             if set(one.blocks) <= set(finding.blocks) and not is_enough(one.nats, settings)
             and one.nats.sum() > finding.nats + settings.nats]
-
-
-def _finer_while(fitted: Callable[[int], Tried], found: Tried, most: int, nats: float, share: float = 0.0) -> Tried:
-    """The pair with a resolution that is doubled while that gains so many `nats`, and a `share` of its gain."""
-    while found.finer < most:
-        finer = fitted(found.finer + 1)
-        if _total(finer) < _total(found) + max(nats, share * _total(found)):
-            break
-        found = finer
-    return found
-
-
-def _total(one: Tried) -> float:
-    return float(one.rise.sum())
 
 
 def _apart(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:

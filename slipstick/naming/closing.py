@@ -13,6 +13,7 @@ from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import CLOSING, Pair, finest
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import Gain, gains, table
+from slipstick.naming.fineness import finer_while
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.restarts import annealed, evidence_of, from_common, regained, settled
@@ -59,6 +60,11 @@ class _Tried:
     agreement: float
 
     @property
+    def nats(self) -> float:
+        """Gain of all engagements in nats."""
+        return float(self.gain.sum())
+
+    @property
     def expected(self) -> np.ndarray:
         """Standard errors (n,) in which engagements should show the law."""
         return self.fit.expected(self.pair)
@@ -71,7 +77,7 @@ class _Tried:
 def _best_of(tried: Sequence[_Tried]) -> list[_Tried]:
     """The best fit with each pair, the largest gain first."""
     best = dict[Pair, _Tried]()
-    for one in sorted(tried, key=lambda one: -float(one.gain.sum())):
+    for one in sorted(tried, key=lambda one: -one.nats):
         best.setdefault(one.pair, one)
     return list(best.values())
 
@@ -125,22 +131,21 @@ def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: As
     tried = [_Tried(linear.pair, priced(one.evidence - now.evidence, one.leverage(linear.pair)), one,
                     block.finer.get(linear.pair, 0), linear.agreement)
              for linear, one in fits_with_pairs(block, now, settings, pairs, ask)]
-    most = max((one.gain.sum() for one in tried), default=0.0)
-    found = [_followed_by(block, now, one, settings) if one.gain.sum() > NEAR * most else one for one in tried]
-    return sorted(found, key=lambda one: -float(one.gain.sum()))
+    most = max((one.nats for one in tried), default=0.0)
+    found = [_finest(block, now, one, settings) if one.nats > max(settings.nats, NEAR * most) else one for one in tried]
+    return sorted(found, key=lambda one: -one.nats)
 
 
-def _followed_by(block: ClutchBlock, now: CurvedFit, found: _Tried, settings: NamingSettings) -> _Tried:
+def _finest(block: ClutchBlock, now: CurvedFit, found: _Tried, settings: NamingSettings) -> _Tried:
     """A pair with as many knots as gain more than a share: few do not follow a strong law that bends often."""
     before, pair = block.finer, found.pair
-    while found.gain.sum() > settings.nats and found.finer < finest(block, pair):
-        block.finer = {**before, pair: found.finer}
-        its = _resolved(block, found.fit, [pair])
-        more = _Tried(pair, priced(its.evidence - now.evidence, its.leverage(pair)), its, found.finer + 1,
-                      found.agreement)
-        if more.gain.sum() < found.gain.sum() + max(settings.nats, settings.further * found.gain.sum()):
-            break
-        found = more
+
+    def doubled(one: _Tried) -> _Tried:
+        block.finer = {**before, pair: one.finer}
+        its = _resolved(block, one.fit, [pair])
+        return replace(one, gain=priced(its.evidence - now.evidence, its.leverage(pair)), fit=its, finer=one.finer + 1)
+
+    found = finer_while(found, finest(block, pair), doubled, settings.nats, settings.further)
     block.finer = before
     return found
 

@@ -12,11 +12,9 @@ from slipstick.naming.linear_model import (
     Further,
     Joint,
     Part,
-    columns_of,
     further_of,
     joined,
     part_of,
-    predict,
 )
 from slipstick.naming.selection import in_agreement
 
@@ -88,9 +86,7 @@ class Gain:
 
 def table(fit: BlockFit, pairs: Sequence[Pair], known: Table | None = None) -> Table:
     """The products of a block about a fit with `pairs` that are not among its laws, beside those that are `known`."""
-    block = fit.block
-    predict(block, fit.points, fit.shared, fit.held)  # a block holds what was predicted last, perhaps with a rival
-    columns = columns_of(block, fit.points, fit.shared, fit.held, fit.predicted, fit.laws)
+    block, columns = fit.block, fit.columns(fit.laws)
     part, further = (part_of(block, columns, fit.noise), {}) if known is None else (known.part, known.further)
     bases = {pair: block.basis(pair, fit.points, fit.held, fit.predicted) for pair in pairs
              if pair not in fit.laws and pair not in further}

@@ -12,7 +12,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.block import Block, Laws, Pair, first_shared
 from slipstick.naming.grams import Fitted, estimate, marginalise
-from slipstick.naming.linear_model import Joint, Part, columns_of, joined, part_of, predict
+from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of, predict
 
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
 _STEPS = 20
@@ -49,6 +49,11 @@ class BlockFit:
     def held(self) -> Laws:
         """The laws with their coefficients."""
         return [(law, self.coefficients[law]) for law in self.laws]
+
+    def columns(self, laws: Sequence[Pair]) -> Columns:
+        """The columns about its values, with those of these laws; a block holds what was predicted last."""
+        predict(self.block, self.points, self.shared, self.held)
+        return columns_of(self.block, self.points, self.shared, self.held, self.predicted, laws)
 
     def places(self, pair: Pair) -> np.ndarray:
         """Places of the coefficients of one of the laws among those of the linear mixed model."""

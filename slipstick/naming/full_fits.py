@@ -25,6 +25,11 @@ class Tried:
     finer: int
 
     @property
+    def nats(self) -> float:
+        """Rise of all engagements in nats."""
+        return float(self.rise.sum())
+
+    @property
     def finding(self) -> Finding:
         """What it would be as a finding."""
         blocks, pair = self.one.blocks, self.one.pair

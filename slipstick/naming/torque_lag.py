@@ -13,7 +13,7 @@ from slipstick.naming.block import Pair
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.grams import estimate
-from slipstick.naming.linear_model import Part, columns_of, joined, part_of, predict
+from slipstick.naming.linear_model import joined, part_of
 
 OF_FRICTION: Pair = ("contact pressure", "lag")
 OF_SENSOR: Pair = ("output torque sensor", "lag")
@@ -28,18 +28,10 @@ def gained_elsewhere(clutch: CurvedFit, others: Mapping[str, BlockFit]) -> np.nd
     driven = [one for one in driven if one.block.name != "contact"]  # its samples are some of those of the clutch
     if not driven:
         return np.zeros(len(clutch.points))
-    its = _part(clutch, clutch.laws)
+    its = part_of(clutch.block, clutch.columns(clutch.laws), clutch.noise)
     its = replace(its, places={OF_SENSOR if law == OF_FRICTION else law: at for law, at in its.places.items()})
-    parts = [*(_part(one, (*one.laws, OF_SENSOR)) for one in driven), its]
+    parts = [*(part_of(one.block, one.columns((*one.laws, OF_SENSOR)), one.noise) for one in driven), its]
     laws = list(dict.fromkeys(law for part in parts for law in part.places))
     variance = np.concatenate([one.fitted.variance for one in (*driven, clutch)])
     together = estimate(joined(parts, laws).gram, variance, fixed=True)
     return np.asarray(together.likelihood - sum(one.fitted.likelihood for one in (*driven, clutch)))
-
-
-def _part(fit: BlockFit, laws: tuple[Pair, ...]) -> Part:
-    """The linear model of a fit about its values, with columns of these laws."""
-    block = fit.block
-    predict(block, fit.points, fit.shared, fit.held)  # a block holds what was predicted last
-    columns = columns_of(block, fit.points, fit.shared, fit.held, fit.predicted, laws)
-    return part_of(block, columns, fit.noise)
