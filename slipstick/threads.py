@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import wraps
+from itertools import pairwise
 from threading import local
 from typing import ParamSpec, TypeVar
 
@@ -37,6 +38,12 @@ def mapped(function: Callable[[One], Value], items: Sequence[One], threads: int 
         return [function(one) for one in items]
     with ThreadPoolExecutor(workers, initializer=_be_part) as pool:
         return list(pool.map(function, items))
+
+
+def parts_of(count: int) -> list[slice]:
+    """Slices of `count` rows, as many as compiled kernels may use threads."""
+    ends = [count * part // get_num_threads() for part in range(get_num_threads() + 1)]
+    return [slice(*its) for its in pairwise(ends)]
 
 
 def _be_part() -> None:

@@ -3,16 +3,11 @@
 import numpy as np
 from numba import njit
 
-from slipstick.clutch.lag import lagged_signal
-
 _OUTERMOST = 0.001
 """Share of the values beyond the outermost knots, so that a few odd samples do not place them."""
 
 _NARROWEST = 1e-9
 """Least distance from the first knot to the last, so that a quantity that is constant has distinct knots."""
-
-_LAGS = np.array([0.1, 0.3, 1.0, 3.0])
-"""Lags of a sensor, relative to the time scale of the block: their combinations come close to any lag between."""
 
 
 def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
@@ -85,59 +80,14 @@ def between_knots(values: np.ndarray, count: int) -> np.ndarray:
     return levels if len(levels) <= count else np.unique(np.quantile(values, np.linspace(0, 1, max(2, count - 1))))
 
 
-def lags(scale: float) -> np.ndarray:
-    """Lags (4,) in s of which that of a sensor is a mixture, about the time `scale` in s of a block."""
-    return scale * _LAGS
+def gain_basis(signal: np.ndarray, largest: float, finer: int = 0) -> np.ndarray:
+    """Gain errors (n, m, k) of a sensor of a `signal` (n, k): a share of it, and one that grows up to the `largest`.
 
-
-def sensor_basis(on: str, signal: np.ndarray, time: np.ndarray, scale: float,
-                 largest: float | None = None, finer: int = 0) -> np.ndarray:
-    """Errors (n, m, k) of a sensor of `signal` (n, k) at `time` (k,) in s: its "offset", "gain" or "lag".
-
-    An offset is in the unit of the signal. A gain is a share of the signal, and one that grows with the signal up
-    to its `largest` value, if none is given that of `signal`. Lags are those of first-order sensors, at multiples of
-    `scale` in s. Where `finer`, a gain is a share of the signal that is linear between `gain_points`, and a lag may
-    also be a mere delay by each of the times, or depend on the signal.
+    Where `finer`, a gain is a share of the signal that is linear between `gain_points`.
     """
-    if on == "offset":
-        return np.ones_like(signal)[:, None]
-    largest = float(np.abs(signal).max()) if largest is None else largest
-    if on == "gain":
-        if finer:
-            return np.asarray(hats(np.abs(signal), largest * gain_points(finer)) * signal[:, None])
-        return np.stack([signal, signal * np.abs(signal) / largest], axis=1)
-    if on == "lag":
-        late = late_by(signal, time, scale)
-        return finer_lags(signal, late, time, scale, largest, finer) if finer else late
-    raise KeyError(on)
-
-
-def finer_lags(signal: np.ndarray, late: np.ndarray, time: np.ndarray, scale: float, largest: float,
-               finer: int) -> np.ndarray:
-    """Errors (n, m, k) of a sensor of `signal` (n, k) with dead times, and with lags that depend on the signal.
-
-    `late` (n, l, k) are those of constant lags; the others are as for `sensor_basis`.
-    """
-    delays = [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags(scale)]
-    over_signal = modulated(late, hats(np.abs(signal) / largest, lag_points(finer)))
-    return np.concatenate([np.stack(delays, axis=1), over_signal], axis=1)
-
-
-def late_by(signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
-    """Errors (n, 4, k) of sensors of `signal` (n, k) at `time` (k,) in s that lag by multiples of `scale` in s."""
-    late = [lagged_signal(signal, time, np.array([lag])) for lag in lags(scale)]
-    return np.asarray(np.stack(late, axis=1) - signal[:, None])
-
-
-def modulated(late: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Columns (n, m l, k) of `late` ones (n, l, k) that have each of the `sizes` (n, m, k), or (n, m, 1)."""
-    columns = sizes[:, :, None] * late[:, None]
-    return np.asarray(columns.reshape(len(late), -1, late.shape[-1]))
-
-
-def lag_points(finer: int) -> np.ndarray:
-    """Points of a `finer` lag of a sensor, over the largest signal."""
-    return np.linspace(0, 1, doubled(2, finer - 1))
+    if finer:
+        return np.asarray(hats(np.abs(signal), largest * gain_points(finer)) * signal[:, None])
+    return np.stack([signal, signal * np.abs(signal) / largest], axis=1)
 
 
 def gain_points(finer: int) -> np.ndarray:

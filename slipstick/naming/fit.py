@@ -13,6 +13,7 @@ from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.block import Block, Laws, Pair, first_shared
 from slipstick.naming.grams import Fitted, estimate, marginalise
 from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of, predict
+from slipstick.threads import mapped
 
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
 _STEPS = 20
@@ -152,11 +153,9 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     best: tuple[float, _State, list[BlockFit]] | None = None
     is_best, promised = True, np.inf
     for _ in range(iterations):
-        places = [_Place(own, common, predict(block, own, common, now.held(its)), noise or block.noise(own))
-                  for block, its, own, common, noise in zip(blocks, laws, now.points, now.shared, noises, strict=True)]
+        each = zip(blocks, laws, now.points, now.shared, noises, strict=True)
+        places, parts = zip(*mapped(lambda one: _about(*one), [(now, *its) for its in each]), strict=True)
         noises = [*(place.noise for place in places)]
-        parts = [part_of(block, columns_of(block, place.points, place.shared, now.held(its), place.predicted, its),
-                         place.noise) for block, its, place in zip(blocks, laws, places, strict=True)]
         joint = joined(parts, everything)
         now = now.complete(joint.places)
         # At the variances for which the step was made: with others the likelihood may rise or fall without a step.
@@ -235,6 +234,14 @@ class _State:
         return _State(middle(self.means, other.means), middle(self.points, other.points),
                       middle(self.shared, other.shared),
                       {law: 0.5 * (c + other.values[law]) for law, c in self.values.items()})
+
+
+def _about(now: _State, block: Block, laws: tuple[Pair, ...], points: np.ndarray, shared: np.ndarray,
+           noise: BlockNoise | None) -> tuple[_Place, Part]:
+    """What a block predicts with the values of its laws, and its linear model there; with the noise if it is known."""
+    held = now.held(laws)
+    place = _Place(points, shared, predict(block, points, shared, held), noise or block.noise(points))
+    return place, part_of(block, columns_of(block, points, shared, held, place.predicted, laws), place.noise)
 
 
 def _fits(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place],

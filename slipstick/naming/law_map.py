@@ -7,8 +7,10 @@ import numpy as np
 
 from slipstick.clutch.effects.effect import QUANTITIES, SCALAR_DEPENDENCES, SENSORS
 from slipstick.naming import bases, sensor_errors
+from slipstick.naming.lags import lag_points, lags_about
 from slipstick.naming.scene import Pair, Scene
 from slipstick.naming.sensor_errors import NOT_TOLD_FROM_GAIN
+from slipstick.naming.sensor_lags import lag_scale, sizes_over_runs
 
 UpTo = Literal["nothing", "constant", "line"]
 """What a block cannot tell from its own parameters: it may be added to a law without a change of the prediction."""
@@ -98,12 +100,12 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
     if on == "offset":
         return single(1.0, UNITS[sensor])
     if on == "lag":
-        times = bases.lags(sensor_errors.lag_scale(scene))
+        times = lags_about(lag_scale(scene))
         if not finer:
             return single(times, "s")
-        middle = bases.hats(np.array([[0.5]]), bases.lag_points(finer))[0, :, 0]  # at half of the range, or of the time
+        middle = bases.hats(np.array([[0.5]]), lag_points(finer))[0, :, 0]  # at half of the range, or of the time
         row = np.concatenate([times, np.outer(middle, times).ravel(), np.outer(middle[1:], times).ravel()])
-        own = len(times) * sensor_errors.sizes_over_runs(scene, finer).shape[1]
+        own = len(times) * sizes_over_runs(scene, finer).shape[1]
         return single(np.pad(row, (0, own)), "s")  # what changes over the runs has mean 0
     if on == "gain":
         share = bases.gain_points(finer) if finer else np.linspace(0, 1, _GAIN_POINTS)

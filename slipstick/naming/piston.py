@@ -30,6 +30,7 @@ _STEP, _LAW_STEP = 1e-4, 1e-3
 """Steps of the finite differences with respect to parameters and to coefficients of laws."""
 _CLOCK_STEP = 1e-5
 """Step in s of the finite difference with respect to the clock."""
+_SENSOR = "output torque sensor"
 _FACTORS = ("friction", "film")
 """Kinds of laws that change factors of the torque."""
 _EMPTY = np.zeros(0)
@@ -94,17 +95,17 @@ class ClutchBlock:
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m as the sensor reads it, at `points` (n, q); 0 after the samples that are counted."""
-        return self._closed(points, laws, self.end)[0]
+        return self._read(self._closed(points, laws, self.end)[0], laws)
 
     def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
         """Torque (n, k) in N m of the engagements `rows` (n,) alone, and 0 of the others."""
         self.at(shared)
-        return self._closed(points, laws, np.where(rows, self.end, 0))[0]
+        return self._read(self._closed(points, laws, np.where(rows, self.end, 0))[0], laws)
 
     def predicted_beyond(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m up to the measured lock-up, where samples near it are not counted."""
         lock = np.searchsorted(self.scene.time, self.scene.recordings.measured_time).astype(np.int64)
-        return self._closed(points, laws, lock + 1)[0]
+        return self._read(self._closed(points, laws, lock + 1)[0], laws)
 
     def contact(self, points: np.ndarray) -> Contact:
         """How long the plates of each engagement have touched, and what heats them."""
@@ -172,23 +173,27 @@ class ClutchBlock:
         if law.kind == "reading":
             # At the mean parameters, because a column with an engagement's own scatter would explain that.
             at = points if pair[1] == "lag" else np.tile(points.mean(axis=0), (len(points), 1))
-            return self._error(pair, self.base(at, laws))
+            return sensor_errors.reading(self.scene, _SENSOR, pair[1], self.base(at, laws), self.finer.get(pair, 0))
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
-        base = self._closed(points, laws, self.end)[0]
+        torque = self._closed(points, laws, self.end)[0]
         if law.kind in ADDED:
             added = bases.delayed(law.basis, self.clock / self.scene.step)
-            if law.kind in _FACTORS and not any(self._law(other).kind == "reading" for other in known):
-                # The torque is proportional to the factor of the friction, or of the film, that the law changes.
-                factor = self._closed(points, laws, self.end, law.kind, np.ones(base.shape))[0] - base
-                return np.asarray(factor[:, None] * added)
-            moved = mapped(lambda column: self._closed(points, laws, self.end, law.kind, _LAW_STEP * column)[0],
+        if law.kind in _FACTORS:
+            # The torque is proportional to the factor of the friction, or of the film, that the law changes.
+            factor = self._closed(points, laws, self.end, law.kind, np.ones(torque.shape))[0] - torque
+            change = factor[:, None] * added
+        elif law.kind in ADDED:
+            moved = mapped(lambda its: self._closed(points, laws, self.end, law.kind, _LAW_STEP * its)[0],
                            list(added.transpose(1, 0, 2)))
+            change = np.stack([(one - torque) / _LAW_STEP for one in moved], axis=1)
         else:
             held = known.get(pair, np.zeros(law.size))
             moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
                            list(_LAW_STEP * np.eye(law.size)))
-        return np.stack([(one - base) / _LAW_STEP for one in moved], axis=1)
+            change = np.stack([(one - torque) / _LAW_STEP for one in moved], axis=1)
+        errors, finer = self._errors(laws)
+        return sensor_errors.as_read(self.scene, change, torque, errors, _SENSOR, finer)
 
     @property
     def torque_per_bar(self) -> float:
@@ -220,7 +225,7 @@ class ClutchBlock:
 
     def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray, kind: str = "",
                 more: np.ndarray = _EMPTY) -> tuple[np.ndarray, np.ndarray]:
-        """Torque in N m and piston position in m, (n, k) each, up to the samples `end` (n,).
+        """Torque in N m, as it is, and piston position in m, (n, k) each, up to the samples `end` (n,).
 
         Beside what `laws` add, `more` (n, k) is added to the input of this `kind`.
         """
@@ -229,7 +234,7 @@ class ClutchBlock:
         added = self._added(laws)
         if kind:
             added = {**added, kind: added[kind] + more}
-        tables, drag, readings = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0, []
+        tables, drag = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0
         for pair, c in laws:
             law = self._law(pair)
             if law.kind in tables:
@@ -237,26 +242,26 @@ class ClutchBlock:
                 tables[law.kind] = law.basis, np.concatenate([[0.0], c * unit])
             elif law.kind == "drag":
                 drag = max(0.0, float(c[0])) * float(law.basis[0])
-            elif law.kind == "reading":
-                readings.append((pair, c))
         torque, position = np.zeros(self.pressure.shape), np.zeros(self.pressure.shape)
         pressure, change, slip = self._inputs
         close(self.scene.step, _SUB, self.clock, end, pressure, change, slip, values,
               added["chamber"], added["gain"], added["clearance"], added["friction"], added["film"],
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
-        for pair, c in readings:
-            torque = torque + self._error_with(pair, torque, c)
         return torque, position
 
-    def _error(self, pair: Pair, torque: np.ndarray) -> np.ndarray:
-        """Errors (n, m, k) in N m of what a sensor reads of a torque (n, k)."""
-        return sensor_errors.reading(self.scene, "output torque sensor", pair[1], torque, self.finer.get(pair, 0))
+    def _read(self, torque: np.ndarray, laws: Laws) -> np.ndarray:
+        """What the sensor reads of a torque (n, k) in N m, with errors that are among the laws."""
+        errors, finer = self._errors(laws)
+        return np.asarray(torque + sensor_errors.error(self.scene, torque, errors, _SENSOR, finer))
 
-    def _error_with(self, pair: Pair, torque: np.ndarray, c: np.ndarray) -> np.ndarray:
-        """The error (n, k) in N m with coefficients `c` of those."""
-        return sensor_errors.read_too_much(self.scene, "output torque sensor", pair[1], torque, c,
-                                           self.finer.get(pair, 0))
+    def _errors(self, laws: Laws) -> tuple[Laws, dict[Pair, int]]:
+        """Those of the laws that are errors of the sensor, and how often each is doubled.
+
+        A lag of the friction is one of them: both are the same in this block.
+        """
+        its = [(pair, (_SENSOR, pair[1]), c) for pair, c in laws if self._law(pair).kind == "reading"]
+        return [(error, c) for _, error, c in its], {error: self.finer.get(pair, 0) for pair, error, _ in its}
 
     def _added(self, laws: Laws) -> dict[str, np.ndarray]:
         """What laws add to each quantity of `ADDED`, (n, k): kept, because columns are differences at the same laws."""

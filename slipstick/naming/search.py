@@ -85,7 +85,7 @@ def relocated(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: 
     """Points (n, q) where the engagements `rows` (n,) are searched again over pressure bias and initial position."""
     def cost(shift: tuple[float, float]) -> np.ndarray:
         penalty = sum((one / std) ** 2 for one, std in zip(shift, _RELOCATED_SPREAD, strict=True))
-        return _squares(block, _moved(points, *shift), shared, laws) + penalty
+        return _squares(block, _moved(points, *shift), shared, laws, rows) + penalty
 
     best, value = points.copy(), np.full(len(points), np.inf)
     shifts = list(product(*(np.linspace(-width, width, levels) for width, levels in _RELOCATED)))
@@ -113,7 +113,9 @@ def _variance(block: ClutchBlock) -> float:
     return block.scene.noise["output_torque"][0] ** 2
 
 
-def _squares(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws) -> np.ndarray:
-    """Squared residuals (n,) in noise levels."""
-    left = (block.measured - predict(block, points, shared, laws)) * block.counted
+def _squares(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws,
+             rows: np.ndarray | None = None) -> np.ndarray:
+    """Squared residuals (n,) in noise levels, which those of the engagements `rows` (n,) are, if they are given."""
+    predicted = predict(block, points, shared, laws) if rows is None else block.part(points, shared, laws, rows)
+    left = (block.measured - predicted) * block.counted
     return np.asarray((left**2).sum(axis=1) / _variance(block))

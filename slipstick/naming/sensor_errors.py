@@ -4,20 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slipstick.naming.bases import (
-    between,
-    between_knots,
-    doubled,
-    finer_lags,
-    from_zero,
-    gain_points,
-    hats,
-    lag_points,
-    late_by,
-    modulated,
-    sensor_basis,
-)
+from slipstick.naming.bases import between_knots, doubled, from_zero, gain_basis, gain_points, hats
 from slipstick.naming.scene import OF_PLATES, TOLD_BY, TYPICAL, Pair, Scene
+from slipstick.naming.sensor_lags import late_columns, read_late
+from slipstick.threads import mapped
 
 _FAULTS = ("offset", "gain", "lag", "run order", "time")
 _FURTHER = ("slip", "pressure", "input speed", "output speed", "current", "heat", "time in contact", "motor speed")
@@ -59,21 +49,24 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
     if on == "run order":
         onto = hats(scene.run, drift_knots(scene, finer)) * drift(scene, sensor)
         return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
-    time, scale, size = scene.time, lag_scale(scene), largest(scene, sensor)
-    if on == "lag" and finer:
-        late = late_by(signal, time, scale)
-        return np.concatenate([finer_lags(signal, late, time, scale, size, finer), *changing(scene, late, finer)],
-                              axis=1)
-    basis = sensor_basis(on, signal, time, scale, size, finer)
-    return basis[:, 1:] if on == "gain" and sensor in NOT_TOLD_FROM_GAIN else basis
+    if on == "lag":
+        return late_columns(scene, signal, largest(scene, sensor), finer)
+    if on == "gain":
+        basis = gain_basis(signal, largest(scene, sensor), finer)
+        return basis[:, 1:] if sensor in NOT_TOLD_FROM_GAIN else basis
+    if on == "offset":
+        return np.ones_like(signal)[:, None]
+    raise KeyError(on)
 
 
 def read_too_much(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.ndarray, finer: int = 0) -> np.ndarray:
     """What a `sensor` of a `signal` (n, k) reads too much, (n, k), with coefficients `c` of its basis `reading`.
 
-    Without the basis where it is one of hats, which is far larger than what comes of it.
+    Without the basis where that is far larger than what comes of it.
     """
     size = largest(scene, sensor)
+    if on == "lag":
+        return read_late(scene, signal, size, c, finer)
     if on == "gain":
         c = np.concatenate([[0.0], c]) if sensor in NOT_TOLD_FROM_GAIN else c
         share = np.abs(signal) / size
@@ -85,22 +78,11 @@ def read_too_much(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.
     return np.asarray(c @ reading(scene, sensor, on, signal, finer))
 
 
-def changing(scene: Scene, late: np.ndarray, finer: int) -> list[np.ndarray]:
-    """Columns (n, m, k) of `finer` lags that change over time and over the run order, for `late` ones (n, l, k)."""
-    over_time = hats(scene.abscissa("time"), scene.time[-1] * lag_points(finer))[:, 1:]
-    return [modulated(late, over_time), modulated(late, sizes_over_runs(scene, finer))]
-
-
-def sizes_over_runs(scene: Scene, finer: int) -> np.ndarray:
-    """Sizes (n, m, 1) of a `finer` lag that changes over the run order, of mean 0 over the runs."""
-    return between(scene.run, len(gain_points(finer)))[:, :, None]
-
-
 def error(scene: Scene, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
           finer: Mapping[Pair, int]) -> np.ndarray:
     """What a `sensor` of a `signal` (n, k) reads too much by those of the `laws` that are its errors, (n, k)."""
     read = [read_too_much(scene, *pair, signal, c, finer.get(pair, 0)) for pair, c in laws if pair[0] == sensor]
-    return np.asarray(np.sum([np.zeros(signal.shape), *read], axis=0))
+    return np.asarray(np.sum(read, axis=0)) if read else np.zeros(signal.shape)
 
 
 def as_read(scene: Scene, change: np.ndarray, signal: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]], sensor: str,
@@ -113,7 +95,8 @@ def as_read(scene: Scene, change: np.ndarray, signal: np.ndarray, laws: Sequence
     if not errors:
         return change
     now = error(scene, signal, errors, sensor, finer)
-    moved = [error(scene, signal + _STEP * one, errors, sensor, finer) for one in change.transpose(1, 0, 2)]
+    moved = mapped(lambda one: error(scene, signal + _STEP * one, errors, sensor, finer),
+                   list(change.transpose(1, 0, 2)))
     return np.asarray(change + np.stack([(one - now) / _STEP for one in moved], axis=1))
 
 
@@ -138,8 +121,3 @@ def drift(scene: Scene, sensor: str) -> float:
 def largest(scene: Scene, sensor: str) -> float:
     """The largest magnitude of the signal of a `sensor`, in its unit."""
     return float(np.abs(scene.smooth[sensor.removesuffix(" sensor").replace(" ", "_")]).max())
-
-
-def lag_scale(scene: Scene) -> float:
-    """Time scale in s of the lags of sensors."""
-    return scene.value("current_delay")

@@ -17,12 +17,12 @@ import numpy as np
 from slipstick.bench.converter import Converter
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
-from slipstick.clutch.lag import lagged_signal
 from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
+from slipstick.naming.converter_lag import lag_columns, lagging, mean_lag
 from slipstick.naming.drive import KNOTS, AtSpeed, Drive
 from slipstick.naming.filters import first_order
-from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
 from slipstick.naming.mechanics import (
     CONDITIONS_WITHIN,
     KNOWN,
@@ -35,6 +35,7 @@ from slipstick.naming.mechanics import (
 )
 from slipstick.naming.scene import OF_PLATES, Scene
 from slipstick.naming.shaft_kernel import turn
+from slipstick.threads import mapped, parts_of
 
 CONVERTER_WITHIN = 0.05
 """Relative standard deviation of the converter's torque at a knot: its curve comes from another bench."""
@@ -42,8 +43,6 @@ _SAG_WITHIN = 0.03
 """Standard deviation of the share of its speed that the motor loses under the largest torque of the pump."""
 _STEPS = 2
 """Runge-Kutta steps in a sample; four change the speed by less than a hundredth of the sensor's noise."""
-_LAGS = np.array([0.2, 0.6, 2.0, 6.0])
-"""Lags of the converter over the delay of the valve: a factor 3 apart, any between them is nearly a sum of two."""
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
 SENSOR = "input speed sensor"
@@ -115,8 +114,10 @@ class InputBlock:
         self._read = true_torque(self.scene, laws, self.finer)
         self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
-            if not _is_reading(pair):
-                torque = torque - coefficients @ self._torque(pair, reference)
+            if pair == _LAG:
+                torque = torque - self._lagging(reference, coefficients)
+            elif not _is_reading(pair):
+                torque = torque - coefficients @ self._given_by(pair)
         speed = self._integrated(points, torque - points[:, 4, None] * self._kick * self._spike)
         self._about = self._linearised(points)
         speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
@@ -133,8 +134,7 @@ class InputBlock:
         for coefficients in (c for pair, c in laws if pair == _LAG):
             # The lagging torque is that at the speed that it leads to, which is found by iteration.
             for _ in range(_ROUNDS):
-                lagging = coefficients @ self._torque(_LAG, speed)
-                speed = self._integrated(points, torque - lagging)
+                speed = self._integrated(points, torque - self._lagging(speed, coefficients))
         return speed
 
     def noise(self, points: np.ndarray) -> BlockNoise:
@@ -206,7 +206,7 @@ class InputBlock:
         if quantity.endswith("sensor"):
             return of_sensor(pair, scene, finer)
         if pair == _LAG:
-            return self._mean_lag()
+            return mean_lag(scene, finer)
         of_converter = quantity == "converter torque"
         if of_converter and on in scene.of_runs:
             return over_runs(pair, scene, finer, relative=True)
@@ -217,20 +217,6 @@ class InputBlock:
             return over_runs(pair, scene, finer, unit, centred=False)
         return over(pair, self._knots_of(pair), -unit * np.eye(fineness(self, pair)))
 
-    def _mean_lag(self) -> LawMap:
-        """The lag of the converter in s: the mean of the impulse response, and over time while the plates slip."""
-        times, finer, scene = sensor_errors.lag_scale(self.scene) * _LAGS, self.finer.get(_LAG, 0), self.scene
-        if not finer:
-            return single(times, "s")
-        over_time, over_runs = self._sizes(finer)
-        mean = over_time.transpose(0, 2, 1)[scene.slipping].mean(axis=0)
-        return single(np.outer(np.pad(mean, (0, over_runs.shape[1])), times).ravel(), "s")
-
-    def _sizes(self, finer: int) -> tuple[np.ndarray, np.ndarray]:
-        """Sizes of a `finer` lag of the converter, over the time of slip (n, m, k) and over the run order (n, l, 1)."""
-        knots = self.scene.recordings.measured_time.max() * bases.gain_points(finer)
-        return bases.hats(self.scene.abscissa("time"), knots), sensor_errors.sizes_over_runs(self.scene, finer)
-
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
         return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
@@ -238,14 +224,16 @@ class InputBlock:
     def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
         if pair == _LAG:
-            torque = self._drive.torque(speed, self.motor[:, None])
-            lags = self.scene.value("current_delay") * _LAGS
-            late = np.stack([lagged_signal(torque, self.scene.time, np.full((1,), lag)) - torque for lag in lags],
-                            axis=1)
-            finer = self.finer.get(pair, 0)
-            return late if not finer else np.concatenate(
-                [bases.modulated(late, its) for its in self._sizes(finer)], axis=1)
+            return lag_columns(self.scene, self._driven_at(speed), self.finer.get(pair, 0))
         return self._given_by(pair)
+
+    def _lagging(self, speed: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """The torque (n, k) in N m by which a lagging converter drives the shaft more, at `speed` (n, k)."""
+        return lagging(self.scene, self._driven_at(speed), coefficients, self.finer.get(_LAG, 0))
+
+    def _driven_at(self, speed: np.ndarray) -> np.ndarray:
+        """Torque (n, k) in N m of the nominal converter at `speed` (n, k)."""
+        return self._drive.torque(speed, self.motor[:, None])
 
     def _given_by(self, pair: Pair) -> np.ndarray:
         """Torques (n, m, k) in N m that do not depend on the speed that they lead to; most are computed once."""
@@ -290,11 +278,17 @@ class InputBlock:
     def _integrated(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Speed (n, k) in rad/s against the clutch torque (n, k) in N m on the input side."""
         speed, drive, motor = np.empty(torque.shape), self._drive, self._motor(points)
-        ratio = drive.ratios
-        turn(self.scene.time, torque, self._initial * motor / self.motor * (1 + points[:, 5]), motor,
-             self.scene.given_torque - self.coulomb * (1 + points[:, 1]), self.viscous * (1 + points[:, 2]),
-             self.inertia * (1 + points[:, 0]), ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]),
-             *drive.tables(self._shared[-KNOTS:]), self._shared[1] / drive.largest, _STEPS, speed)
+        ratio, tables = drive.ratios, drive.tables(self._shared[-KNOTS:])
+        start = self._initial * motor / self.motor * (1 + points[:, 5])
+        drive_torque = self.scene.given_torque - self.coulomb * (1 + points[:, 1])
+        viscous, inertia = self.viscous * (1 + points[:, 2]), self.inertia * (1 + points[:, 0])
+
+        def turned(its: slice) -> None:
+            turn(self.scene.time, torque[its], start[its], motor[its], drive_torque[its], viscous[its], inertia[its],
+                 ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]), *tables, self._shared[1] / drive.largest, _STEPS,
+                 speed[its])
+
+        mapped(turned, parts_of(len(torque)))
         return speed
 
     def _respond(self, torque: np.ndarray) -> np.ndarray:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.clutch.lag import lagged_signal
-from slipstick.naming.bases import between, between_knots, evenly, from_zero, hats, sensor_basis, supported
+from slipstick.naming.bases import between, between_knots, evenly, from_zero, gain_basis, hats, supported
 
 
 def test_hats_add_up_to_one_and_interpolate() -> None:
@@ -83,26 +82,9 @@ def test_between_is_linear_over_many_values_and_empty_over_one() -> None:
     assert np.all(np.isfinite(between(np.array([0.0] * 50 + [1, 2, 3, 4, 5, 6, 7]), 5)))
 
 
-def test_a_sensor_has_an_offset_a_gain_and_a_lag() -> None:
+def test_a_gain_error_is_a_share_and_one_that_grows_with_the_signal() -> None:
     time = np.linspace(0, 1, 501)
-    signal = np.stack([np.sin(6 * time) * time, np.minimum(1, 4 * time) - 0.5])
-    np.testing.assert_array_equal(sensor_basis("offset", signal, time, 0.02), np.ones((2, 1, 501)))
-    gain = sensor_basis("gain", 3 * signal, time, 0.02)
-    np.testing.assert_allclose(gain[:, 0], 3 * signal)
-    np.testing.assert_allclose(gain[:, 1], 3 * signal * np.abs(signal) / np.abs(signal).max())
-    ramp = sensor_basis("lag", 5 * time[None], time, 0.02)
-    np.testing.assert_allclose(ramp[0, :, -1], -5 * 0.02 * np.array([0.1, 0.3, 1, 3]), rtol=1e-5)
-    with pytest.raises(KeyError):
-        sensor_basis("drift", signal, time, 0.02)
-
-
-@pytest.mark.parametrize("lag", [0.003, 0.01, 0.04])
-def test_a_lag_between_is_a_combination_of_those_of_the_basis(lag: float) -> None:
-    time = np.linspace(0, 1, 501)
-    signal = np.clip(4 * time - 1, 0, 1)[None] + 0.3 * np.sin(15 * time)
-    change = (lagged_signal(signal, time, np.array([lag])) - signal)[0]
-    basis = sensor_basis("lag", signal, time, 0.02)[0].T
-    left = change - basis @ np.linalg.lstsq(basis, change)[0]
-    assert np.linalg.norm(left) < 0.02 * np.linalg.norm(change)
-    alone = change - basis[:, 2:3] @ np.linalg.lstsq(basis[:, 2:3], change)[0]
-    assert np.linalg.norm(alone) > 0.05 * np.linalg.norm(change)
+    signal = 3 * np.stack([np.sin(6 * time) * time, np.minimum(1, 4 * time) - 0.5])
+    gain = gain_basis(signal, 1.5)
+    np.testing.assert_allclose(gain[:, 0], signal)
+    np.testing.assert_allclose(gain[:, 1], signal * np.abs(signal) / 1.5)

@@ -1,0 +1,92 @@
+"""First-order lags of signals, several at a time: the changes that each makes, or their weighted sum.
+
+The lags are in steady state at the first sample, and exact for signals that are linear between samples, which are
+equally spaced.
+"""
+
+import numpy as np
+from numba import njit
+
+from slipstick.naming.bases import delayed, doubled
+
+_LAGS = np.array([0.1, 0.3, 1.0, 3.0])
+"""Lags relative to the time scale of a block: their combinations come close to any lag between."""
+
+
+def lags_about(scale: float) -> np.ndarray:
+    """Lags (4,) in s of which that of a sensor is a mixture, about the time `scale` in s of a block."""
+    return scale * _LAGS
+
+
+def late_by(signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
+    """What sensors of a `signal` (n, k) at `time` (k,) in s read too much, (n, 4, k), with lags about `scale` in s."""
+    found = np.empty((len(signal), len(_LAGS), signal.shape[1]))
+    _each(np.ascontiguousarray(signal), *_factors(time, scale), found)
+    return found
+
+
+def mixed(signal: np.ndarray, time: np.ndarray, scale: float, weights: np.ndarray) -> np.ndarray:
+    """The sum (n, k) of those, with `weights` (n, 4, k), whose first and last axis may have a length of 1."""
+    found = np.empty(signal.shape)
+    _sum(np.ascontiguousarray(signal), *_factors(time, scale), np.ascontiguousarray(weights), found)
+    return found
+
+
+def modulated(late: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Columns (n, m l, k) of `late` ones (n, l, k) that have each of the `sizes` (n, m, k), or (n, m, 1)."""
+    columns = sizes[:, :, None] * late[:, None]
+    return np.asarray(columns.reshape(len(late), -1, late.shape[-1]))
+
+
+def lag_points(finer: int) -> np.ndarray:
+    """Points of a `finer` lag of a sensor, over the largest signal."""
+    return np.linspace(0, 1, doubled(2, finer - 1))
+
+
+def dead_times(signal: np.ndarray, time: np.ndarray, scale: float) -> list[np.ndarray]:
+    """What sensors of a `signal` (n, k) read too much that are late by a dead time, (n, k) for each of the lags."""
+    return [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags_about(scale)]
+
+
+def _factors(time: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """What is left of a change (4,) after a sample, and what a step of the signal adds to it, as a share.
+
+    On a ramp the reading trails the signal by the lag times its slope, after an exponential transient.
+    """
+    ratio = lags_about(scale) / (time[1] - time[0])
+    left = np.exp(-1 / ratio)
+    return left, ratio * (1 - left)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _each(signal, left, added, found):  # type: ignore[no-untyped-def]
+    n, k = signal.shape
+    for i in range(n):
+        for lag in range(len(left)):
+            change = 0.0
+            found[i, lag, 0] = change
+            for t in range(1, k):
+                change = left[lag] * change + added[lag] * (signal[i, t - 1] - signal[i, t])
+                found[i, lag, t] = change
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _sum(signal, left, added, weights, found):  # type: ignore[no-untyped-def]
+    n, k = signal.shape
+    # Four numbers each, which stay in registers: an array takes twice the time.
+    left0, left1, left2, left3 = left
+    added0, added1, added2, added3 = added
+    for i in range(n):
+        own = i if len(weights) > 1 else 0
+        w0, w1, w2, w3 = weights[own, 0, 0], weights[own, 1, 0], weights[own, 2, 0], weights[own, 3, 0]
+        change0 = change1 = change2 = change3 = 0.0
+        found[i, 0] = 0.0
+        for t in range(1, k):
+            step = signal[i, t - 1] - signal[i, t]
+            change0 = left0 * change0 + added0 * step
+            change1 = left1 * change1 + added1 * step
+            change2 = left2 * change2 + added2 * step
+            change3 = left3 * change3 + added3 * step
+            if weights.shape[2] > 1:
+                w0, w1, w2, w3 = weights[own, 0, t], weights[own, 1, t], weights[own, 2, t], weights[own, 3, t]
+            found[i, t] = w0 * change0 + w1 * change1 + w2 * change2 + w3 * change3
