@@ -94,6 +94,9 @@ def as_read(scene: Scene, change: np.ndarray, signal: np.ndarray, laws: Sequence
     errors = [(pair, c) for pair, c in laws if pair[0] == sensor and pair[1] in _OF_SIGNAL]
     if not errors:
         return change
+    if all(pair[1] == "lag" and not finer.get(pair, 0) for pair, _ in errors):  # it is linear
+        rows = change.reshape(-1, change.shape[-1])
+        return np.asarray(change + error(scene, rows, errors, sensor, finer).reshape(change.shape))
     now = error(scene, signal, errors, sensor, finer)
     moved = mapped(lambda one: error(scene, signal + _STEP * one, errors, sensor, finer),
                    list(change.transpose(1, 0, 2)))
