@@ -22,6 +22,24 @@ _LANES = 8
 
 
 @dataclass(frozen=True, eq=False)
+class ModeFilter:
+    """The Kalman filter of the weights of some modes: `modes` (n, r, k) that are whitened as samples are.
+
+    A weight gains `gain` (n, k, r) times the innovation of a sample, which has a standard deviation of 1 / `scale`
+    (n, k).
+    """
+
+    modes: np.ndarray
+    gain: np.ndarray
+    scale: np.ndarray
+
+    def of(self, rows: slice | np.ndarray, samples: int | None = None) -> "ModeFilter":
+        """The filter of some engagements, and of the first `samples`."""
+        return ModeFilter(*(np.ascontiguousarray(one) for one in (
+            self.modes[rows, :, :samples], self.gain[rows, :samples], self.scale[rows, :samples])))
+
+
+@dataclass(frozen=True, eq=False)
 class BlockNoise:
     """Sensor noise of the output: `std` in its unit, and `correlation` from sample to sample.
 
@@ -37,12 +55,17 @@ class BlockNoise:
     decay: np.ndarray | None = None
     onto: np.ndarray | None = None
     modes: np.ndarray | None = None
+    filter: ModeFilter | None = None
 
     def of(self, rows: slice | np.ndarray) -> "BlockNoise":
         """The noise of some of the n engagements."""
         of_each = {name: values[rows] for name in ("decay", "onto", "modes")
                    if (values := getattr(self, name)) is not None}
-        return replace(self, **of_each)
+        return replace(self, **of_each, filter=None if self.filter is None else self.filter.of(rows))
+
+    def with_filter(self, counted: np.ndarray) -> "BlockNoise":
+        """With the filter of its modes for samples that are `counted` (n, k), which depends on no column."""
+        return self if self.modes is None else replace(self, filter=_filter_of(self.modes, counted, self))
 
 
 def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:
@@ -52,9 +75,10 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     """
     n, p, k = columns.shape
     if noise.modes is not None:
-        plain = replace(noise, modes=None)
-        out, modes = whitened(columns, counted, plain), whitened(noise.modes[:, :, :k], counted, plain)
-        _without_modes(out, counted, modes)
+        known = _filter_of(noise.modes[:, :, :k], counted, noise) if noise.filter is None else \
+            noise.filter.of(slice(None), k)
+        out = whitened(columns, counted, replace(noise, modes=None, filter=None))
+        _without_modes(out, counted, known.modes, known.gain, known.scale)
         return out
     if noise.correlation == 0 and noise.decay is None:  # the samples are independent already
         return columns * (counted / noise.std)[:, None]
@@ -88,29 +112,41 @@ def _autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped
                     before = columns[i, j, t]
 
 
+def _filter_of(modes: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> ModeFilter:
+    n, r, k = modes.shape
+    found = ModeFilter(whitened(modes, counted, replace(noise, modes=None, filter=None)), np.zeros((n, k, r)),
+                       np.zeros((n, k)))
+    _gains(counted, found.modes, found.gain, found.scale)
+    return found
+
+
 @njit(nogil=True, cache=True, error_model="numpy")
-def _without_modes(white, counted, modes):  # type: ignore[no-untyped-def]
-    """Make rows of unit variance of `white` (n, p, k), in which `modes` (n, r, k) of unit variance are left."""
-    n, p, k = white.shape
-    r = modes.shape[1]
-    gain, scale = np.zeros((k, r)), np.zeros(k)
-    weight, innovation = np.zeros((r, _LANES)), np.zeros(_LANES)
+def _gains(counted, modes, gain, scale):  # type: ignore[no-untyped-def]
+    n, r, k = modes.shape
     for i in range(n):
         covariance = np.eye(r)  # of the weights, given the samples so far
         for t in range(k):
             if counted[i, t]:
                 variance = 1.0
                 for a in range(r):
-                    gain[t, a] = 0.0
                     for b in range(r):
-                        gain[t, a] += covariance[a, b] * modes[i, b, t]
-                    variance += gain[t, a] * modes[i, a, t]
+                        gain[i, t, a] += covariance[a, b] * modes[i, b, t]
+                    variance += gain[i, t, a] * modes[i, a, t]
                 for a in range(r):
                     for b in range(r):
-                        covariance[a, b] -= gain[t, a] * gain[t, b] / variance
+                        covariance[a, b] -= gain[i, t, a] * gain[i, t, b] / variance
                 for a in range(r):
-                    gain[t, a] /= variance
-                scale[t] = 1 / np.sqrt(variance)
+                    gain[i, t, a] /= variance
+                scale[i, t] = 1 / np.sqrt(variance)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _without_modes(white, counted, modes, gain, scale):  # type: ignore[no-untyped-def]
+    """Make rows of unit variance of `white` (n, p, k), in which `modes` (n, r, k) of unit variance are left."""
+    n, p, k = white.shape
+    r = modes.shape[1]
+    weight, innovation = np.zeros((r, _LANES)), np.zeros(_LANES)
+    for i in range(n):
         for first in range(0, p, _LANES):
             some = min(_LANES, p - first)
             weight[:] = 0.0
@@ -123,11 +159,11 @@ def _without_modes(white, counted, modes):  # type: ignore[no-untyped-def]
                         for j in range(_LANES):
                             innovation[j] -= weight[a, j] * mode
                     for a in range(r):
-                        share = gain[t, a]
+                        share = gain[i, t, a]
                         for j in range(_LANES):
                             weight[a, j] += share * innovation[j]
                     for j in range(some):
-                        white[i, first + j, t] = innovation[j] * scale[t]
+                        white[i, first + j, t] = innovation[j] * scale[i, t]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

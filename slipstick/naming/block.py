@@ -63,7 +63,10 @@ class Block(Protocol):
         """The laws that the block can be asked for, with or without `rare` ones, which hardly any bench has."""
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Derivatives (n, m, k) with respect to the coefficients of the law of a pair."""
+        """Derivatives (n, m, k) with respect to the coefficients of the law of a pair.
+
+        It leaves the block as it is: those of several pairs are computed in threads.
+        """
 
     def law(self, pair: Pair) -> LawMap:
         """How the coefficients of the law of a pair become values."""

@@ -17,6 +17,7 @@ from slipstick.naming.linear_model import (
     part_of,
 )
 from slipstick.naming.selection import in_agreement
+from slipstick.threads import mapped
 
 FOLDS = 6
 """Folds of the engagements: with 54 of them each is fitted on 45."""
@@ -88,9 +89,9 @@ def table(fit: BlockFit, pairs: Sequence[Pair], known: Table | None = None) -> T
     """The products of a block about a fit with `pairs` that are not among its laws, beside those that are `known`."""
     block, columns = fit.block, fit.columns(fit.laws)
     part, further = (part_of(block, columns, fit.noise), {}) if known is None else (known.part, known.further)
-    bases = {pair: block.basis(pair, fit.points, fit.held, fit.predicted) for pair in pairs
-             if pair not in fit.laws and pair not in further}
-    bases = {pair: its for pair, its in bases.items() if its.shape[1]}
+    new = [pair for pair in pairs if pair not in fit.laws and pair not in further]
+    found = mapped(lambda pair: block.basis(pair, fit.points, fit.held, fit.predicted), new)
+    bases = {pair: its for pair, its in zip(new, found, strict=True) if its.shape[1]}
     return Table(fit, part, {**further, **further_of(block, columns, fit.noise, bases)}, pairs)
 
 
@@ -108,23 +109,25 @@ def gains(tables: Sequence[Table], current: Sequence[Pair], pairs: Sequence[Pair
     """What each of `pairs` gains beside the `current` laws in the blocks of `tables`, the largest gain first."""
     n = len(tables[0].part.gram)
     folds = np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
-    bases: dict[tuple[str, ...], tuple[Joint, Fitted, np.ndarray, np.ndarray]] = {}
-    found = []
-    for pair in pairs:
-        mine = [one for one in tables if pair in one.further]
-        blocks = tuple(one.fit.block.name for one in mine)
-        if not mine:
-            continue
-        if blocks not in bases:
-            laws = [law for law in current if any(law in one.part.places for one in mine)]
-            joint = joined([one.part for one in mine], laws)
-            base = estimate(joint.gram, np.concatenate([np.maximum(one.fit.fitted.variance, 1e-8) for one in mine]))
-            bases[blocks] = joint, base, *held_out(base, folds)
-        joint, base, reference, without = bases[blocks]
-        beside = joint.beside(pair, [one.further[pair] for one in mine])
+    mine = {pair: [one for one in tables if pair in one.further] for pair in pairs}
+    mine = {pair: its for pair, its in mine.items() if its}
+    blocks = {pair: tuple(one.fit.block.name for one in its) for pair, its in mine.items()}
+    bases = dict[tuple[str, ...], tuple[Joint, Fitted, np.ndarray, np.ndarray]]()
+    for pair, its in mine.items():
+        if blocks[pair] not in bases:
+            laws = [law for law in current if any(law in one.part.places for one in its)]
+            joint = joined([one.part for one in its], laws)
+            base = estimate(joint.gram, np.concatenate([np.maximum(one.fit.fitted.variance, 1e-8) for one in its]))
+            bases[blocks[pair]] = joint, base, *held_out(base, folds)
+
+    def gain(pair: Pair) -> Gain:
+        joint, base, reference, without = bases[blocks[pair]]
+        beside = joint.beside(pair, [one.further[pair] for one in mine[pair]])
         fitted = estimate(beside.gram, np.maximum(base.variance, 1e-8))
         reached, coefficients = held_out(fitted, folds)
         start = np.zeros_like(coefficients)
         start[:, :without.shape[1]] = without  # the columns of the pair are the last ones
-        found.append(Gain(pair, reached - reference, coefficients, start, fitted, beside.places[pair], blocks))
+        return Gain(pair, reached - reference, coefficients, start, fitted, beside.places[pair], blocks[pair])
+
+    found = mapped(gain, list(mine))
     return sorted(found, key=lambda one: -float(one.nats.sum()))

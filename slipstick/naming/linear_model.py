@@ -90,8 +90,8 @@ def columns_of(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws,
                pairs: Sequence[Pair]) -> Columns:
     """The columns about these parameters, with those of `pairs`, among which are those of `laws`."""
     own, fixed = block.columns(points, laws, predicted)
-    basis = {pair: block.basis(pair, points, laws, predicted) for pair in pairs}
-    basis = {pair: columns for pair, columns in basis.items() if columns.shape[1]}
+    found = mapped(lambda pair: block.basis(pair, points, laws, predicted), pairs)
+    basis = {pair: columns for pair, columns in zip(pairs, found, strict=True) if columns.shape[1]}
     z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + shared @ fixed
     for pair, values in laws:
         if pair in basis:

@@ -5,6 +5,7 @@ Laws are added to valve, load, input, lock and full contact, then to the closing
 
 import time
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,7 +33,7 @@ from slipstick.naming.start import Start, begin, noise_left
 from slipstick.naming.torque_lag import gained_elsewhere
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
-from slipstick.threads import in_one_blas_thread
+from slipstick.threads import in_one_blas_thread, mapped
 
 _SAME = 0.2
 """Difference of the logarithm of power up to which a noise is the same: estimates are as good as that."""
@@ -171,14 +172,16 @@ def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding],
     block.fine, block.finer = contact.block.fine, contact.block.finer
     points, clock = start.closing.onset.points.copy(), contact.shared[:1]
     points[:, 0] = contact.points[:, 0]
-    clutch = settled(block, points, clock, contact.laws, contact.coefficients)
+    starts = [points]
     if contact.laws:
         window = OnsetBlock(block.scene, block.pressure, block.late, laws=contact.held, finer=block.finer)
         window.fine, window.in_contact = block.fine, block.in_contact
         found = search(window, clock, contact.held)
         found[:, 0] = contact.points[:, 0]
-        again = settled(block, found, clock, contact.laws, contact.coefficients)
-        clutch = max(clutch, again, key=evidence_of)
+        starts.append(found)
+    ended = mapped(lambda start: settled(copy(block), start, clock, contact.laws, contact.coefficients), starts)
+    clutch = replace(max(ended, key=evidence_of), block=block)
+    if contact.laws:
         alone = {one.pair for one in findings if one.blocks == ("contact",)}
         if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
             others = tuple(law for law in contact.laws if law not in alone)

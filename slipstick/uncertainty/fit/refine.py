@@ -15,6 +15,7 @@ from slipstick.uncertainty.likelihood.gradient import density_and_gradient
 from slipstick.uncertainty.likelihood.likelihood import (
     KNOTTED,
     centre_slopes,
+    optimizer_lattice,
     precise,
     steepest_direction,
 )
@@ -60,7 +61,7 @@ def local_problem(problem: InferenceProblem, space: Unknowns, vector: np.ndarray
     if len(space.axes) > KNOTTED and problem.direction is None:
         inputs = space.candidate(vector).inputs
         return replace(problem, direction=steepest_direction(inputs, centre_slopes(problem, inputs)[1])), space
-    return replace(problem, lattice=precise(problem, space.candidate(vector))[1]), space
+    return replace(problem, lattice=optimizer_lattice(problem, space.candidate(vector))), space
 
 
 def constrained_maximum(problem: InferenceProblem, space: Unknowns, begin: np.ndarray, fixed: np.ndarray | None = None,

@@ -39,6 +39,9 @@ _RADIUS = 5.0  # radius of the disc of points in stds, to which the distance of 
 _SUFFICIENT = 1.2  # step relative to the width of a ridge at which the relative error of a sum across it is 2e-6
 _SUFFICIENT_RADIUS = 4.5  # radius in stds beyond the distance of a measured time; outside is less than 1e-5 of it
 _MARGIN = 3.5  # smallest distance in stds of the largest term of a condition from the edge of the disc
+_LEAST = 1e-7
+"""Smallest term that an optimizer's sum keeps, relative to the largest one of a condition: 1,000 smaller ones change a
+sum of `_FEWEST_TERMS` of the largest by 1e-5. A tenfold or a tenth changes the time of an interval by about a tenth."""
 _LN10 = math.log(10.0)
 
 
@@ -67,6 +70,17 @@ def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, 
             is_covered = np.max(sums.squares) < (radius - _MARGIN) ** 2
             return (density, error, Lattice(np.concatenate(parts), size)) if is_covered else None
     return None
+
+
+def trimmed(problem: InferenceProblem, candidate: Candidate, lattice: Lattice, box: np.ndarray) -> Lattice:
+    """The lattice without the points whose terms are negligible for all conditions of a candidate."""
+    scores = lattice.normals @ candidate.inputs.factor.T
+    inside = np.all((scores >= box[:, 0]) & (scores <= box[:, 1]), axis=1)
+    normals = lattice.normals[inside]
+    times = problem.model(candidate.inputs.at_scores(scores[inside]), problem.conditions)
+    terms = np.sum(normals**2, axis=1)[:, None] + ((problem.measured_time - times) / candidate.output_std) ** 2
+    beyond = terms - np.nanmin(terms, axis=0)  # twice the logarithm of the ratio
+    return Lattice(normals[np.nanmin(beyond, axis=1) < -2 * math.log(_LEAST)], lattice.size)
 
 
 def density_and_moments(problem: InferenceProblem, candidate: Candidate, lattice: Lattice,

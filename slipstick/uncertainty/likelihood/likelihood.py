@@ -27,7 +27,7 @@ TOLERANCE = 0.05
 """Default tolerance of `converged`, in decades."""
 PRECISE = 1e-2
 """Largest estimated error of a sum over a lattice in a fit, in decades; the true one is a tenth of it or less."""
-_MOST_IN_SEARCH, _MOST_IN_FITS = 1 << 10, 1 << 13  # points of a lattice; more take as long as lines
+_MOST_IN_SEARCH = 1 << 10  # points of a lattice of an expansion; more take as long as lines
 MOST_LINES = 1024
 KNOTTED = 2
 """Largest number of inputs for which lines have breakpoints at knots; for three such a rule needs too many points."""
@@ -89,11 +89,17 @@ def precise(problem: InferenceProblem, candidate: Candidate) -> tuple[np.ndarray
     It is `exact`, or for a model with knots and up to two inputs a sum with an estimated error of at most `PRECISE`.
     """
     if is_knotted(problem, candidate.inputs):
-        summed = by_lattice(problem, candidate, PRECISE, _MOST_IN_FITS)
+        summed = by_lattice(problem, candidate, PRECISE)
         if summed:
             density, _, points = summed
             return density, points
     return exact(problem, candidate), None
+
+
+def optimizer_lattice(problem: InferenceProblem, candidate: Candidate) -> Lattice | None:
+    """The lattice of `precise` without its negligible points, which an optimizer keeps near the candidate."""
+    points = precise(problem, candidate)[1]
+    return None if points is None else lattice.trimmed(problem, candidate, points, _box_of(problem, candidate, points))
 
 
 def by_lattice(problem: InferenceProblem, candidate: Candidate, tolerance: float,
@@ -116,9 +122,13 @@ def density_and_moments(problem: InferenceProblem,
         times = times_on_lines(problem, inputs, quadrature)
         density, moments = lines.density_and_moments(quadrature, times, problem.measured_time, candidate.output_std)
         return density, quadrature.factor, moments
-    radius = float(np.max(np.abs(problem.lattice.normals)))
-    density, moments = lattice.density_and_moments(problem, candidate, problem.lattice, _box(problem, inputs, radius))
+    box = _box_of(problem, candidate, problem.lattice)
+    density, moments = lattice.density_and_moments(problem, candidate, problem.lattice, box)
     return density, inputs.factor, moments
+
+
+def _box_of(problem: InferenceProblem, candidate: Candidate, points: Lattice) -> np.ndarray:
+    return _box(problem, candidate.inputs, float(np.max(np.abs(points.normals))))
 
 
 def _box(problem: InferenceProblem, inputs: Inputs, distance: float) -> np.ndarray:

@@ -13,7 +13,7 @@ from scipy.stats import norm
 
 from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.likelihood import TOLERANCE, Candidate, InferenceProblem, converged, exact, lattice
-from slipstick.uncertainty.likelihood.likelihood import by_lattice, density_and_moments
+from slipstick.uncertainty.likelihood.likelihood import by_lattice, density_and_moments, optimizer_lattice, precise
 
 KNOTS = (np.linspace(0.5, 1.5, 21), np.linspace(0.5, 1.5, 16))
 CONDITIONS = 30
@@ -106,6 +106,23 @@ def test_a_smaller_tolerance_has_a_smaller_error() -> None:
         assert summed is not None
         errors[tolerance] = np.abs(summed[0] - exact(problem, candidate)).sum()
     assert errors[1e-3] < min(1e-3, errors[1.0])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_negligible_points_change_nothing_and_are_many(case: str) -> None:
+    candidate = CASES[case]
+    problem = posed(candidate)
+    whole, kept = precise(problem, candidate)[1], optimizer_lattice(problem, candidate)
+    assert whole is not None
+    assert kept is not None
+    assert len(kept.normals) < 0.9 * len(whole.normals)
+    density = {len(one.normals): density_and_moments(replace(problem, lattice=one), candidate)[0]
+               for one in (whole, kept)}
+    np.testing.assert_allclose(density[len(kept.normals)], density[len(whole.normals)], rtol=0, atol=5e-6)
+    # Negative control: the points that are left matter.
+    half = replace(kept, normals=kept.normals[::2])
+    off = density_and_moments(replace(problem, lattice=half), candidate)[0] - density[len(kept.normals)]
+    assert np.abs(off).max() > 0.1
 
 
 @pytest.mark.parametrize("noise", [1e-5, 1e-9])
