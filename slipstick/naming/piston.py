@@ -19,7 +19,7 @@ from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
 from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
-from slipstick.threads import mapped
+from slipstick.threads import mapped, parts_of
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
        "film_coefficient", "ramp_share")
@@ -177,13 +177,14 @@ class ClutchBlock:
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
         torque = self._closed(points, laws, self.end)[0]
-        if law.kind in ADDED:
-            added = bases.delayed(law.basis, self.clock / self.scene.step)
+        late = self.clock / self.scene.step
         if law.kind in _FACTORS:
             # The torque is proportional to the factor of the friction, or of the film, that the law changes.
             factor = self._closed(points, laws, self.end, law.kind, np.ones(torque.shape))[0] - torque
-            change = factor[:, None] * added
+            change = np.concatenate(mapped(lambda its: factor[its, None] * bases.delayed(law.basis[its], late),
+                                           parts_of(len(points))))
         elif law.kind in ADDED:
+            added = bases.delayed(law.basis, late)
             moved = mapped(lambda its: self._closed(points, laws, self.end, law.kind, _LAW_STEP * its)[0],
                            list(added.transpose(1, 0, 2)))
             change = np.stack([(one - torque) / _LAW_STEP for one in moved], axis=1)
