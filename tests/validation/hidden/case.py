@@ -19,6 +19,7 @@ from .fourth import FOURTH
 from .ninth import NINTH
 from .nominal import SETUPS, Setup
 from .run import Run, observe
+from .seventeenth import SEVENTEENTH
 from .seventh import SEVENTH
 from .sixteenth import SIXTEENTH
 from .sixth import SIXTH
@@ -33,7 +34,7 @@ from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
 UNSEEN_ONES = (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH,
-               *TWELFTH, *THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH)
+               *TWELFTH, *THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH)
 LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN_ONES}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run

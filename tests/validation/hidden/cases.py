@@ -1,6 +1,6 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT`, `OVERSEAS` and `POLAR` for
-judging it.
+`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT`, `OVERSEAS`, `POLAR` and
+`AUSTRAL` for judging it.
 """
 
 import csv
@@ -53,7 +53,8 @@ OUTLYING = read(_DATA / "outlying.csv")
 DISTANT = read(_DATA / "distant.csv")
 OVERSEAS = read(_DATA / "overseas.csv")
 POLAR = read(_DATA / "polar.csv")
+AUSTRAL = read(_DATA / "austral.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
          "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT, "overseas": OVERSEAS,
-         "polar": POLAR}
+         "polar": POLAR, "austral": AUSTRAL}

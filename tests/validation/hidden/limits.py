@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, BEYOND, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
+from .cases import ABROAD, AFIELD, AUSTRAL, BEYOND, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
 from .fifteenth import FIFTEENTH
@@ -20,6 +20,7 @@ from .fourth import FOURTH
 from .ninth import NINTH
 from .nominal import BRISK
 from .run import SIGNALS
+from .seventeenth import SEVENTEENTH
 from .seventh import BENCHES as OF_SEVENTH
 from .signature import remaining
 from .sixteenth import SIXTEENTH
@@ -44,8 +45,8 @@ def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
-                                            *FOURTEENTH, *FIFTEENTH, *SIXTEENTH)}
-    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR):
+                                            *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH)}
+    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

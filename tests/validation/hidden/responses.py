@@ -321,6 +321,31 @@ def locks(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return start + lfilter(b, a, signal - start)
 
 
+def silts(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by `strength` once the signal has moved by its range, before by far less, and later by up to 20 times it.
+
+    What counts is how far it has moved up and down since the command, by its sixth power, as oil fills up a screen.
+    """
+    moved = np.zeros_like(signal)
+    moved[:, 1:] = (np.cumsum(np.abs(np.diff(signal, axis=1)), axis=1) / size(name, setup)) ** 6
+    return _lagged_by(signal, strength * _slowness(setup) * (0.05 + 20 * moved / (moved + 20)), setup)
+
+
+def doubts(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Repeat the reading while the signal changes faster than by its range in 1 s, for 14 times `strength` at most.
+
+    What is fast for longer is then believed until it is slow again, as of a receiver that takes a jump for an error.
+    """
+    longest = max(round(14 * strength * _slowness(setup) / setup.period), 1)
+    largest = size(name, setup) * setup.period / _slowness(setup)
+    filtered, left = signal.copy(), np.full(len(signal), longest)
+    for k in range(1, signal.shape[1]):
+        fast = np.abs(signal[:, k] - signal[:, k - 1]) > largest
+        filtered[:, k] = np.where(fast & (left > 0), filtered[:, k - 1], signal[:, k])
+        left = np.where(fast, np.maximum(left - 1, 0), longest)
+    return filtered
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -358,4 +383,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "paste": paste, "share": share,
              "relax": relax, "opens": opens,
              "warms": warms, "swings": swings,
-             "clings": clings, "locks": locks}
+             "clings": clings, "locks": locks,
+             "silts": silts, "doubts": doubts}
