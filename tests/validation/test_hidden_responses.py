@@ -8,7 +8,7 @@ from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
-            "relax", "opens", "warms", "swings", "clings", "locks")  # on a ramp by a time of its own
+            "relax", "opens", "warms", "swings", "clings", "locks", "silts", "doubts")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -214,6 +214,29 @@ def test_a_loop_that_locks_swings_about_a_ramp_and_is_not_late_at_last() -> None
     for later in (0.04, 0.12, 0.2, 0.6):
         expected = 30 / own * np.sin(own * later) * np.exp(-decay * later)
         assert np.interp(0.2 + later, HEAVY.time, missing) == pytest.approx(expected, abs=0.03)
+
+
+def test_a_screen_silts_up_with_what_has_moved_through_it() -> None:
+    ramps = 12 * np.abs(HEAVY.time - 1)[None]
+    left = (RESPONSES["silts"](ramps, 0.01, "pressure", HEAVY) - ramps)[0]
+    assert np.all(left[HEAVY.time < 0.5] < 12 * 0.001)
+    later = np.flatnonzero(HEAVY.time > 1.7)
+    moved = (12 * HEAVY.time[later] / 18) ** 6
+    np.testing.assert_allclose(-left[later] / 12, 0.01 * (0.05 + 20 * moved / (moved + 20)), atol=0.014)
+    constant = np.full((1, len(HEAVY.time)), 5.0)
+    np.testing.assert_array_equal(RESPONSES["silts"](constant, 0.01, "pressure", HEAVY), constant)
+
+
+def test_a_fast_change_is_doubted_for_a_while_and_a_slow_one_is_not() -> None:
+    slow = 50 * HEAVY.time[None]
+    np.testing.assert_array_equal(RESPONSES["doubts"](slow, 0.01, "output_speed", HEAVY), slow)
+    fast = np.interp(HEAVY.time, [0, 0.3, 0.8, 2], [0, 0, 50, 50])[None]
+    reading = RESPONSES["doubts"](fast, 0.01, "output_speed", HEAVY)[0]
+    doubted = (HEAVY.time > 0.301) & (HEAVY.time < 0.439)
+    assert np.all(reading[doubted] == reading[doubted][0])
+    assert fast[0][doubted][-1] > 13
+    believed = HEAVY.time > 0.443
+    np.testing.assert_array_equal(reading[believed], fast[0][believed])
 
 
 def test_plays_in_parallel_are_averaged() -> None:
