@@ -94,7 +94,7 @@ SEVENTEENTH_PHYSICAL = (
 SEVENTEENTH = (*SEVENTEENTH_PHYSICAL, *SEVENTEENTH_SENSORS, *SEVENTEENTH_UNLISTED)
 NEAR = {"relief_pilot_flutters_in_a_range_of_speeds": (109, 112, 113, 115, 116, 117, 118),
         "pressure_screen_silts_up_in_each_run": (113,)}
-"""Numbers of the drawn benches on which a form is less than 10 % away from a formula of the catalogue, or just 10 %."""
+"""Numbers of the drawn benches on which a form is less than 10 % away from a formula of the catalogue, or constant."""
 BENCHES = {effect.name: tuple(f"drawn{number}" for number in range(109, 121)
                               if number not in NEAR.get(effect.name, ())) for effect in SEVENTEENTH}
 """The benches on which a case may have each effect."""
