@@ -9,7 +9,7 @@ limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effec
 cases has are not computed again. With EVERY, only every so many-th case of the list is answered, from the case FIRST
 on, counted from 0; files of a FIRST that is not 0 have the name LIST_from_FIRST. With --again a later version answers a
 list: its files have the name LIST_again, and those of the first run, when nothing had been developed on the list,
-remain. What the lists `COUNTED` give then is slipstick/study/confidence.json.
+remain. What the last answers `COUNTED` give is slipstick/study/confidence.json.
 """
 
 import argparse
@@ -43,7 +43,8 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = ("outlying", "distant")
+COUNTED = {"outlying": ("outlying_again",), "distant": ("distant_again",), "polar": ("polar", "polar_from_1")}
+"""The lists whose findings make the confidence, and the files with the last answers to each."""
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:
@@ -119,13 +120,8 @@ def main(which: str, every: int = 1, first: int = 0, dask: str | None = None, ag
     entries = [done[identity] for identity in chosen if identity in done]
     made_by = " ".join(["python -m benchmarks.naming", which, *(str(one) for one in (every, first) if every > 1),
                         *(["--again"] if again else [])])
-    if which in COUNTED and again and every == 1:
-        new = [[round(evidence.lead, 2), *map(int, evidence[1:4]), float(f"{evidence.share:.3g}"), int(is_right)]
-               for entry in entries for evidence, is_right in findings_of(entry)]
-        counted = {one: rows for one, rows in json.loads(CONFIDENCE.read_text()).items() if one in COUNTED}
-        counted[which] = new
-        lists = (f"{json.dumps(its)}: {json.dumps(rows)}" for its, rows in counted.items())
-        CONFIDENCE.write_text("{" + ",\n ".join(lists) + "}\n")
+    if label in COUNTED.get(which, ()):
+        count(which)
     write(f"naming_{label}", ("rate", "cases", "of", "share", "lower", "upper"), summary(entries, which), made_by)
     answers = [reported(entry, which) for entry in entries]
     rows = [[e["case"], e["bench"], joined(e["hidden"]),
@@ -141,6 +137,19 @@ def main(which: str, every: int = 1, first: int = 0, dask: str | None = None, ag
     header = ("case", "bench", "hidden", "seen", "named", "findings", "rivals", "nats", "unexplained", "unlikely",
               "set_aside", "bad_runs", "seconds", "error")
     write(f"naming_{label}_cases", header, rows, made_by)
+
+
+def count(which: str) -> None:
+    """Write the findings of a list to the confidence, where all files with answers to it are there."""
+    files = [FOLDER / f"naming-{label}.jsonl" for label in COUNTED[which]]
+    if not all(file.exists() for file in files):
+        return
+    counted = {one: rows for one, rows in json.loads(CONFIDENCE.read_text()).items() if one in COUNTED}
+    counted[which] = [[round(evidence.lead, 2), *map(int, evidence[1:4]), float(f"{evidence.share:.3g}"), int(is_right)]
+                      for file in files for line in file.read_text().splitlines()
+                      for evidence, is_right in findings_of(json.loads(line))]
+    lists = (f"{json.dumps(its)}: {json.dumps(rows)}" for its, rows in counted.items())
+    CONFIDENCE.write_text("{" + ",\n ".join(lists) + "}\n")
 
 
 def joined(effects: list[dict[str, Any]]) -> str:
