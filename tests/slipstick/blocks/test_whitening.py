@@ -56,6 +56,20 @@ def test_products_are_those_under_the_inverse_covariance(n: int, missing: bool, 
     assert not np.any(found[np.broadcast_to(~counted[:, None], found.shape)])
 
 
+def test_a_filter_that_is_known_leaves_the_same_of_any_engagements_and_samples() -> None:
+    rng, n = np.random.default_rng(4), 5
+    columns, counted = rng.normal(size=(n, 3, K)), rng.random((n, K)) < 0.8
+    noise = BlockNoise(0.3, 0.7, modes=rng.normal(size=(n, 2, K)))
+    known = noise.with_filter(counted)
+    np.testing.assert_array_equal(whitened(columns, counted, known), whitened(columns, counted, noise))
+    rows, first = np.array([3, 1]), K - 6
+    np.testing.assert_array_equal(whitened(columns[rows, :, :first], counted[rows, :first], known.of(rows)),
+                                  whitened(columns, counted, noise)[rows, :, :first])
+    # It is that of the samples that are counted, and of no other ones.
+    assert not np.allclose(whitened(columns, ~counted, known), whitened(columns, ~counted, noise))
+    assert BlockNoise(0.3, 0.7).with_filter(counted).filter is None
+
+
 def autoregressive(rng: np.random.Generator, n: int, std: float, rho: float) -> np.ndarray:
     series = rng.normal(size=(n, K))
     for t in range(1, K):

@@ -55,3 +55,17 @@ def test_a_table_takes_more_pairs_and_keeps_those_that_it_has(fits: list[BlockFi
     for pair, products in at_once.further.items():
         np.testing.assert_allclose(later.further[pair].onto, products.onto, rtol=1e-9, atol=1e-6)
         np.testing.assert_allclose(later.further[pair].among, products.among, rtol=1e-9, atol=1e-6)
+
+
+def test_the_joint_model_of_one_part_is_that_part_in_any_order_of_its_laws(fits: list[BlockFit]) -> None:
+    its, laws = fits[0], [ALONE, SHARED]
+    part = part_of(its.block, its.columns(laws), its.noise)
+    one, swapped = joined([part], laws), joined([part], laws[::-1])
+    assert one.gram is part.gram
+    assert one.places.keys() == swapped.places.keys()
+    first = np.arange(len(one.gram.precision) - sum(len(at) for at in one.places.values()))
+    order = np.concatenate([first, *(swapped.places[law] for law in laws), [len(one.gram.precision)]])
+    np.testing.assert_array_equal(swapped.gram.products[:, order[:, None], order], one.gram.products)
+    np.testing.assert_array_equal(swapped.gram.precision[order[:-1]], one.gram.precision)
+    for law in laws:
+        np.testing.assert_array_equal(one.rows[0][one.places[law]], one.places[law])
