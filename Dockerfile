@@ -23,7 +23,7 @@ COPY --chown=slipstick:slipstick tables/measured.h5 /data/tables/
 COPY --chown=slipstick:slipstick tables/heavy.toml /data/tables/
 COPY --chown=slipstick:slipstick tables/compact.toml /data/tables/
 USER slipstick
-# The volume keeps the machine code of the simulator, which is compiled again on another processor or after an update.
+# The volume keeps the machine code, which is compiled again on another processor or after an update.
 ENV PATH=/packages/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/data/cache
-RUN python -m worker.compiling /data/tables/heavy.toml
+RUN python -m worker.compiling
 CMD ["python", "-m", "service"]

@@ -47,14 +47,7 @@ def start() -> None:
         if probe.connect_ex(("127.0.0.1", int(PORT))) == 0:
             sys.exit(f"Port {PORT} is in use. Stop the program that uses it, or run `SLIPSTICK_PORT=8001 make demo`.")
     seconds: dict[str, float] = {}
-    step(seconds, "table at the nominal parameters",
-         "build", "--bench", str(BENCH), "--out", f"tables/nominal{SUFFIX}.h5")
-    step(seconds, "calibration on the shipped recordings", "calibrate", "--bench", str(BENCH),
-         "--recordings", f"tables/{FIT['recordings']}.h5", "--out", CALIBRATION)
-    step(seconds, "table at the calibrated parameters",
-         "build", "--bench", str(BENCH), "--model", CALIBRATION, *AXES, "--out", f"tables/{FIT['table']}.h5")
-
-    print("\nStarting service and worker", flush=True)
+    print("Starting service and worker, which compiles meanwhile what jobs run", flush=True)
     begin = time.monotonic()
     launch("service", "service")
     launch("worker", "worker", "serve-jobs")
@@ -67,6 +60,13 @@ def start() -> None:
     for name in ("service", "worker"):
         if not is_running(RUN / f"{name}.pid"):
             sys.exit(f"The {name} has stopped. Its log: {(RUN / f'{name}.log').read_text().strip()}")
+
+    step(seconds, "table at the nominal parameters",
+         "build", "--bench", str(BENCH), "--out", f"tables/nominal{SUFFIX}.h5")
+    step(seconds, "calibration on the shipped recordings", "calibrate", "--bench", str(BENCH),
+         "--recordings", f"tables/{FIT['recordings']}.h5", "--out", CALIBRATION)
+    step(seconds, "table at the calibrated parameters",
+         "build", "--bench", str(BENCH), "--model", CALIBRATION, *AXES, "--out", f"tables/{FIT['table']}.h5")
 
     begin = time.monotonic()
     fit = request("/v1/fits", FIT)

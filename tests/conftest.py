@@ -143,7 +143,8 @@ def launch() -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
     started: list[subprocess.Popen[bytes]] = []
 
     def start(*arguments: str, **environment: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", *arguments]
+        quiet = ["--no-compile"] if "serve-jobs" in arguments else []  # it takes time that tests need
+        command = [sys.executable, "-m", *arguments, *quiet]
         started.append(subprocess.Popen(command, cwd=ROOT, env={**os.environ, **environment}))
         return started[-1]
 

@@ -5,6 +5,8 @@ import logging
 import os
 import signal
 import socket
+import subprocess
+import sys
 from multiprocessing import resource_tracker
 from pathlib import Path
 
@@ -35,6 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE.toml",
                         help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
     add_dask_argument(parser)
+    parser.add_argument("--no-compile", action="store_true",
+                        help="do not compile what jobs run in the background at the start, about half a minute of one "
+                             "core at the lowest priority, once for this installation; the first jobs then do so")
     parser.add_argument("--name",
                         help="name of this worker; each worker needs its own. Jobs that a stopped worker left "
                              "unfinished are taken over by another, or resumed under the same name (default: "
@@ -55,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
+        compiling = None if arguments.no_compile else subprocess.Popen([sys.executable, "-m", "worker.compiling"])
         modules = "worker.fit_steps", "worker.study_steps"
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
         fit_job.register(computers, simulators)
@@ -65,6 +71,8 @@ def run(arguments: argparse.Namespace) -> int:
         heartbeat.start(engine, name, lock)
         print(f"Worker {name} is waiting for fits and studies in {shown(arguments.jobs)}", flush=True)
         signal.sigwait(stops)
+        if compiling is not None:
+            compiling.kill()
         heartbeat.stop(engine, name)
         print("Stopped. Another worker takes over unfinished jobs, or they resume at the next start.", flush=True)
         # A running job can be interrupted at any point, so the worker does not wait for it.

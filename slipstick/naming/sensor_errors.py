@@ -92,7 +92,7 @@ def as_read(scene: Scene, change: np.ndarray, signal: np.ndarray, laws: Sequence
     Where its error depends on the signal, columns without it would lead a fit astray.
     """
     errors = [(pair, c) for pair, c in laws if pair[0] == sensor and pair[1] in _OF_SIGNAL]
-    if not errors:
+    if not errors or not change.shape[1]:
         return change
     if all(pair[1] == "lag" and not finer.get(pair, 0) for pair, _ in errors):  # it is linear
         rows = change.reshape(-1, change.shape[-1])

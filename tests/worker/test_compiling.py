@@ -1,6 +1,7 @@
-"""The simulator is compiled before a clock starts, and somebody is told."""
+"""The simulator is compiled before a clock starts, and somebody is told; what jobs run is compiled beside a worker."""
 
 import argparse
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -81,8 +82,35 @@ def test_a_fit_by_simulation_simulates_once_before_its_search(shelf: Path) -> No
     assert seen == []
 
 
-def test_the_image_has_the_compiled_simulator() -> None:
+def test_the_image_has_what_jobs_run() -> None:
     _, after = (ROOT / "Dockerfile").read_text().split("NUMBA_CACHE_DIR")
     command = next(line for line in after.splitlines() if "worker.compiling" in line).removeprefix("RUN python").split()
-    command[-1] = command[-1].replace("/data/", f"{ROOT}/")
     subprocess.run([sys.executable, *command], cwd=ROOT, check=True)
+
+
+_MISSES = """
+import sys
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+from slipstick.bench import Bench
+from slipstick.recordings import Recordings
+from slipstick.study import StudySettings, conclude, examine
+bench, settings = Bench.open("tables/heavy.toml"), StudySettings()
+recordings = Recordings.open("tables/measured.h5").take(np.arange(0, 216, 9))
+conclude(settings, bench, recordings, examine(settings, bench, recordings))
+kernels = {id(its): its for module in list(sys.modules.values()) if module.__name__.startswith("slipstick")
+           for its in vars(module).values() if isinstance(its, Dispatcher)}
+print(sum(sum(its.stats.cache_hits.values()) for its in kernels.values()),
+      *(its.__qualname__ for its in kernels.values() if sum(its.stats.cache_misses.values())))
+"""
+
+
+@pytest.mark.slow
+def test_a_study_compiles_nothing_afterwards(tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-m", "worker.compiling"], cwd=ROOT, env=environment, check=True)
+    found = subprocess.run([sys.executable, "-c", _MISSES], cwd=ROOT, env=environment, check=True, capture_output=True,
+                           text=True)
+    hits, *missed = found.stdout.split()
+    assert int(hits) > 10
+    assert missed == []

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.model import Model
-from slipstick.naming import mechanics
+from slipstick.naming import mechanics, sensor_errors
 from slipstick.naming.block import Block, Pair
 from slipstick.naming.fit import fit
 from slipstick.naming.scene import Scene
@@ -67,6 +67,15 @@ def test_columns_of_laws_are_derivatives_beside_another_law(scene: Scene, name: 
         change = (block.base(points, list(laws.items())) - base) / STEP
         if change[block.counted].any():  # the least current has a column of 0, and so may the largest slip
             assert off(columns[:, j], change, block.counted) < CLOSE
+
+
+@pytest.mark.parametrize(("on", "finer"), [("gain", 0), ("lag", 0), ("lag", 1)])
+def test_a_law_without_columns_has_none_beside_an_error_of_the_sensor(scene: Scene, on: str, finer: int) -> None:
+    """It is one over what is the same in all engagements."""
+    law, signal = ("output speed sensor", on), scene.smooth["output_speed"]
+    c = np.full(sensor_errors.reading(scene, *law, signal, finer).shape[1], 0.1)
+    nothing = np.zeros((COUNT, 0, signal.shape[1]))
+    assert sensor_errors.as_read(scene, nothing, signal, [(law, c)], law[0], {law: finer}).shape == nothing.shape
 
 
 @pytest.mark.parametrize(("name", "law"), [(name, law) for name, law, _ in BESIDE if law != GAIN])
