@@ -5,8 +5,8 @@ Laws are added to valve, load, input, lock and full contact, then to the closing
 
 import time
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,24 +16,19 @@ from slipstick.blocks.sensor_noise import Noise, power
 from slipstick.errors import InvalidValue
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import closing
-from slipstick.naming.contact import OnsetBlock
-from slipstick.naming.curved import CurvedFit
+from slipstick.naming.closed import closed, lacks_pressure
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.forward import forward
 from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
-from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.scene import Scene
-from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.set_aside import bare, foreign, implausible, outlying
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
-from slipstick.naming.torque_lag import gained_elsewhere
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import open_blocks
-from slipstick.threads import in_one_blas_thread, mapped
+from slipstick.threads import in_one_blas_thread
 
 _SAME = 0.2
 """Difference of the logarithm of power up to which a noise is the same: estimates are as good as that."""
@@ -73,50 +68,59 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     believed = np.flatnonzero(~foreign(whole, plain))
     kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
     start = begin(whole.take(kept), ask)
-    fits, findings = _with_laws(start, settings, ask)
+    now = _Linear(kept, start, *_with_laws(start, settings, ask))
     # What laws explain is no error of a recording, and was no noise.
     most = int(settings.most_outlying * len(believed)) - (len(believed) - len(kept))
-    bad = outlying([one.chi2 for one in fits.values()] + start.chi_squares[len(fits):], settings)[:most]
-    noise = noise_left(start, fits)
+    bad = outlying([one.chi2 for one in now.fits.values()] + start.chi_squares[len(now.fits):], settings)[:most]
+    noise = noise_left(start, now.fits)
     if len(bad) or _differ(noise, start.noise):
-        kept = np.delete(kept, bad)
-        start = _again(start, whole.take(kept), bad, noise, ask)
-        fits, findings = _with_laws(start, settings, ask)
-    everything, named = _with_piston(start, fits, findings, settings, ask)
+        now = now.again(whole, bad, noise, settings, ask)
+    everything, named = _with_piston(now, settings, ask)
     odd = outlying([everything["clutch"].chi2] if "clutch" in everything else [], settings)
     if 0 < len(odd) <= most - len(bad):
-        kept = np.delete(kept, odd)
-        start = _again(start, whole.take(kept), odd, start.noise, ask)
-        fits, findings = _with_laws(start, settings, ask)
-        everything, named = _with_piston(start, fits, findings, settings, ask)
-    return Naming((*start.findings, *named), tuple(np.setdiff1d(np.arange(len(whole)), kept).tolist()),
+        now = now.again(whole, odd, now.start.noise, settings, ask)
+        everything, named = _with_piston(now, settings, ask)
+    start = now.start
+    return Naming((*start.findings, *named), tuple(np.setdiff1d(np.arange(len(whole)), now.kept).tolist()),
                   _unexplained(start, everything, settings),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   measured(everything), parameters_of(everything), clocks_of(everything),
                   converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
 
 
+class _Linear(NamedTuple):
+    """The blocks without the closing piston, for the engagements `kept`: their `start`, fits with laws, and findings.
+    """
+
+    kept: np.ndarray
+    start: Start
+    fits: dict[str, BlockFit]
+    findings: list[Finding]
+
+    def again(self, whole: Scene, bad: np.ndarray, noise: Mapping[str, Noise], settings: NamingSettings,
+              ask: Ask) -> "_Linear":
+        """Without the engagements `bad`, counted among those that were kept, and with this noise; of the `whole` scene.
+        """
+        known, kept = None, np.delete(self.kept, bad)
+        if self.start.closing is not None:  # the onset is tried as well
+            onset = self.start.closing.onset
+            known = np.delete(onset.points, bad, axis=0), onset.shared
+        start = begin(replace(whole.take(kept), noise=dict(noise), noise_is_known=True), ask, known)
+        return _Linear(kept, start, *_with_laws(start, settings, ask))
+
+
 def _with_laws(start: Start, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
     """The blocks behind the valve with their laws: an error of the pressure would look like laws of full contact."""
-    return forward(start.fits, settings, ask, closed=("contact",) if _lacks_pressure(start, settings) else ())
+    return forward(start.fits, settings, ask, closed=("contact",) if lacks_pressure(start, settings) else ())
 
 
-def _with_piston(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], settings: NamingSettings,
-                 ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
+def _with_piston(now: _Linear, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
     """All blocks with their laws, and the findings behind the valve, where the piston is asked as well."""
-    everything = dict(fits) if start.valve is None else {"valve": start.valve[1], **fits}
-    if start.closing is None:
-        return everything, findings
-    clutch, findings = _closed(start, fits, findings, settings, ask)
+    everything = dict(now.fits) if now.start.valve is None else {"valve": now.start.valve[1], **now.fits}
+    if now.start.closing is None:
+        return everything, now.findings
+    clutch, findings = closed(now.start, now.fits, now.findings, settings, ask)
     return {**everything, "clutch": clutch}, findings
-
-
-def _again(start: Start, scene: Scene, bad: np.ndarray, noise: Mapping[str, Noise], ask: Ask) -> Start:
-    """A start in a `scene` without the engagements `bad` of an earlier one, whose onset is tried as well."""
-    known = None
-    if start.closing is not None:
-        known = np.delete(start.closing.onset.points, bad, axis=0), start.closing.onset.shared
-    return begin(replace(scene, noise=dict(noise), noise_is_known=True), ask, known)
 
 
 def _unexplained(start: Start, everything: Mapping[str, BlockFit], settings: NamingSettings) -> tuple[str, ...]:
@@ -128,14 +132,6 @@ def _unexplained(start: Start, everything: Mapping[str, BlockFit], settings: Nam
         before["clutch"] = before["contact"]
     return tuple(key for key, one in everything.items()
                  if key != "contact" and is_unexplained(one.chi2, before[key], settings))
-
-
-def _lacks_pressure(start: Start, settings: NamingSettings) -> bool:
-    """Whether the valve is not explained with its laws."""
-    if start.valve is None:
-        return False
-    bare, found = start.valve
-    return is_unexplained(found.chi2, bare.chi2, settings)
 
 
 def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:
@@ -159,37 +155,3 @@ def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> 
         raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
                            f"Record at least {settings.fewest} engagements under different conditions")
     return Scene.of(bench, recordings, settings)
-
-
-def _closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], settings: NamingSettings,
-            ask: Ask) -> tuple[CurvedFit, list[Finding]]:
-    """The closing piston with the laws of full contact, and all `findings` with what it asks for itself."""
-    assert start.closing is not None
-    assert start.valve is not None
-    ask(Asked("clutch", ("clutch",)))
-    contact = fits["contact"]
-    block = start.closing.with_explained_speeds(fits)
-    block.fine, block.finer = contact.block.fine, contact.block.finer
-    points, clock = start.closing.onset.points.copy(), contact.shared[:1]
-    points[:, 0] = contact.points[:, 0]
-    starts = [points]
-    if contact.laws:
-        window = OnsetBlock(block.scene, block.pressure, block.late, laws=contact.held, finer=block.finer)
-        window.fine, window.in_contact = block.fine, block.in_contact
-        found = search(window, clock, contact.held)
-        found[:, 0] = contact.points[:, 0]
-        starts.append(found)
-    ended = mapped(lambda start: settled(copy(block), start, clock, contact.laws, contact.coefficients), starts)
-    clutch = replace(max(ended, key=evidence_of), block=block)
-    if contact.laws:
-        alone = {one.pair for one in findings if one.blocks == ("contact",)}
-        if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
-            others = tuple(law for law in contact.laws if law not in alone)
-            without = settled(block, points, clock, others, contact.coefficients)
-            if evidence_of(without) > evidence_of(clutch):  # the closing plates contradict what full contact suggests
-                clutch, findings = without, [one for one in findings if one.pair not in alone]
-    if _lacks_pressure(start, settings):  # the piston integrates the error of the pressure
-        return clutch, findings
-    in_contact = [one for one in findings if "contact" in one.blocks]
-    clutch, closed = closing(block, clutch, settings, ask, in_contact, lambda its: gained_elsewhere(its, fits))
-    return clutch, [*(one for one in findings if one not in in_contact), *closed]

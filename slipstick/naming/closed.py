@@ -1,0 +1,68 @@
+"""The closing piston with the laws that were found in full contact, and what it asks for itself."""
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+
+from slipstick.naming.asked import Ask, Asked
+from slipstick.naming.block import Pair
+from slipstick.naming.closing import closing
+from slipstick.naming.contact import OnsetBlock
+from slipstick.naming.curved import CurvedFit
+from slipstick.naming.fit import BlockFit
+from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.restarts import evidence_of, settled
+from slipstick.naming.search import search
+from slipstick.naming.selection import Finding, is_unexplained
+from slipstick.naming.settings import NamingSettings
+from slipstick.naming.start import Start
+from slipstick.naming.torque_lag import gained_elsewhere
+from slipstick.threads import mapped
+
+
+def lacks_pressure(start: Start, settings: NamingSettings) -> bool:
+    """Whether the valve is not explained with its laws."""
+    if start.valve is None:
+        return False
+    bare, found = start.valve
+    return is_unexplained(found.chi2, bare.chi2, settings)
+
+
+def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], settings: NamingSettings,
+           ask: Ask) -> tuple[CurvedFit, list[Finding]]:
+    """The closing piston with the laws of full contact, and all `findings` with what it asks for itself."""
+    assert start.closing is not None
+    ask(Asked("clutch", ("clutch",)))
+    contact = fits["contact"]
+    block = start.closing.with_explained_speeds(fits)
+    block.fine, block.finer = contact.block.fine, contact.block.finer
+    places = [start.closing.onset.points, *_searched(block, contact)]
+    clutch = _settled(block, contact, places, contact.laws)
+    alone = {one.pair for one in findings if one.blocks == ("contact",)}
+    if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
+        without = _settled(block, contact, places[:1], [law for law in contact.laws if law not in alone])
+        if evidence_of(without) > evidence_of(clutch):  # the closing plates contradict what full contact suggests
+            clutch, findings = without, [one for one in findings if one.pair not in alone]
+    if lacks_pressure(start, settings):  # the piston integrates the error of the pressure
+        return clutch, findings
+    in_contact = [one for one in findings if "contact" in one.blocks]
+    clutch, found = closing(block, clutch, settings, ask, in_contact, lambda its: gained_elsewhere(its, fits))
+    return clutch, [*(one for one in findings if one not in in_contact), *found]
+
+
+def _searched(block: ClutchBlock, contact: BlockFit) -> list[np.ndarray]:
+    """Points (n, q) of the onset that are searched with the laws of full contact, if it has any."""
+    if not contact.laws:
+        return []
+    window = OnsetBlock(block.scene, block.pressure, block.late, laws=contact.held, finer=block.finer)
+    window.fine, window.in_contact = block.fine, block.in_contact
+    return [search(window, contact.shared[:1], contact.held)]
+
+
+def _settled(block: ClutchBlock, contact: BlockFit, places: Sequence[np.ndarray], laws: Sequence[Pair]) -> CurvedFit:
+    """The best fit with these laws from several points (n, q), with the friction coefficients of full contact."""
+    starts = [np.concatenate([contact.points[:, :1], points[:, 1:]], axis=1) for points in places]
+    found = mapped(lambda its: settled(copy(block), its, contact.shared[:1], tuple(laws), contact.coefficients), starts)
+    return replace(max(found, key=evidence_of), block=block)
