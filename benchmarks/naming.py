@@ -145,7 +145,7 @@ def count(which: str) -> None:
     if not all(file.exists() for file in files):
         return
     counted = {one: rows for one, rows in json.loads(CONFIDENCE.read_text()).items() if one in COUNTED}
-    counted[which] = [[round(evidence.lead, 2), *map(int, evidence[1:4]), float(f"{evidence.share:.3g}"), int(is_right)]
+    counted[which] = [[round(evidence.lead, 2), *map(int, evidence[1:3]), float(f"{evidence.share:.3g}"), int(is_right)]
                       for file in files for line in file.read_text().splitlines()
                       for evidence, is_right in findings_of(json.loads(line))]
     lists = (f"{json.dumps(its)}: {json.dumps(rows)}" for its, rows in counted.items())

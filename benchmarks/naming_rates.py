@@ -129,8 +129,7 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
 def findings_of(entry: dict[str, Any]) -> list[tuple[Evidence, bool]]:
     """The evidence of each finding, and whether it or a rival is right."""
     every, nats = right_of_any(entry), sum(its["nats"] for its in entry["findings"])
-    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], bool(its["rivals"]),
-                      its["nats"] / nats),
+    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], its["nats"] / nats),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
             for its in entry["findings"]]
 

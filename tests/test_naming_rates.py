@@ -49,10 +49,10 @@ def test_the_largest_finding_is_reported_however_unlikely() -> None:
 
 def test_confidence_is_that_of_all_findings_of_a_case() -> None:
     found = reported(case(RIGHT, WRONG), LIST)
-    assert found["findings"][0]["confidence"] == confidence(Evidence(9.0, False, False, False, 0.5), LIST)
+    assert found["findings"][0]["confidence"] == confidence(Evidence(9.0, False, False, 0.5), LIST)
     assert found["findings"][0]["right"]
 
 
 def test_a_tie_is_right_if_one_of_it_is() -> None:
     tied = finding(("input torque", "time"), 1.0, further=False, rivals=(("load torque", "output speed"),))
-    assert findings_of(case(tied)) == [(Evidence(1.0, True, False, True, 1.0), True)]
+    assert findings_of(case(tied)) == [(Evidence(1.0, True, False, 1.0), True)]

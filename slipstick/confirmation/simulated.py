@@ -17,6 +17,7 @@ from slipstick.confirmation.traces import Traces
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN
+from slipstick.threads import mapped
 
 CONDITIONS = ("motor_speed", "load_inertia", "brake_torque")
 """Conditions that differ from what is stated."""
@@ -34,8 +35,8 @@ _STEP = 1e-3
 and coefficients by less than a tenth of their errors."""
 _SHARE = 0.01
 """Step of a coefficient over its span."""
-_AT_ONCE = 1000
-"""Engagements simulated at once: the samples of all would take gigabytes."""
+_AT_ONCE = 500
+"""Engagements that a thread simulates at once: the samples of all would take gigabytes."""
 _WIDE = 0.3
 """Prior standard deviation of a coefficient about neutral, over its span: next to none."""
 
@@ -82,12 +83,14 @@ class SimulatedBench:
 
     def rows_at(self, points: np.ndarray, shared: np.ndarray) -> np.ndarray:
         """The rows (s, n, K) at s sets of `points` (s, n, q) relative to nominal."""
-        found, at_once = [], max(1, _AT_ONCE // points.shape[1])
-        for first in range(0, len(points), at_once):
-            some = points[first:first + at_once]
-            rows = self.traces.simulated(self.respond(some.reshape(-1, some.shape[-1]), shared))
-            found.append(rows.reshape(len(some), points.shape[1], -1))
-        return np.concatenate(found)
+        at_once = max(1, _AT_ONCE // points.shape[1])
+
+        def some(first: int) -> np.ndarray:
+            its = points[first:first + at_once]
+            rows = self.traces.simulated(self.respond(its.reshape(-1, its.shape[-1]), shared))
+            return rows.reshape(len(its), points.shape[1], -1)
+
+        return np.concatenate(mapped(some, range(0, len(points), at_once)))
 
     def respond(self, points: np.ndarray, shared: np.ndarray) -> ensemble.Response:
         """The simulated engagements at `points` (m, q) relative to nominal, of the n conditions again and again."""

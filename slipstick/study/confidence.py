@@ -32,21 +32,19 @@ class Evidence(NamedTuple):
     """Whether nothing else is found: one cause that no law describes often shows as several findings."""
     further: bool
     """Whether another finding gains more in its part of the bench: what the law of one leaves shows as another one."""
-    tied: bool
-    """Whether others are not told apart from it: the finding is right if any of them is."""
     share: float
     """Its share of the nats of all findings: what a strong effect leaves in other parts shows as weak findings."""
 
     @property
     def row(self) -> list[float]:
-        """What the logarithm of the odds is linear in (6,). Leads below 1, which noise gives, are no leads."""
+        """What the logarithm of the odds is linear in (5,). Leads below 1, which noise gives, are no leads."""
         size = float(np.log(max(self.lead, 1.0)))
-        return [1.0, size, size * self.alone, float(self.further), float(self.tied), float(np.log(self.share))]
+        return [1.0, size, size * self.alone, float(self.further), float(np.log(self.share))]
 
 
 def evidence_of(finding: Finding, findings: Sequence[Finding]) -> Evidence:
     """The evidence of one of the `findings` of a case."""
-    return Evidence(finding.lead, len(findings) == 1, is_further(finding, findings), bool(finding.rivals),
+    return Evidence(finding.lead, len(findings) == 1, is_further(finding, findings),
                     finding.nats / sum(one.nats for one in findings))
 
 
@@ -79,8 +77,8 @@ def counted(its: float) -> CountedFindings:
 def found() -> dict[str, list[tuple[Evidence, bool]]]:
     """The findings of each list: their evidence, and whether they are right."""
     lists = json.loads(FILE.read_text())
-    return {which: [(Evidence(lead, bool(alone), bool(further), bool(tied), share), bool(is_right))
-                    for lead, alone, further, tied, share, is_right in rows]
+    return {which: [(Evidence(lead, bool(alone), bool(further), share), bool(is_right))
+                    for lead, alone, further, share, is_right in rows]
             for which, rows in lists.items()}
 
 
@@ -90,7 +88,7 @@ def _expected(evidence: Iterable[Evidence], without: str) -> np.ndarray:
 
 @cache
 def _coefficients(without: str) -> np.ndarray:
-    """Maximum-likelihood coefficients (6,) of the evidence, fitted to all lists but one."""
+    """Maximum-likelihood coefficients (5,) of the evidence, fitted to all lists but one."""
     pairs = [pair for which, its in found().items() if which != without for pair in its]
     rows, right = np.array([evidence.row for evidence, _ in pairs]), np.array([its for _, its in pairs], float)
     at = np.zeros(rows.shape[1])

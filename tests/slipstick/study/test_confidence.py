@@ -14,30 +14,30 @@ LEADS = (1.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 @pytest.mark.parametrize("alone", [True, False])
 def test_confidence_rises_with_the_lead(alone: bool) -> None:
-    sure = [confidence(Evidence(lead, alone, further=False, tied=False, share=1.0)) for lead in LEADS]
+    sure = [confidence(Evidence(lead, alone, further=False, share=1.0)) for lead in LEADS]
     assert (np.diff(sure) > 0).all()
 
 
 def test_a_lead_is_worth_more_where_nothing_else_is_found() -> None:
     def rise(alone: bool) -> float:
-        sure = [confidence(Evidence(lead, alone, further=False, tied=False, share=1.0)) for lead in (4.0, 32.0)]
+        sure = [confidence(Evidence(lead, alone, further=False, share=1.0)) for lead in (4.0, 32.0)]
         return float(np.diff(np.log(np.divide(sure, 1 - np.array(sure))))[0])
 
     assert rise(alone=True) > rise(alone=False)
 
 
-def test_a_further_finding_is_less_likely_and_one_of_several_more() -> None:
-    plain = Evidence(8.0, alone=False, further=False, tied=False, share=1.0)
-    assert confidence(plain._replace(further=True)) < confidence(plain) < confidence(plain._replace(tied=True))
+def test_a_further_finding_is_less_likely() -> None:
+    plain = Evidence(8.0, alone=False, further=False, share=1.0)
+    assert confidence(plain._replace(further=True)) < confidence(plain)
 
 
 def test_a_weak_finding_beside_strong_ones_is_less_likely() -> None:
-    weak = Evidence(8.0, alone=False, further=False, tied=False, share=0.01)
+    weak = Evidence(8.0, alone=False, further=False, share=0.01)
     assert confidence(weak) < confidence(weak._replace(share=0.5))
 
 
 def test_leads_below_one_count_as_one() -> None:
-    plain = Evidence(1.0, alone=True, further=False, tied=False, share=1.0)
+    plain = Evidence(1.0, alone=True, further=False, share=1.0)
     assert confidence(plain._replace(lead=-3.0)) == confidence(plain)
 
 
@@ -45,19 +45,19 @@ def test_evidence_of_a_finding_is_that_beside_the_others() -> None:
     gain, torque = np.full(30, 8.0), "load torque"
     first = Finding(("load",), (torque, "output speed"), gain, next_best=Rival((torque, "time"), 9.0, 5.0))
     second = Finding(("load",), (torque, "time"), 0.5 * gain, rivals=(Rival((torque, "slip"), 99.0, 1.0),))
-    assert evidence_of(first, [first]) == Evidence(5.0, alone=True, further=False, tied=False, share=1.0)
-    assert evidence_of(first, [first, second]) == Evidence(5.0, alone=False, further=False, tied=False, share=2 / 3)
-    beside = Evidence(second.errors, alone=False, further=True, tied=True, share=1 / 3)
+    assert evidence_of(first, [first]) == Evidence(5.0, alone=True, further=False, share=1.0)
+    assert evidence_of(first, [first, second]) == Evidence(5.0, alone=False, further=False, share=2 / 3)
+    beside = Evidence(second.errors, alone=False, further=True, share=1 / 3)
     assert evidence_of(second, [first, second]) == beside
 
 
 def test_only_further_findings_must_be_likely() -> None:
-    doubtful = Evidence(1.0, alone=False, further=False, tied=False, share=1.0)
+    doubtful = Evidence(1.0, alone=False, further=False, share=1.0)
     assert is_reported(doubtful)
     assert not is_reported(doubtful._replace(further=True))
-    likely = [lead for lead in (1e2, 1e6, 1e12) if confidence(Evidence(lead, False, True, tied=True, share=0.3)) > 0.5]
+    likely = [lead for lead in (1e2, 1e6, 1e12) if confidence(Evidence(lead, False, True, share=0.3)) > 0.5]
     assert likely
-    assert is_reported(Evidence(likely[0], alone=False, further=True, tied=True, share=0.3))
+    assert is_reported(Evidence(likely[0], alone=False, further=True, share=0.3))
 
 
 def test_the_mean_confidence_is_the_share_of_right_findings() -> None:
