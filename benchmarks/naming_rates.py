@@ -12,6 +12,8 @@ from tests.validation.hidden.case import LAWS
 
 CLEAR = 0.9
 """Confidence from which on a name is called clear."""
+LESS_CLEAR = (0.8, 0.7, 0.6)
+"""Other such bounds: how many right names would be clear, and how many wrong ones."""
 LIMITS = ((0, 1), (1, 2), (2, 5), (5, np.inf), (1, np.inf))
 """Ranges of strengths in naming limits."""
 SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
@@ -100,10 +102,13 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
                  rate(f"{label}: a wrong name, alone", [v["wrong_alone"] > 0 for _, v in some]),
                  rate(f"{label}: one name too many", [v["found"] == 1 and v["wrong"] > 0 for _, v in some])]
     strong = [e for e, _ in single if e["hidden"][0]["named"] >= 1]
-    rows += [rate("listed, from 1 naming limits: a wrong name called clear",
-                  [any(its["confidence"] >= CLEAR and not its["right"] for its in e["findings"]) for e in strong]),
-             rate("listed, from 1 naming limits: right names that are clear",
-                  [its["confidence"] >= CLEAR for e in strong for its in e["findings"] if its["right"]])]
+    for least, wrong, right_ones in ((CLEAR, "a wrong name called clear", "right names that are clear"),
+                                     *((one, f"a wrong name with a confidence of {one:g} or more",
+                                        f"right names with a confidence of {one:g} or more") for one in LESS_CLEAR)):
+        rows += [rate(f"listed, from 1 naming limits: {wrong}",
+                      [any(its["confidence"] >= least and not its["right"] for its in e["findings"]) for e in strong]),
+                 rate(f"listed, from 1 naming limits: {right_ones}",
+                      [its["confidence"] >= least for e in strong for its in e["findings"] if its["right"]])]
     seen = [(e, v) for e, v in outside if e["hidden"][0]["seen"] >= 1]
     rows += [rate("unlisted, visible: right block", [v["block"] for _, v in seen]),
              rate("unlisted, visible: a wrong pair, alone", [v["wrong_alone"] > 0 for _, v in seen]),
