@@ -39,6 +39,8 @@ _QUANTITIES = (*CLOSING, "chamber pressure")
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
 _FIRST = 3  # iterations by which the pairs that are fitted to the end are chosen
 _MOST = 2
+_CONTAINED: dict[Pair, Pair] = {("piston rate", "piston rate"): ("piston rate", "direction")}
+"""A pair whose laws contain that of another one, which is a number: a drag takes the same off every rate."""
 
 
 def shows_closing(pair: Pair) -> bool:
@@ -114,12 +116,13 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
                 continue
         if not enough or enough[0].gain.sum() < settings.further * max(nats, sum(one.nats for one in found)):
             break
-        best = enough[0]
+        best = _plainest(enough)
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         sensors = [(one.gain + elsewhere(one.fit), OF_SENSOR) for one in enough if one.pair == OF_FRICTION]
-        tied = rivals(best.gain, [*((one.gain, one.pair) for one in enough[1:]), *sensors], settings)
+        apart = [one for one in tried if one is not best and _CONTAINED.get(one.pair) != best.pair]
+        tied = rivals(best.gain, [*((one.gain, one.pair) for one in apart if one in enough), *sensors], settings)
         others = [Rival(pair, float(gain.sum()), in_errors(best.gain - gain))
-                  for gain, pair in [*((one.gain, one.pair) for one in tried), *sensors]]
+                  for gain, pair in [*((one.gain, one.pair) for one in apart), *sensors]]
         found.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
                              best.expected, best.agreement))
     return _backward(block, now, named, found, settings)
@@ -159,6 +162,12 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
                                                 one.fit.chi2[None], settings)]
     return found if found[:1] == tried[:1] else [
         one for one in tried if is_shown(one.gain, one.expected, one.agreement, settings)]
+
+
+def _plainest(enough: Sequence[_Tried]) -> _Tried:
+    """The one that gains most, or one whose law it contains, if that explains most of what it gains by itself."""
+    best = enough[0]
+    return next((one for one in enough if one.pair == _CONTAINED.get(best.pair) and one.nats > NEAR * best.nats), best)
 
 
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,

@@ -4,12 +4,13 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 import scipy
 
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import _backward, _finer, _followed
+from slipstick.naming.closing import _backward, _finer, _followed, _plainest, _Tried
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import fit
 from slipstick.naming.piston import ClutchBlock
@@ -74,3 +75,14 @@ def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_tho
     assert after.laws == (HEAT,)
     assert kept[0].nats > 100 * SETTINGS.nats
     assert [one.pair for one in _backward(block, now, named, [], SETTINGS)[1]] == [HEAT, SPEED]
+
+
+@pytest.mark.parametrize(("drag", "chosen"), [(60.0, "direction"), (40.0, "piston rate")])
+def test_a_law_over_the_rate_is_a_drag_if_that_explains_most_of_it(drag: float, chosen: str) -> None:
+    """A law of many knots contains the drag, a single number, and follows its form better."""
+    def tried(on: str, nats: float) -> _Tried:
+        return _Tried(("piston rate", on), np.array([nats]), coarse(HEAT)[1], 0, 5.0)
+
+    enough = [tried("piston rate", 100.0), tried("pressure", 90.0), tried("direction", drag)]
+    assert _plainest(enough).pair == ("piston rate", chosen)
+    assert _plainest(enough[1:]).pair == ("piston rate", "pressure")
