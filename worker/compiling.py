@@ -1,7 +1,8 @@
 """What is compiled on its first use: the simulator before a command starts its clock, and the rest of what jobs run.
 
-`python -m worker.compiling` compiles all of it, by a study and a fit of simulated recordings, at the lowest priority.
-The image is made with it, and a worker runs it beside itself when it starts, so that no job waits for a compiler.
+`python -m worker.compiling` compiles all of it, by a study and a fit of simulated recordings, at the lowest priority, and
+with a bench file the simulator alone. The image is made with it, and a worker runs it beside itself when it starts, so
+that no job waits for a compiler.
 
 Numba keeps the machine code in NUMBA_CACHE_DIR, or beside the source, for this processor and this version of the code.
 """
@@ -9,6 +10,7 @@ Numba keeps the machine code in NUMBA_CACHE_DIR, or beside the source, for this 
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from threading import Timer
 from types import FunctionType
 
@@ -89,5 +91,9 @@ def _fit(model: Model, recordings: Recordings) -> None:
 
 
 if __name__ == "__main__":
-    os.nice(19)
-    compile_jobs()
+    if len(sys.argv) > 1:
+        bench = Bench.open(Path(sys.argv[1]))
+        compile_simulator(Model(bench.physics), bench.conditions)
+    else:
+        os.nice(19)
+        compile_jobs()

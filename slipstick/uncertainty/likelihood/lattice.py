@@ -34,7 +34,7 @@ _BEFORE = math.sqrt(2)  # step before that, from which a first change is known
 MOST = 1 << 15
 """Default largest number of points."""
 _FEWEST_TERMS = 8.0  # smallest sum of a condition in units of its largest term: sums of fewer terms may agree by chance
-_BLOCK = 512  # points per call of the model; their times remain in the cache of a core
+_BLOCK = 1024  # points per call of the model; their times remain in the cache of a core
 _RADIUS = 5.0  # radius of the disc of points in stds, to which the distance of the measured times is added
 _SUFFICIENT = 1.2  # step relative to the width of a ridge at which the relative error of a sum across it is 2e-6
 _SUFFICIENT_RADIUS = 4.5  # radius in stds beyond the distance of a measured time; outside is less than 1e-5 of it
@@ -78,9 +78,9 @@ def trimmed(problem: InferenceProblem, candidate: Candidate, lattice: Lattice, b
     inside = np.all((scores >= box[:, 0]) & (scores <= box[:, 1]), axis=1)
     normals = lattice.normals[inside]
     times = problem.model(candidate.inputs.at_scores(scores[inside]), problem.conditions)
-    terms = np.sum(normals**2, axis=1)[:, None] + ((problem.measured_time - times) / candidate.output_std) ** 2
-    beyond = terms - np.nanmin(terms, axis=0)  # twice the logarithm of the ratio
-    return Lattice(normals[np.nanmin(beyond, axis=1) < -2 * math.log(_LEAST)], lattice.size)
+    beyond = _beyond(np.ascontiguousarray(times), problem.measured_time, candidate.output_std,
+                     np.einsum("ij,ij->i", normals, normals))
+    return Lattice(normals[beyond < -2 * math.log(_LEAST)], lattice.size)
 
 
 def density_and_moments(problem: InferenceProblem, candidate: Candidate, lattice: Lattice,
@@ -205,6 +205,25 @@ def _integers(most: int, dimension: int) -> np.ndarray:
     """All vectors of integers from -`most` to `most`, shape (m, d), as floats."""
     reach = np.arange(-most, most + 1.0)
     return np.stack(np.meshgrid(*[reach] * dimension, indexing="ij"), axis=-1).reshape(-1, dimension)
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _beyond(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.ndarray) -> np.ndarray:
+    """-2 times the logarithm of the largest ratio (m,) that a point's terms have to the largest of their conditions."""
+    m, n = times.shape
+    least, found = np.full(n, np.inf), np.full(m, np.inf)
+    for k in range(m):
+        for i in range(n):
+            residual = (measured[i] - times[k, i]) / noise
+            term = distances[k] + residual * residual
+            least[i] = term if term < least[i] else least[i]  # false for NaN
+    for k in range(m):
+        for i in range(n):
+            residual = (measured[i] - times[k, i]) / noise
+            beyond = distances[k] + residual * residual - least[i]
+            if beyond < found[k]:
+                found[k] = beyond
+    return found
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
