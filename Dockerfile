@@ -25,5 +25,5 @@ COPY --chown=slipstick:slipstick tables/compact.toml /data/tables/
 USER slipstick
 # The volume keeps the machine code, which is compiled again on another processor or after an update.
 ENV PATH=/packages/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/data/cache
-RUN python -m worker.compiling
+RUN python -m worker.rehearsal
 CMD ["python", "-m", "service"]

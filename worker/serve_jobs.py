@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
-        compiling = None if arguments.no_compile else subprocess.Popen([sys.executable, "-m", "worker.compiling"])
+        rehearsal = None if arguments.no_compile else subprocess.Popen([sys.executable, "-m", "worker.rehearsal"])
         modules = "worker.fit_steps", "worker.study_steps"
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
         fit_job.register(computers, simulators)
@@ -71,8 +71,8 @@ def run(arguments: argparse.Namespace) -> int:
         heartbeat.start(engine, name, lock)
         print(f"Worker {name} is waiting for fits and studies in {shown(arguments.jobs)}", flush=True)
         signal.sigwait(stops)
-        if compiling is not None:
-            compiling.kill()
+        if rehearsal is not None:
+            rehearsal.kill()
         heartbeat.stop(engine, name)
         print("Stopped. Another worker takes over unfinished jobs, or they resume at the next start.", flush=True)
         # A running job can be interrupted at any point, so the worker does not wait for it.

@@ -84,7 +84,7 @@ def test_a_fit_by_simulation_simulates_once_before_its_search(shelf: Path) -> No
 
 def test_the_image_has_what_jobs_run() -> None:
     _, after = (ROOT / "Dockerfile").read_text().split("NUMBA_CACHE_DIR")
-    command = next(line for line in after.splitlines() if "worker.compiling" in line).removeprefix("RUN python").split()
+    command = next(line for line in after.splitlines() if "worker.rehearsal" in line).removeprefix("RUN python").split()
     subprocess.run([sys.executable, *command], cwd=ROOT, check=True)
 
 
@@ -108,7 +108,7 @@ print(sum(sum(its.stats.cache_hits.values()) for its in kernels.values()),
 @pytest.mark.slow
 def test_a_study_compiles_nothing_afterwards(tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-m", "worker.compiling"], cwd=ROOT, env=environment, check=True)
+    subprocess.run([sys.executable, "-m", "worker.rehearsal"], cwd=ROOT, env=environment, check=True)
     found = subprocess.run([sys.executable, "-c", _MISSES], cwd=ROOT, env=environment, check=True, capture_output=True,
                            text=True)
     hits, *missed = found.stdout.split()
