@@ -101,7 +101,7 @@ conclude(settings, bench, recordings, examine(settings, bench, recordings))
 kernels = {id(its): its for module in list(sys.modules.values()) if module.__name__.startswith("slipstick")
            for its in vars(module).values() if isinstance(its, Dispatcher)}
 print(sum(sum(its.stats.cache_hits.values()) for its in kernels.values()),
-      *(its.__qualname__ for its in kernels.values() if sum(its.stats.cache_misses.values())))
+      *(its.__qualname__ for its in kernels.values() if its.stats.cache_path and sum(its.stats.cache_misses.values())))
 """
 
 
