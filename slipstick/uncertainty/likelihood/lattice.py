@@ -41,7 +41,7 @@ _SUFFICIENT_RADIUS = 4.5  # radius in stds beyond the distance of a measured tim
 _MARGIN = 3.5  # smallest distance in stds of the largest term of a condition from the edge of the disc
 _LEAST = 1e-7
 """Smallest term that an optimizer's sum keeps, relative to the largest one of a condition: 1,000 smaller ones change a
-sum of `_FEWEST_TERMS` of the largest by 1e-5. A tenfold or a tenth changes the time of an interval by about a tenth."""
+sum of `_FEWEST_TERMS` of the largest by 1e-5. Of 1,800 points, 1e-6, 1e-8 and 1e-10 keep 1,200, 1,500 and 1,600."""
 _LN10 = math.log(10.0)
 
 
