@@ -89,8 +89,8 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
     """What comes of all studies."""
     done = [entry for entry in entries if not entry["error"]]
     fits = [entry["result"][name] for entry in done for name in ("before", "after")]
-    found = [entry for entry in done if entry["hidden"] and _is_right(entry) and entry["result"]["gap"]]
-    gaps = [entry["result"]["gap"] for entry in found]
+    right = [entry for entry in done if entry["hidden"] and _is_right(entry)]
+    gaps = [entry["result"]["gap"] for entry in right if entry["result"]["gap"]]
     controls = [gap["control"] for gap in gaps if gap["control"]]
     laws = [Difference(**its) for entry in done for its in entry["laws"]]
     return [
@@ -103,7 +103,7 @@ def summary(entries: list[dict[str, Any]]) -> list[list[object]]:
           for whose, those in (("right names", gaps), ("their controls", controls))),
         rate("right names: the simulation supports the finding",
              [all(its["confirmation"]["agrees"] for its in entry["result"]["findings"]
-                  if its["confirmation"]["agrees"] is not None) for entry in found]),
+                  if its["confirmation"]["agrees"] is not None) for entry in right]),
         rate("right pairs over a number: law within 20 % RMS of its own size", [its.share < 0.2 for its in laws]),
         ["right pairs over a number: mean share of the range in the 90 % band", "", len(laws),
          float(np.mean([its.held for its in laws])) if laws else "", "", ""]]

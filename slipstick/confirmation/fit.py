@@ -74,10 +74,10 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
               is_enough: Callable[[np.ndarray], bool]) -> tuple[SimulationFit, SimulationFit]:
     """The fits without any of `terms`, and with those of them that the simulation asks for as well.
 
-    Terms are added one after the other, each time that which gains most, while the gain (n,) in nats is enough: blocks
-    may need two names for what is one effect in the simulation. Fits may end too early: one whose gain is not enough
-    also starts from the fit nested in it, and the fit without terms also starts where that with them ended. Noise is
-    that which the fit with all terms leaves, in all of them.
+    Terms are added one after the other, each time that which gains most of those whose gain (n,) in nats is enough:
+    blocks may need two names for what is one effect in the simulation. Fits may end too early: one whose gain is not
+    enough also starts from the fit nested in it, and the fit without terms also starts where that with them ended.
+    Noise is that which the fit with all terms leaves, in all of them.
     """
     def raised(after: SimulationFit, nested: SimulationFit) -> SimulationFit:
         return after if is_enough(after.evidence - nested.evidence) else above(after, nested)
@@ -95,9 +95,10 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
             more = terms.only((*now.block.terms.names, name))
             begun = fit_simulation(traces, more, whole.fitted.points, shared_of(whole, more))
             tried[name] = raised(begun, now)
-        name = max(tried, key=lambda one: float(tried[one].evidence.sum()))
-        if not is_enough(tried[name].evidence - now.evidence):
+        enough = [name for name in left if is_enough(tried[name].evidence - now.evidence)]
+        if not enough:
             break
+        name = max(enough, key=lambda one: float(tried[one].evidence.sum()))
         now = tried[name]
         left.remove(name)
     if now is before:

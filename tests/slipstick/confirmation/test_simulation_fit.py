@@ -3,19 +3,23 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
-from slipstick.confirmation import SimulationFit, Terms, Traces, confirmed
+from slipstick.confirmation import SimulationFit, Terms, Traces, confirmed, fit
 from slipstick.confirmation.control import control
 from slipstick.confirmation.fit import above, fit_simulation
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import WITHIN, closures, predict
 from slipstick.confirmation.measured import with_measured_laws
 from slipstick.confirmation.worth import worth
+from slipstick.naming.selection import is_enough
+from slipstick.naming.settings import NamingSettings
 from tests.benches import HEAVY, NOMINAL
 
 
@@ -60,6 +64,26 @@ def test_some_engagements_alone_are_simulated_as_all_are(fits: Callable) -> None
     found = block.part(points, shared, (), rows)
     np.testing.assert_allclose(found[rows], after.fitted.predicted[rows], rtol=1e-9, atol=1e-9)
     assert not found[~rows].any()
+
+
+def test_a_term_whose_gain_is_not_enough_does_not_keep_others_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That which gains most may do so in few engagements only."""
+    few, most = ("stribeck_friction",), ("quadratic_load_drag",)
+    gains = {(): np.zeros(24), most: np.full(24, 5.0), few: np.where(np.arange(24) < 2, 500.0, 0.0),
+             (*few, *most): np.full(24, 5.0)}
+
+    def fitted(traces: Any, terms: Terms, *_: Any) -> Any:
+        return SimpleNamespace(evidence=gains[terms.names], block=SimpleNamespace(terms=terms),
+                               fitted=SimpleNamespace(points=None, predicted=0.0))
+
+    monkeypatch.setattr(fit, "fit_simulation", fitted)
+    monkeypatch.setattr(fit, "shared_of", lambda *_: None)
+    monkeypatch.setattr(fit, "above", lambda after, _: after)
+    traces: Any = SimpleNamespace(measured=0.0, mean_squares=lambda _: {}, with_noise=lambda _: None)
+    terms = Terms(HEAVY, (*few, *most))
+    assert set(terms.names) == {*few, *most}
+    _, after = confirmed(traces, terms, np.zeros((24, 1)), lambda gain: is_enough(gain, NamingSettings()))
+    assert after.block.terms.names == most
 
 
 @pytest.mark.slow
