@@ -47,7 +47,10 @@ def start() -> None:
         if probe.connect_ex(("127.0.0.1", int(PORT))) == 0:
             sys.exit(f"Port {PORT} is in use. Stop the program that uses it, or run `SLIPSTICK_PORT=8001 make demo`.")
     seconds: dict[str, float] = {}
-    print("Starting service and worker, which compiles meanwhile what jobs run", flush=True)
+    step(seconds, "table at the nominal parameters",
+         "build", "--bench", str(BENCH), "--out", f"tables/nominal{SUFFIX}.h5")
+
+    print("\nStarting service and worker, which compiles meanwhile what jobs run", flush=True)
     begin = time.monotonic()
     launch("service", "service")
     launch("worker", "worker", "serve-jobs")
@@ -61,8 +64,6 @@ def start() -> None:
         if not is_running(RUN / f"{name}.pid"):
             sys.exit(f"The {name} has stopped. Its log: {(RUN / f'{name}.log').read_text().strip()}")
 
-    step(seconds, "table at the nominal parameters",
-         "build", "--bench", str(BENCH), "--out", f"tables/nominal{SUFFIX}.h5")
     step(seconds, "calibration on the shipped recordings", "calibrate", "--bench", str(BENCH),
          "--recordings", f"tables/{FIT['recordings']}.h5", "--out", CALIBRATION)
     step(seconds, "table at the calibrated parameters",
