@@ -40,9 +40,9 @@ def rehearse() -> None:
              for name, values in measured.items()}
     recordings = Recordings(conditions, response.shifting_time[0] + 0.002 * random.standard_normal(_ENGAGEMENTS),
                             Signals(time, **noisy))
-    _fit(model, recordings)
     settings = StudySettings()
     conclude(settings, bench, recordings, examine(settings, bench, recordings))
+    _fit(model, recordings)  # at last, because a service that starts at the same time compiles much of it
 
 
 def _fit(model: Model, recordings: Recordings) -> None:
