@@ -183,15 +183,14 @@ class ClutchBlock:
             factor = self._closed(points, laws, self.end, law.kind, np.ones(torque.shape))[0] - torque
             change = np.concatenate(mapped(lambda its: factor[its, None] * bases.delayed(law.basis[its], late),
                                            parts_of(len(points))))
-        elif law.kind in ADDED:
-            added = bases.delayed(law.basis, late)
-            moved = mapped(lambda its: self._closed(points, laws, self.end, law.kind, _LAW_STEP * its)[0],
-                           list(added.transpose(1, 0, 2)))
-            change = np.stack([(one - torque) / _LAW_STEP for one in moved], axis=1)
         else:
-            held = known.get(pair, np.zeros(law.size))
-            moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
-                           list(_LAW_STEP * np.eye(law.size)))
+            if law.kind in ADDED:
+                moved = mapped(lambda its: self._closed(points, laws, self.end, law.kind, _LAW_STEP * its)[0],
+                               list(bases.delayed(law.basis, late).transpose(1, 0, 2)))
+            else:
+                held = known.get(pair, np.zeros(law.size))
+                moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
+                               list(_LAW_STEP * np.eye(law.size)))
             change = np.stack([(one - torque) / _LAW_STEP for one in moved], axis=1)
         errors, finer = self._errors(laws)
         return sensor_errors.as_read(self.scene, change, torque, errors, _SENSOR, finer)
