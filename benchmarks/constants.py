@@ -2,12 +2,13 @@
 
     python -m benchmarks.constants [CASES [PROCESSES [ENGAGEMENTS [MODULE.NAME ...]]]]
 
-Constants are the numbers, and tuples of numbers, that the modules of slipstick/naming assign to names in capitals, and
-the fields of `NamingSettings`. A module with another value is compiled from its changed source, so that defaults of
-functions change as well. Every finished sweep is a line of var/constants.jsonl; constants.csv counts changed answers:
-other findings, or other blocks unexplained. The cases are at equal distances in the development list of those with at
-most 54 engagements and one hidden effect at most; of each, ENGAGEMENTS at equal distances are used. With names, such as
-settings.knots, only these constants are swept, and the table keeps its rows of the others.
+Constants are the numbers, and tuples and arrays of numbers, that the modules of slipstick/blocks and slipstick/naming
+assign to names in capitals, and the fields of `NamingSettings`. A module with another value is compiled from its
+changed source, so that defaults of functions change as well, and its kernels anew. Every finished sweep is a line of
+var/constants.jsonl; constants.csv counts changed answers: other findings, or other blocks unexplained. The cases are
+at equal distances in the development list of those with at most 54 engagements and one hidden effect at most; of each,
+ENGAGEMENTS at equal distances are used. With names, such as settings.knots or naming.closing.SMALLEST, only these
+constants are swept, and the table keeps its rows of the others.
 """
 
 import ast
@@ -21,29 +22,37 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import spec_from_file_location
 from multiprocessing import get_context
 from pathlib import Path
+from tempfile import mkdtemp
 from types import CodeType, ModuleType
 from typing import Any
 
+import numba
 import numpy as np
 
 from benchmarks.results import write
 from slipstick.naming.settings import NamingSettings
 from tests.validation.hidden import cases
 
-FOLDER = Path(__file__).parents[1] / "slipstick" / "naming"
+PACKAGE = Path(__file__).parents[1] / "slipstick"
 LINES, TABLE = Path("var/constants.jsonl"), Path(__file__).with_suffix(".csv")
 FACTORS = (1.0, 0.5, 2.0)
 Constant = tuple[str, str]
-"""A module of slipstick.naming, or "settings", and a name in it."""
+"""A module of slipstick, or "settings", and a name in it."""
 
 
 def constants() -> list[Constant]:
     """All of them."""
     found = [("settings", name) for name in asdict(NamingSettings())]
-    for file in sorted(FOLDER.glob("*.py")):
-        tree = ast.parse(file.read_text())
-        found += [(file.stem, name) for node in tree.body for name in _assigned(node)]
+    for package in ("blocks", "naming"):
+        for file in sorted((PACKAGE / package).glob("*.py")):
+            tree = ast.parse(file.read_text())
+            found += [(f"{package}.{file.stem}", name) for node in tree.body for name in _assigned(node)]
     return found
+
+
+def _source(constant: Constant) -> Path:
+    """The file of its module."""
+    return PACKAGE.joinpath(*constant[0].split(".")).with_suffix(".py")
 
 
 def _assigned(node: ast.stmt) -> list[str]:
@@ -55,8 +64,10 @@ def _assigned(node: ast.stmt) -> list[str]:
 
 
 def _has_number(node: ast.expr) -> bool:
-    """Whether an expression consists of numbers."""
-    numbers = (ast.Tuple, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop, ast.Load)
+    """Whether an expression consists of numbers, perhaps as an array."""
+    if isinstance(node, ast.Call) and ast.unparse(node.func) == "np.array":
+        return all(map(_has_number, node.args))
+    numbers = (ast.Tuple, ast.List, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop, ast.Load)
     return all(isinstance(one.value, int | float) if isinstance(one, ast.Constant) else isinstance(one, numbers)
                for one in ast.walk(node))
 
@@ -96,9 +107,9 @@ class _Finder:
 
     def find_spec(self, fullname: str, path: object = None, target: ModuleType | None = None) -> object:
         """The changed module; None for all other ones."""
-        if fullname != f"slipstick.naming.{self.constant[0]}":
+        if fullname != f"slipstick.{self.constant[0]}":
             return None
-        file = FOLDER / f"{self.constant[0]}.py"
+        file = _source(self.constant)
         loader = _Scaled(fullname, str(file))
         loader.name, loader.factor = self.constant[1], self.factor
         return spec_from_file_location(fullname, file, loader=loader)
@@ -107,7 +118,7 @@ class _Finder:
 def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
     """The answers to the cases with one constant times a factor; runs in a fresh process."""
     constant, factor, chosen, most = job
-    for module in [name for name in sys.modules if name.startswith("slipstick.naming")]:
+    for module in [name for name in sys.modules if name.startswith(("slipstick.blocks", "slipstick.naming"))]:
         del sys.modules[module]
     changes = {}
     if constant[0] == "settings":
@@ -115,7 +126,8 @@ def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
         changes = {constant[1]: max(1, round(value * factor)) if isinstance(value, int) else value * factor}
     elif factor != 1:
         sys.meta_path.insert(0, _Finder(constant, factor))  # type: ignore[arg-type]
-    from numba import set_num_threads
+        if "njit" in _source(constant).read_text():  # numba's cache does not see that a constant of a kernel changed
+            numba.config.CACHE_DIR = mkdtemp()
 
     from benchmarks.benches import BENCHES
     from benchmarks.naming import recorded
@@ -123,7 +135,7 @@ def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
     from slipstick.naming.study import name
     from slipstick.recordings import Recordings
 
-    set_num_threads(1)
+    numba.set_num_threads(1)
     answers = {}
     for identity in chosen:
         try:

@@ -1,13 +1,14 @@
 """Measured laws beside the hidden ones: how far apart, and whether the band of the measured one holds the other."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
 
 from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
+from slipstick.naming.block import Pair
 from slipstick.naming.measured import LawPoints
 from tests.validation.hidden.pairs import DEPENDS_ON
 
@@ -25,11 +26,25 @@ _LEVEL = 0.9
 
 @dataclass(frozen=True)
 class Difference:
-    """`share`: RMS difference over the visited range, over the RMS of the hidden law; `held`: share in the band."""
+    """A measured law beside the hidden one over the visited range.
+
+    `share` is the RMS of their difference, and `stated` that of the standard errors of the measured law, both over the
+    RMS of the hidden law. `held` is the share of the range in which the band contains the hidden law.
+    """
 
     pair: tuple[str, str]
     share: float
+    stated: float
     held: float
+
+
+def differences(known: Mapping[str, Any], laws: Mapping[Pair, LawPoints],
+                parameters: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Those of the measured `laws` whose pair is a hidden one over a number, as `compared` does, for a JSON file."""
+    hidden = zip(known["hidden"], known["changed"], strict=True)
+    found = [compared(laws[its["pair"]], changed, parameters) for its, changed in hidden
+             if its["pair"] in laws and is_over_a_number(its["pair"], changed)]
+    return [asdict(one) for one in found if one is not None]
 
 
 def is_over_a_number(pair: tuple[str, str], changed: Mapping[str, Any]) -> bool:
@@ -71,8 +86,8 @@ def compared(law: LawPoints, changed: Mapping[str, Any], parameters: Mapping[str
     left = measured - change
     left, change = (values - _fitted(columns, values, visits) for values in (left, change))
     wide, size = float(ndtri((1 + _LEVEL) / 2)), np.average(change**2, weights=visits)
-    return Difference(law.pair, float(np.sqrt(np.average(left**2, weights=visits) / size)),
-                      float(np.average(np.abs(left) <= wide * std, weights=visits)))
+    share, stated = (float(np.sqrt(np.average(values**2, weights=visits) / size)) for values in (left, std))
+    return Difference(law.pair, share, stated, float(np.average(np.abs(left) <= wide * std, weights=visits)))
 
 
 def _rate_per_unit(quantity: str, position: np.ndarray, parameters: Mapping[str, float]) -> np.ndarray | float:

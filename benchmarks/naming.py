@@ -25,6 +25,7 @@ from typing import Any
 from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
+from benchmarks.hidden_laws import differences
 from benchmarks.naming_curves import drawn
 from benchmarks.naming_limits import Told, told
 from benchmarks.naming_rates import alike, findings_of, judged, reported, summary
@@ -60,14 +61,16 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     try:
         found = name(BENCHES[known["bench"]], Recordings.open(recorded(which, identity)))
     except Exception as error:  # a case that raises is a result: a wrong one
-        return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": []}
+        return entry | {"findings": [], "error": repr(error), "seconds": 0.0, "aside": [], "unexplained": [],
+                        "laws": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors, "lead": its.lead,
                                   "rivals": [rival.pair for rival in its.rivals], "effect": answer(its, law).effect,
                                   "further": is_further(its, found.findings),
                                   "left_out": left_out(its, law)}
                                  for its, law in ((its, found.measured.get(its.pair)) for its in found.findings)],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,
-                    "unexplained": found.unexplained}
+                    "unexplained": found.unexplained,
+                    "laws": differences(known, found.measured, case.setup.parameters)}
 
 
 @cache

@@ -14,6 +14,8 @@ CLEAR = 0.9
 """Confidence from which on a name is called clear."""
 LESS_CLEAR = (0.8, 0.7, 0.6)
 """Other such bounds: how many right names would be clear, and how many wrong ones."""
+LAW_WITHIN = 1.5
+"""How many times its stated error a measured law may be off at most."""
 LIMITS = ((0, 1), (1, 2), (2, 5), (5, np.inf), (1, np.inf))
 """Ranges of strengths in naming limits."""
 SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
@@ -128,7 +130,25 @@ def summary(entries: list[dict[str, Any]], which: str) -> list[list[object]]:
     rows.append(["findings: expected right, and right", round(sum(its["confidence"] for its in every), 1),
                  sum(its["right"] for its in every), "", "", ""])
     rows.append(rate("cases that raised an error", [bool(e["error"]) for e, _ in verdicts]))
-    return rows
+    return rows + accuracy(entries)
+
+
+def accuracy(entries: list[dict[str, Any]]) -> list[list[object]]:
+    """How far the measured laws of right pairs are from the hidden ones, relative to the errors that they state.
+
+    The other unit is the error of an oracle that knows all but the size of the effect: 1/5 at the limit `seen`.
+    """
+    laws = [its for entry in entries for its in entry.get("laws", ())]
+    seen = [next(one["seen"] for one in entry["hidden"] if one["pair"] == its["pair"])
+            for entry in entries for its in entry.get("laws", ())]
+    rows = [rate(f"laws of right pairs: RMS off by at most {most:g} times the stated error",
+                 [its["share"] <= most * its["stated"] for its in laws]) for most in (1.0, LAW_WITHIN, 3.0)]
+    averages = [(np.median, "off by, as a share of the law: median", [its["share"] for its in laws]),
+                (np.median, "off by, over the error of an oracle that knows the form: median",
+                 [5 * limits * its["share"] for its, limits in zip(laws, seen, strict=True)]),
+                (np.mean, "share of the visited range in the 90 % band: mean", [its["held"] for its in laws])]
+    return rows + [[f"laws of right pairs: {what}", "", len(laws),
+                    float(f"{average(values):.3g}") if laws else "", "", ""] for average, what, values in averages]
 
 
 def findings_of(entry: dict[str, Any]) -> list[tuple[Evidence, bool]]:

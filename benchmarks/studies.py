@@ -10,7 +10,6 @@ studies_WHICH_cases.csv has the cases, studies_WHICH.csv what comes of them.
 import json
 import sys
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
 from time import perf_counter
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 from numba import set_num_threads
 
 from benchmarks.benches import BENCHES
-from benchmarks.hidden_laws import Difference, compared, is_over_a_number
+from benchmarks.hidden_laws import Difference, differences
 from benchmarks.naming import FOLDER, joined, recorded
 from benchmarks.naming_rates import rate, same
 from benchmarks.results import write
@@ -51,12 +50,8 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
         result, _ = conclude(settings, bench, recordings, named)
     except Exception as error:  # a study that raises is a result: a wrong one
         return entry | {"error": repr(error)}
-    laws = from_json(named).measured
-    hidden = zip(known["hidden"], known["changed"], strict=True)
-    found = [compared(laws[its["pair"]], changed, case.setup.parameters) for its, changed in hidden
-             if its["pair"] in laws and is_over_a_number(its["pair"], changed)]
-    differences = [asdict(one) for one in found if one is not None]
-    return entry | {"naming": between - began, "confirmation": perf_counter() - between, "laws": differences,
+    laws = differences(known, from_json(named).measured, case.setup.parameters)
+    return entry | {"naming": between - began, "confirmation": perf_counter() - between, "laws": laws,
                     "result": result.to_dict()}
 
 

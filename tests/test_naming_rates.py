@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.naming_rates import findings_of, judged, reported
+from benchmarks.naming_rates import accuracy, findings_of, judged, reported
 from slipstick.study.confidence import Evidence, confidence
 
 LIST = "a list that no confidence was fitted to"
@@ -56,3 +56,18 @@ def test_confidence_is_that_of_all_findings_of_a_case() -> None:
 def test_a_tie_is_right_if_one_of_it_is() -> None:
     tied = finding(("input torque", "time"), 1.0, further=False, rivals=(("load torque", "output speed"),))
     assert findings_of(case(tied)) == [(Evidence(1.0, True, False, 1.0), True)]
+
+
+def test_laws_are_as_far_off_as_they_state_and_as_an_oracle_would_be() -> None:
+    pair = ["load torque", "output speed"]
+    entries = [{"hidden": [{"pair": ["line pressure", "slip"], "seen": 70.0}, {"pair": pair, "seen": seen}],
+                "laws": [{"pair": pair, "share": share, "stated": 0.1, "held": held}]}
+               for seen, share, held in ((2.0, 0.1, 1.0), (4.0, 0.14, 0.8), (4.0, 0.9, 0.0))]
+    rows = {row[0]: row[1:3] for row in accuracy([*entries, {"hidden": [], "laws": []}])}
+    of = "laws of right pairs: "
+    assert [rows[f"{of}RMS off by at most {most} times the stated error"] for most in ("1", "1.5", "3")] == [
+        [1, 3], [2, 3], [2, 3]]
+    averages = {row[0].removeprefix(of): row[3] for row in accuracy(entries)[3:]}
+    assert averages == {"off by, as a share of the law: median": 0.14,
+                        "off by, over the error of an oracle that knows the form: median": 2.8,
+                        "share of the visited range in the 90 % band: mean": 0.6}
