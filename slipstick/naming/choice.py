@@ -54,8 +54,10 @@ class Choice:
         chosen = next((one for one in large if self._is_enough(one)), those[0])
         apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
         if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):
-            chosen = max(apart, key=attrgetter("nats"))
-            those = [one for one in those if set(one.one.blocks) <= set(chosen.one.blocks)]
+            own = max([one for one in apart if self._is_enough(one)] or apart, key=attrgetter("nats")).one
+            alone = replace(self, ranked=[one for one in self.ranked if one is not chosen.one],
+                            known={pair: one for pair, one in self.known.items() if one is not chosen})
+            return alone.settled(own, alone.near(own))
         others = [one for one in those if one is not chosen and self._is_enough(one)]
         for name in chosen.one.blocks:
             block = self.fits[name].block
