@@ -62,11 +62,11 @@ EIGHTEENTH_PHYSICAL = (
            lambda s, x: -s * 1.3 * missing(x + 0.0001, 0.00062, 3)),
     # The lip begins to hunt at a pressure on the way out, ever more; on the way back it is drawn on
     Effect("seal_lip_begins_to_hunt_at_a_pressure", "torque", "net_pressure", "driving_pressure", "difference", "bar",
-           1.0, lambda s, p: -np.sign(p) * np.minimum(np.abs(p), s * np.where(
+           0.6, lambda s, p: -np.sign(p) * np.minimum(np.abs(p), s * np.where(
                p > 0, 0.75 + 0.6 * hunting(p, 1.6, 3.2, 7), 0.4 * ramp(-p, 0, 0.8)))),
     # Plates
     # The plates are locked to the chatter of their carrier about a slip, and slip through it beside
-    Effect("plates_lock_to_the_chatter_of_their_carrier", "torque", "friction_coefficient", "slip", "ratio", "1", 0.15,
+    Effect("plates_lock_to_the_chatter_of_their_carrier", "torque", "friction_coefficient", "slip", "ratio", "1", 0.08,
            lambda s, v: 1 + s * (1.5 * np.abs(unlocked(v, 17, 5)) - 0.8)),
     # The tone of the plates is captured by that of the housing between two pressures
     Effect("tone_of_the_plates_is_captured_by_the_housing", "torque", "friction_coefficient", "contact_pressure",
