@@ -57,7 +57,7 @@ bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five 
 	@$(BIN)/python -m benchmarks
 
 study-blind: setup ## what is named in recordings with hidden effects (some five hours; resumable; DASK=ADDRESS)
-	@for list in final unseen elsewhere fresh later further beyond abroad afield farther remote outlying distant overseas polar austral; do \
+	@for list in final unseen elsewhere fresh later further beyond abroad afield farther remote outlying distant overseas polar austral boreal; do \
 	  $(ONE_THREAD) $(BIN)/python -m benchmarks.naming $$list $(if $(DASK),--dask $(DASK)) || exit 1; \
 	done
 

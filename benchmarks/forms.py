@@ -1,15 +1,15 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
     python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond|abroad|afield|farther|remote|outlying|
-                                distant|overseas|polar|austral]
+                                distant|overseas|polar|austral|boreal]
 
 The forms are those of a list of cases (forms.csv, forms_unseen.csv, forms_elsewhere.csv, forms_fresh.csv,
 forms_later.csv, forms_further.csv, forms_beyond.csv, forms_abroad.csv, forms_afield.csv, forms_farther.csv,
-forms_remote.csv, forms_outlying.csv, forms_distant.csv, forms_overseas.csv, forms_polar.csv, forms_austral.csv). Each
-form of a listed pair is compared with each catalogue effect of the same pair, at its typical strength and on the
-benches on which the list may have it: the RMS difference after the best fit of the effect's coefficients within their
-bounds, as a share of the range of the form. Both are evenly spaced over the abscissae that twelve engagements with the
-form visit.
+forms_remote.csv, forms_outlying.csv, forms_distant.csv, forms_overseas.csv, forms_polar.csv, forms_austral.csv,
+forms_boreal.csv). Each form of a listed pair is compared with each catalogue effect of the same pair, at its typical
+strength and on the benches on which the list may have it: the RMS difference after the best fit of the effect's
+coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the abscissae that
+twelve engagements with the form visit.
 
 - Where the law is over one number, a second fit adds a constant, which a parameter of the model would take up.
 - A lag, an offset or a compliance is compared as such, with the constant of the catalogue; zero counts to its range.
@@ -31,6 +31,8 @@ from slipstick.clutch.lag import lagged_signal
 from tests.validation.hidden import Case, simulate
 from tests.validation.hidden.case import PLAYS
 from tests.validation.hidden.effect import Effect as Form
+from tests.validation.hidden.eighteenth import BENCHES as OF_EIGHTEENTH
+from tests.validation.hidden.eighteenth import EIGHTEENTH
 from tests.validation.hidden.eighth import BENCHES as OF_EIGHTH
 from tests.validation.hidden.eighth import EIGHTH
 from tests.validation.hidden.eleventh import BENCHES as OF_ELEVENTH
@@ -74,10 +76,11 @@ FORMS = {"final": ("forms", UNSEEN, tuple(SHIPPED)), "unseen": ("forms_unseen", 
          "afield": ("forms_afield", TENTH, ()), "farther": ("forms_farther", ELEVENTH, ()),
          "remote": ("forms_remote", TWELFTH, ()), "outlying": ("forms_outlying", THIRTEENTH, ()),
          "distant": ("forms_distant", FOURTEENTH, ()), "overseas": ("forms_overseas", FIFTEENTH, ()),
-         "polar": ("forms_polar", SIXTEENTH, ()), "austral": ("forms_austral", SEVENTEENTH, ())}
+         "polar": ("forms_polar", SIXTEENTH, ()), "austral": ("forms_austral", SEVENTEENTH, ()),
+         "boreal": ("forms_boreal", EIGHTEENTH, ())}
 # From `fresh` on
 ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
-               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH)
+               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH)
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",

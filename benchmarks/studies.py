@@ -1,10 +1,10 @@
 """Whole studies of fixed cases: convergence, the gap, its control, and measured laws beside the hidden ones.
 
-    python -m benchmarks.studies sixty|elsewhere|fresh|later|further|beyond|outlying|distant|austral [PROCESSES]
+    python -m benchmarks.studies sixty|elsewhere|fresh|later|further|beyond|outlying|distant|austral|boreal [PROCESSES]
 
-`sixty` is every fourth case of the lists development and final, and `outlying`, `distant` and `austral` every eighth of
-these lists. Every finished case is a line of var/studies-WHICH.jsonl, so that a killed run goes on where it was.
-studies_WHICH_cases.csv has the cases, studies_WHICH.csv what comes of them.
+`sixty` is every fourth case of the lists development and final, and `outlying`, `distant`, `austral` and `boreal` every
+eighth of these lists. Every finished case is a line of var/studies-WHICH.jsonl, so that a killed run goes on where it
+was. studies_WHICH_cases.csv has the cases, studies_WHICH.csv what comes of them.
 """
 
 import json
@@ -33,7 +33,7 @@ CHOSEN = {"sixty": [(which, identity) for which in ("development", "final")
           **{which: [(which, identity) for identity in cases.LISTS[which]]
              for which in ("elsewhere", "fresh", "later", "further", "beyond")},
           **{which: [(which, identity) for identity in list(cases.LISTS[which])[::8]]
-             for which in ("outlying", "distant", "austral")}}
+             for which in ("outlying", "distant", "austral", "boreal")}}
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:

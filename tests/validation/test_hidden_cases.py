@@ -15,6 +15,7 @@ from hidden.cases import (
     AFIELD,
     AUSTRAL,
     BEYOND,
+    BOREAL,
     DEVELOPMENT,
     DISTANT,
     ELSEWHERE,
@@ -30,6 +31,8 @@ from hidden.cases import (
 )
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
+from hidden.eighteenth import BENCHES as OF_EIGHTEENTH
+from hidden.eighteenth import EIGHTEENTH
 from hidden.eighth import BENCHES as OF_EIGHTH
 from hidden.eighth import EIGHTH
 from hidden.eleventh import BENCHES as OF_ELEVENTH
@@ -107,10 +110,10 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 
 OF_EACH_QUANTITY: dict[str, Effect] = {}
 for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH, NINTH, TENTH, ELEVENTH, TWELFTH, THIRTEENTH,
-                FOURTEENTH, FIFTEENTH, SIXTEENTH, SEVENTEENTH):
+                FOURTEENTH, FIFTEENTH, SIXTEENTH, SEVENTEENTH, EIGHTEENTH):
     OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
 ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
-               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH)
+               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH)
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
@@ -129,7 +132,7 @@ def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     assert set(limits) == set(used())
     for (name, _), limit in limits.items():
         drawn = name in (OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH | OF_THIRTEENTH
-                         | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH)
+                         | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH)
         least, most = (0.5, 100) if drawn else (1, 100) if name in ITS_BENCHES else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
@@ -184,7 +187,7 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
 @pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2),
                                               ("further", 2), ("beyond", 2), ("abroad", 2), ("afield", 2),
                                               ("farther", 2), ("remote", 2), ("outlying", 2), ("distant", 2),
-                                              ("overseas", 2), ("polar", 2), ("austral", 2)])
+                                              ("overseas", 2), ("polar", 2), ("austral", 2), ("boreal", 2)])
 def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
@@ -192,7 +195,8 @@ def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
             "afield": ["batches", "loud_sensor"], "farther": ["ambient", "thermometer"],
             "remote": ["batches", "many_bad_runs"], "outlying": ["loud_sensor", "thermometer"],
             "distant": ["ambient", "batches"], "overseas": ["loud_sensor", "many_bad_runs"],
-            "polar": ["batches", "thermometer"], "austral": ["ambient", "loud_sensor"]}.get(which, [])
+            "polar": ["batches", "thermometer"], "austral": ["ambient", "loud_sensor"],
+            "boreal": ["many_bad_runs", "thermometer"]}.get(which, [])
     assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(
         [*TEMPTATIONS] * times + more)
 
@@ -270,10 +274,11 @@ def test_seeds_and_files_of_the_lists_differ() -> None:
                                        *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values(),
                                        *BEYOND.values(), *ABROAD.values(), *AFIELD.values(), *FARTHER.values(),
                                        *REMOTE.values(), *OUTLYING.values(), *DISTANT.values(),
-                                       *OVERSEAS.values(), *POLAR.values(), *AUSTRAL.values())]
+                                       *OVERSEAS.values(), *POLAR.values(), *AUSTRAL.values(),
+                                       *BOREAL.values())]
     assert len(set(seeds)) == len(seeds)
     assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER, *BEYOND, *ABROAD,
-                *AFIELD, *FARTHER, *REMOTE, *OUTLYING, *DISTANT, *OVERSEAS, *POLAR, *AUSTRAL}) == len(seeds)
+                *AFIELD, *FARTHER, *REMOTE, *OUTLYING, *DISTANT, *OVERSEAS, *POLAR, *AUSTRAL, *BOREAL}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

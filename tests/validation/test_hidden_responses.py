@@ -8,7 +8,8 @@ from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
-            "relax", "opens", "warms", "swings", "clings", "locks", "silts", "doubts")  # on a ramp by a time of its own
+            "relax", "opens", "warms", "swings", "clings", "locks", "silts", "doubts",
+            "bubbles", "waits")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -237,6 +238,25 @@ def test_a_fast_change_is_doubted_for_a_while_and_a_slow_one_is_not() -> None:
     assert fast[0][doubted][-1] > 13
     believed = HEAVY.time > 0.443
     np.testing.assert_array_equal(reading[believed], fast[0][believed])
+
+
+def test_a_bubble_is_slow_at_a_low_pressure_and_dissolves_at_a_high_one() -> None:
+    ramp = 18 * np.minimum(HEAVY.time, 1)[None]
+    left = (ramp - RESPONSES["bubbles"](ramp, 0.01, "pressure", HEAVY))[0] / 18
+    assert np.interp(0.125, HEAVY.time, left) == pytest.approx(0.013, abs=0.003)
+    assert np.interp(0.05, HEAVY.time, left) > 0.02
+    assert np.all(left[(HEAVY.time > 0.4) & (HEAVY.time < 1)] < 1e-3)
+    constant = np.full((1, len(HEAVY.time)), 2.0)
+    np.testing.assert_allclose(RESPONSES["bubbles"](constant, 0.01, "pressure", HEAVY), constant)
+
+
+def test_a_recorder_that_waits_is_late_by_another_time_in_each_run() -> None:
+    ramps = np.tile(20 * HEAVY.time, (100, 1))
+    late = (HEAVY.time - RESPONSES["waits"](ramps, 0.01, "output_speed", HEAVY) / 20)[:, 500:]
+    assert np.all(np.ptp(late, axis=1) < 1e-9)
+    assert late.mean() == pytest.approx(0.01, rel=0.1)
+    assert np.median(late) < 0.003
+    assert 0.05 < late.max() < 0.06
 
 
 def test_plays_in_parallel_are_averaged() -> None:

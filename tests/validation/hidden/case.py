@@ -10,6 +10,7 @@ import numpy as np
 from . import bad_runs, sensors
 from .bench import Bench
 from .catalogue import PHYSICAL, UNLISTED
+from .eighteenth import EIGHTEENTH
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
 from .fifteenth import FIFTEENTH
@@ -34,7 +35,8 @@ from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
 UNSEEN_ONES = (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH,
-               *TWELFTH, *THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH)
+               *TWELFTH, *THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
+               *EIGHTEENTH)
 LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN_ONES}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run

@@ -1,6 +1,6 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT`, `OVERSEAS`, `POLAR` and
-`AUSTRAL` for judging it.
+`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT`, `OVERSEAS`, `POLAR`,
+`AUSTRAL` and `BOREAL` for judging it.
 """
 
 import csv
@@ -54,7 +54,8 @@ DISTANT = read(_DATA / "distant.csv")
 OVERSEAS = read(_DATA / "overseas.csv")
 POLAR = read(_DATA / "polar.csv")
 AUSTRAL = read(_DATA / "austral.csv")
+BOREAL = read(_DATA / "boreal.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
          "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT, "overseas": OVERSEAS,
-         "polar": POLAR, "austral": AUSTRAL}
+         "polar": POLAR, "austral": AUSTRAL, "boreal": BOREAL}

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, AUSTRAL, BEYOND, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
+from .cases import ABROAD, AFIELD, AUSTRAL, BEYOND, BOREAL, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
+from .eighteenth import EIGHTEENTH
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
 from .fifteenth import FIFTEENTH
@@ -45,8 +46,10 @@ def used() -> Iterator[tuple[str, str]]:
     """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
-                                            *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH)}
-    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL):
+                                            *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
+                                            *EIGHTEENTH)}
+    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL,
+                  BOREAL):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

@@ -346,6 +346,24 @@ def doubts(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.n
     return filtered
 
 
+def bubbles(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by `strength` at an eighth of the range, by up to 25 times it below, and by far less above.
+
+    It is in inverse proportion to the cube of the value, as of a bubble that is pressed together and dissolves.
+    """
+    small = np.clip((0.155 / (np.abs(signal) / size(name, setup) + 0.03)) ** 3, 0.02, 25)
+    return _lagged_by(signal, strength * _slowness(setup) * small, setup)
+
+
+def waits(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Delay each run by another time, on average by `strength`: most hardly, and a few by up to 6 times it.
+
+    The times are those of a golden section of the number of the run, to its fifth power.
+    """
+    late = 6 * strength * _slowness(setup) * np.mod(0.618034 * np.arange(1, len(signal) + 1), 1.0) ** 5
+    return np.array([np.interp(setup.time - by, setup.time, row) for by, row in zip(late, signal, strict=True)])
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -384,4 +402,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "relax": relax, "opens": opens,
              "warms": warms, "swings": swings,
              "clings": clings, "locks": locks,
-             "silts": silts, "doubts": doubts}
+             "silts": silts, "doubts": doubts,
+             "bubbles": bubbles, "waits": waits}
