@@ -19,7 +19,7 @@ from slipstick.naming.answer import answer
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 from slipstick.recordings import Recordings
-from slipstick.study.confidence import confidence, evidence_of, is_reported
+from slipstick.study.confidence import are_reported, confidence, evidence_of
 
 TABLE = Path(__file__).with_name("blind_answers.csv")
 HEADER = ("run", "commit", "settings", "case", "answer", "effect", "block", "quantity", "depends_on", "confidence",
@@ -50,9 +50,10 @@ def main(files: list[Path]) -> None:
     for file, found in zip(files, answers, strict=True):
         start = [run, commit, settings.digest[:12], file.stem]
         seconds = round(found.seconds, 1)
-        for finding in found.findings:
-            its, evidence = answer(finding, found.measured.get(finding.pair)), evidence_of(finding, found.findings)
-            if is_reported(evidence):
+        every = [evidence_of(finding, found.findings) for finding in found.findings]
+        for finding, evidence, is_reported in zip(found.findings, every, are_reported(every), strict=True):
+            if is_reported:
+                its = answer(finding, found.measured.get(finding.pair))
                 rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair,
                              round(confidence(evidence), 2), "+".join(its.others), seconds])
         rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rates import bounds
-from slipstick.study.confidence import BANDS, Evidence, confidence, is_reported
+from slipstick.study.confidence import BANDS, Evidence, are_reported, confidence
 from tests.validation.hidden.case import LAWS
 
 CLEAR = 0.9
@@ -160,13 +160,14 @@ def findings_of(entry: dict[str, Any]) -> list[tuple[Evidence, bool]]:
 
 
 def reported(entry: dict[str, Any], which: str) -> dict[str, Any]:
-    """A case of the list `which` with the findings that a study reports: further ones must be likely.
+    """A case of the list `which` with the findings that a study reports.
 
     What others leave in a block that only unlikely ones explain is not explained.
     """
-    kept, unlikely = list[dict[str, Any]](), list[dict[str, Any]]()
-    for its, (evidence, is_right) in zip(entry["findings"], findings_of(entry), strict=True):
-        its = its | {"confidence": confidence(evidence, which), "right": is_right}
-        (kept if is_reported(evidence, which) else unlikely).append(its)
+    evidence, right_ones = zip(*findings_of(entry), strict=True) if entry["findings"] else ((), ())
+    its = [finding | {"confidence": confidence(one, which), "right": is_right}
+           for finding, one, is_right in zip(entry["findings"], evidence, right_ones, strict=True)]
+    are = are_reported(evidence, which)
+    kept, unlikely = ([one for one, said in zip(its, are, strict=True) if said is wanted] for wanted in (True, False))
     left = {*entry["unexplained"], *(block(its["pair"]) for its in unlikely)}
     return entry | {"findings": kept, "unlikely": unlikely, "unexplained": sorted(left)}

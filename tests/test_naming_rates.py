@@ -1,4 +1,4 @@
-"""Rates of naming count what a study would report: further findings only where they are likely."""
+"""Rates of naming count what a study would report: findings beside the largest only where they are likely enough."""
 
 from typing import Any
 
@@ -10,8 +10,9 @@ from slipstick.study.confidence import Evidence, confidence
 LIST = "a list that no confidence was fitted to"
 
 
-def finding(pair: tuple[str, str], lead: float, *, further: bool, rivals: tuple[tuple[str, str], ...] = ()) -> Any:
-    return {"pair": list(pair), "lead": lead, "nats": 100.0, "further": further, "effect": "",
+def finding(pair: tuple[str, str], lead: float, *, further: bool, rivals: tuple[tuple[str, str], ...] = (),
+            nats: float = 100.0) -> Any:
+    return {"pair": list(pair), "lead": lead, "nats": nats, "further": further, "effect": "",
             "rivals": [list(one) for one in rivals]}
 
 
@@ -21,7 +22,7 @@ def case(*findings: Any) -> dict[str, Any]:
 
 
 RIGHT = finding(("load torque", "output speed"), 9.0, further=False)
-WRONG = finding(("input torque", "time"), 1.5, further=True)
+WRONG = finding(("input torque", "time"), 1.5, further=True, nats=5.0)
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +31,7 @@ def effects(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.naming_rates.LAWS", {})
 
 
-def test_an_unlikely_further_finding_is_none_and_its_block_is_not_explained() -> None:
+def test_an_unlikely_smaller_finding_is_none_and_its_block_is_not_explained() -> None:
     both = case(RIGHT, WRONG)
     assert judged(both)["wrong"] == 1
     found = reported(both, LIST)
@@ -49,7 +50,7 @@ def test_the_largest_finding_is_reported_however_unlikely() -> None:
 
 def test_confidence_is_that_of_all_findings_of_a_case() -> None:
     found = reported(case(RIGHT, WRONG), LIST)
-    assert found["findings"][0]["confidence"] == confidence(Evidence(9.0, False, False, 0.5), LIST)
+    assert found["findings"][0]["confidence"] == confidence(Evidence(9.0, False, False, 100 / 105), LIST)
     assert found["findings"][0]["right"]
 
 

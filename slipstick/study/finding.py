@@ -172,6 +172,6 @@ class Remainder:
     nats: float
     """Gain of the natural log-likelihood in these blocks beside the findings."""
     confidence: float
-    """Expected share of right ones among further findings with such a lead; at most a half."""
+    """Expected share of right ones among findings with such evidence; at most a quarter."""
     counted: CountedFindings
     """How many findings with such a confidence were right."""

@@ -161,7 +161,7 @@ class StudyResult:
     """Stated levels of motor speed, load inertia and brake torque as the blocks measure them. The simulation has the
     measured values. A condition whose block was not tested, or that has a value in each engagement, is not listed."""
     remainders: list[Remainder] = field(default_factory=list)
-    """What the findings may leave in their part of the bench: further pairs that are more likely wrong than right."""
+    """What the findings may leave: smaller ones, three quarters of which are wrong, or more."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

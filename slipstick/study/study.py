@@ -32,7 +32,7 @@ from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.recordings.needed import NEEDED
 from slipstick.study.conditions import by_level, with_measured
-from slipstick.study.confidence import is_reported
+from slipstick.study.confidence import are_reported
 from slipstick.study.figures import Figures, figures
 from slipstick.study.findings import finding_result, judged, remainder
 from slipstick.study.progress import Log, StudySteps
@@ -59,8 +59,9 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     """Confirm in the simulation what `examine` has named, and say what it is worth."""
     found = from_json(named)
     every = judged(settings, found)
-    reported = [one for one in every if is_reported(one.evidence)]
-    left_over = [remainder(one) for one in every if one not in reported]
+    are = are_reported([one.evidence for one in every])
+    reported = [one for one, its in zip(every, are, strict=True) if its]
+    left_over = [remainder(one) for one, its in zip(every, are, strict=True) if not its]
     found = replace(found, findings=tuple(one.finding for one in reported))
     answers = [one.said for one in reported]
     traces, points = _traces(settings, bench, recordings, found)

@@ -44,7 +44,7 @@ def _left_over(one: Remainder, result: StudyResult) -> tuple[str, str]:
     blocks = [f"“{block.signals}”" for block in result.blocks if block.name in one.blocks]
     return (f"Left over: {within(one.title)}?",
             f"Beside the findings it would explain {one.nats:.0f} nats in {listed(blocks or ['?'])}. Only "
-            f"{one.counted.right} of {one.counted.of} such further findings were right on simulated benches: more "
+            f"{one.counted.right} of {one.counted.of} such findings were right on simulated benches: more "
             "likely a law that was found does not follow its cause everywhere. It is neither named nor simulated.")
 
 

@@ -250,7 +250,7 @@ def test_what_a_finding_may_leave_is_a_warning_and_no_finding(studied: Studied, 
                      CountedFindings(0.0, 0.4, 9, 44))
     text = reading(page(replace(result, remainders=[left]), figures)).text
     assert "Left over: drifting <film>? Beside the findings it would explain 38 nats in" in text
-    assert "Only 9 of 44 such further findings were right on simulated benches" in text
+    assert "Only 9 of 44 such findings were right on simulated benches" in text
     assert "left over: drifting <film>?" in text
     assert "Finding: drifting" not in text
     assert "Left over" not in reading(page(result, figures)).text

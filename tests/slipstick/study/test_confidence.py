@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from slipstick.naming.selection import Finding, Rival
-from slipstick.study.confidence import BANDS, Evidence, confidence, counted, evidence_of, found, is_reported
+from slipstick.study.confidence import BANDS, LEAST, Evidence, are_reported, confidence, counted, evidence_of, found
 
 LEADS = (1.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
@@ -51,13 +51,14 @@ def test_evidence_of_a_finding_is_that_beside_the_others() -> None:
     assert evidence_of(second, [first, second]) == beside
 
 
-def test_only_further_findings_must_be_likely() -> None:
-    doubtful = Evidence(1.0, alone=False, further=False, share=1.0)
-    assert is_reported(doubtful)
-    assert not is_reported(doubtful._replace(further=True))
-    likely = [lead for lead in (1e2, 1e6, 1e12) if confidence(Evidence(lead, False, True, share=0.3)) > 0.5]
-    assert likely
-    assert is_reported(Evidence(likely[0], alone=False, further=True, share=0.3))
+def test_findings_beside_the_largest_must_be_likely_enough() -> None:
+    largest, beside = (Evidence(2.0, alone=False, further=False, share=share) for share in (0.9, 0.09))
+    doubtful = Evidence(1.0, alone=False, further=True, share=0.01)
+    assert confidence(doubtful) < LEAST < confidence(beside)
+    assert are_reported([largest, doubtful, beside]) == [True, False, True]
+    assert are_reported([beside, largest]) == [True, True]
+    assert are_reported([doubtful]) == [True]
+    assert are_reported([]) == []
 
 
 def test_the_mean_confidence_is_the_share_of_right_findings() -> None:
