@@ -7,7 +7,7 @@ assign to names in capitals, and the fields of `NamingSettings`. A module with a
 changed source, so that defaults of functions change as well, and its kernels anew. Every finished sweep is a line of
 var/constants.jsonl; constants.csv counts changed answers: other findings, or other blocks unexplained. The cases are
 at equal distances in the development list of those with at most 54 engagements and one hidden effect at most; of each,
-ENGAGEMENTS at equal distances are used. With names, such as settings.knots or naming.closing.SMALLEST, only these
+ENGAGEMENTS at equal distances are used. With names, such as settings.knots or naming.selection.NEAR, only these
 constants are swept, and the table keeps its rows of the others.
 """
 
@@ -22,7 +22,7 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import spec_from_file_location
 from multiprocessing import get_context
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 from types import CodeType, ModuleType
 from typing import Any
 
@@ -127,7 +127,8 @@ def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
     elif factor != 1:
         sys.meta_path.insert(0, _Finder(constant, factor))  # type: ignore[arg-type]
         if "njit" in _source(constant).read_text():  # numba's cache does not see that a constant of a kernel changed
-            numba.config.CACHE_DIR = mkdtemp()
+            own_cache = TemporaryDirectory()  # removed when this function returns
+            numba.config.CACHE_DIR = own_cache.name
 
     from benchmarks.benches import BENCHES
     from benchmarks.naming import recorded

@@ -138,15 +138,14 @@ def accuracy(entries: list[dict[str, Any]]) -> list[list[object]]:
 
     The other unit is the error of an oracle that knows all but the size of the effect: 1/5 at the limit `seen`.
     """
-    laws = [its for entry in entries for its in entry.get("laws", ())]
-    seen = [next(one["seen"] for one in entry["hidden"] if one["pair"] == its["pair"])
+    laws = [(its, next(one["seen"] for one in entry["hidden"] if one["pair"] == its["pair"]))
             for entry in entries for its in entry.get("laws", ())]
     rows = [rate(f"laws of right pairs: RMS off by at most {most:g} times the stated error",
-                 [its["share"] <= most * its["stated"] for its in laws]) for most in (1.0, LAW_WITHIN, 3.0)]
-    averages = [(np.median, "off by, as a share of the law: median", [its["share"] for its in laws]),
+                 [its["share"] <= most * its["stated"] for its, _ in laws]) for most in (1.0, LAW_WITHIN, 3.0)]
+    averages = [(np.median, "off by, as a share of the law: median", [its["share"] for its, _ in laws]),
                 (np.median, "off by, over the error of an oracle that knows the form: median",
-                 [5 * limits * its["share"] for its, limits in zip(laws, seen, strict=True)]),
-                (np.mean, "share of the visited range in the 90 % band: mean", [its["held"] for its in laws])]
+                 [5 * seen * its["share"] for its, seen in laws]),
+                (np.mean, "share of the visited range in the 90 % band: mean", [its["held"] for its, _ in laws])]
     return rows + [[f"laws of right pairs: {what}", "", len(laws),
                     float(f"{average(values):.3g}") if laws else "", "", ""] for average, what, values in averages]
 
@@ -164,10 +163,9 @@ def reported(entry: dict[str, Any], which: str) -> dict[str, Any]:
 
     What others leave in a block that only unlikely ones explain is not explained.
     """
-    evidence, right_ones = zip(*findings_of(entry), strict=True) if entry["findings"] else ((), ())
-    its = [finding | {"confidence": confidence(one, which), "right": is_right}
-           for finding, one, is_right in zip(entry["findings"], evidence, right_ones, strict=True)]
-    are = are_reported(evidence, which)
-    kept, unlikely = ([one for one, said in zip(its, are, strict=True) if said is wanted] for wanted in (True, False))
+    found, kept, unlikely = findings_of(entry), list[dict[str, Any]](), list[dict[str, Any]]()
+    are = are_reported([evidence for evidence, _ in found], which)
+    for its, (evidence, is_right), is_reported in zip(entry["findings"], found, are, strict=True):
+        (kept if is_reported else unlikely).append(its | {"confidence": confidence(evidence, which), "right": is_right})
     left = {*entry["unexplained"], *(block(its["pair"]) for its in unlikely)}
     return entry | {"findings": kept, "unlikely": unlikely, "unexplained": sorted(left)}

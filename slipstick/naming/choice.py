@@ -43,7 +43,7 @@ class Choice:
 
         Rises of the likelihood are summed over all blocks, where a pair changes nothing in a block that it does not act
         on. A pair that acts on several blocks must do better than pairs of their own: two names are asked for where
-        they explain enough more than one.
+        they explain enough more than one. What is chosen in one of these blocks is then chosen without the joint pair.
         """
         those = [self._tried(one) for one in (best, *near)]
         most = max(one.nats for one in those)
