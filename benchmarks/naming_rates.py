@@ -18,9 +18,11 @@ LAW_WITHIN = 1.5
 """How many times its stated error a measured law may be off at most."""
 LIMITS = ((0, 1), (1, 2), (2, 5), (5, np.inf), (1, np.inf))
 """Ranges of strengths in naming limits."""
-SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure"),
-        ("friction coefficient", "lag"): ("contact pressure", "lag")}
-"""Pairs that are the same effect of the catalogue: air in the oil, and the lag of friction behind the pressure."""
+SAME = {("piston rate", "pressure"): ("clearance", "pressure"), ("piston gain", "pressure"): ("clearance", "pressure")}
+"""Pairs that are the same effect of the catalogue: air in the oil."""
+EQUAL = {"brake torque": "load torque", "contact pressure": "friction coefficient"}
+"""Quantities that are compared as another one: the hidden benches count the brake torque as a load torque, and the
+friction torque is the product of contact pressure and friction coefficient, which nothing else depends on."""
 BLOCK = {"line pressure": "valve", "valve current": "valve", "valve delay": "valve", "pressure sensor": "valve",
          "load torque": "load", "brake torque": "load", "output speed sensor": "load",
          "input torque": "input", "converter torque": "input",
@@ -32,9 +34,10 @@ _DRIFTS = {"sequence": "run order", "time": "time"}
 
 
 def same(pair: Iterable[str]) -> tuple[str, ...]:
-    """The pair under which it is compared. The hidden benches count the brake torque as a load torque."""
-    its = tuple("load torque" if name == "brake torque" else name for name in pair)
-    return SAME.get(its, its)  # type: ignore[call-overload, no-any-return]
+    """The pair under which it is compared."""
+    quantity, on = pair
+    its = EQUAL.get(quantity, quantity), on
+    return SAME.get(its, its)
 
 
 def right(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
@@ -56,8 +59,8 @@ def right_of_any(entry: dict[str, Any]) -> set[tuple[str, ...]]:
 def alike(hidden: dict[str, Any]) -> set[tuple[str, ...]]:
     """All pairs that name a hidden effect."""
     its = right(hidden)
-    of_brake = {("brake torque", on) for quantity, on in its if quantity == "load torque"}
-    return its | of_brake | {other for other in SAME if SAME[other] in its}
+    equal = {(one, on) for quantity, on in its for one in EQUAL if EQUAL[one] == quantity}
+    return its | equal | {other for other in SAME if SAME[other] in its}
 
 
 def judged(entry: dict[str, Any]) -> dict[str, Any]:

@@ -6,6 +6,8 @@ from numba import njit
 _SERIES = 1e-6
 """Product of rate and step below which the weight is taken from its Taylor series, because the closed form cancels."""
 
+_FREQUENCY = float(np.sqrt(2.0))
+"""Of the oscillation of the valve, in units of 1/tau."""
 _LEAST_RATIO = 1e-9
 """Least variance of a step of a random walk over that of the white noise: without steps the average has no end."""
 
@@ -57,23 +59,53 @@ def valve_response(step: float, demand: np.ndarray, delay: np.ndarray) -> np.nda
 
 @njit(nogil=True, cache=True)
 def _second_order(demand, steps, out):  # type: ignore[no-untyped-def]
-    # Time in units of tau: the poles are -2 +- i sqrt(2), and a ramp of the demand is followed one unit late.
-    frequency = np.sqrt(2.0)
     for i in range(out.shape[0]):
-        h = steps[i]
-        decay, c, s = np.exp(-2.0 * h), np.cos(frequency * h), np.sin(frequency * h)
+        wave = _wave(steps[i])
         for j in range(out.shape[1]):
             x, v = 0.0, 0.0
             for t in range(out.shape[2] - 1):
-                ramp = (demand[i, j, t + 1] - demand[i, j, t]) / h
-                offset = demand[i, j, t] - ramp
-                # Deviation from the ramp's own response: exp(-2 h) (a cos + b sin).
-                a = x - offset
-                b = ((v - ramp) + 2.0 * a) / frequency
-                value = decay * (a * c + b * s)
-                x = offset + ramp * h + value
-                v = ramp - 2.0 * value + frequency * decay * (b * c - a * s)
+                x, v = _advanced(x, v, steps[i], wave, demand[i, j, t], demand[i, j, t + 1])
                 out[i, j, t + 1] = x
+
+
+@njit(nogil=True, cache=True)
+def _wave(h):  # type: ignore[no-untyped-def]
+    return np.exp(-2.0 * h), np.cos(_FREQUENCY * h), np.sin(_FREQUENCY * h)
+
+
+@njit(nogil=True, cache=True)
+def _advanced(x, v, h, wave, now, later):  # type: ignore[no-untyped-def]
+    # Time in units of tau: the poles are -2 +- i sqrt(2), and a ramp of the demand is followed one unit late.
+    decay, c, s = wave
+    ramp = (later - now) / h
+    offset = now - ramp
+    # Deviation from the ramp's own response: exp(-2 h) (a cos + b sin).
+    a = x - offset
+    b = ((v - ramp) + 2.0 * a) / _FREQUENCY
+    value = decay * (a * c + b * s)
+    return offset + ramp * h + value, ramp - 2.0 * value + _FREQUENCY * decay * (b * c - a * s)
+
+
+def varying_response(step: float, demand: np.ndarray, delay: np.ndarray) -> np.ndarray:
+    """Pressure (n, k) as `valve_response`, for a demand (n, k) and delays (n, k) in s that change with time.
+
+    The delay is constant over each step, with the mean of its ends. Pressure and rate do not jump with it.
+    """
+    out = np.zeros(demand.shape)
+    _varying(np.ascontiguousarray(demand), 2 * step / (delay[:, 1:] + delay[:, :-1]), out)
+    return out
+
+
+@njit(nogil=True, cache=True)
+def _varying(demand, steps, out):  # type: ignore[no-untyped-def]
+    for i in range(out.shape[0]):
+        x, v = 0.0, 0.0
+        for t in range(out.shape[1] - 1):
+            h = steps[i, t]
+            if t > 0:  # v is the rate in units of tau
+                v *= steps[i, t - 1] / h
+            x, v = _advanced(x, v, h, _wave(h), demand[i, t], demand[i, t + 1])
+            out[i, t + 1] = x
 
 
 def play(values: np.ndarray, width: float) -> np.ndarray:

@@ -27,11 +27,9 @@ from slipstick.naming.mechanics import (
     true_torque,
     with_walk,
 )
-from slipstick.naming.scene import OF_PLATES, Scene
+from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
 
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
-_FURTHER = ("slip", "heat", "time in contact", "current")
-"""What the load torque is asked for besides where something is missing."""
 _OF_BRAKE = ("output speed", "time", "run order", "output position")
 """What the brake torque may depend on beside further channels."""
 _AGAINST = ("load torque", "brake torque")
@@ -136,7 +134,7 @@ class LoadBlock:
         """Laws of load torque, brake torque and both sensors."""
         # With the same brake torque in all engagements, a share of it is a torque.
         of_brake = (*_OF_BRAKE, *self.scene.channels) if np.ptp(self.brake) > 0 else ()
-        signals = (*_SIGNALS, *_FURTHER) if rare else _SIGNALS
+        signals = dict.fromkeys((*_SIGNALS, *WITHIN)) if rare else _SIGNALS
         return [*(("load torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("brake torque", on) for on in of_brake),
                 *sensor_errors.pairs_of(self.scene, rare, "output speed sensor", "output torque sensor")]

@@ -61,7 +61,7 @@ class ClutchBlock:
         self.change = np.gradient(pressure, scene.time, axis=1)
         self.slip = np.maximum(scene.smooth["input_speed"] / scene.gear - scene.smooth["output_speed"], 0.0)
         self.counted = scene.slipping
-        self.in_contact = Contact(*np.zeros((3, *pressure.shape)))
+        self.in_contact = Contact(*np.zeros((4, *pressure.shape)))
         self.modes: np.ndarray | None = None
         self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
         self._set(0.0)
@@ -113,9 +113,9 @@ class ClutchBlock:
         film, _ = self._closed(points, (), self.end, "friction", -np.ones(torque.shape))
         stroke, step = self.scene.value("contact_position"), self.scene.step
         width = stroke * self.scene.value("ramp_share") * (1 + self._all(points)[:, OWN.index("ramp_share"), None])
-        share = np.clip(1 - (stroke - position) / width, 0.0, 1.0)
+        beyond = np.arange(position.shape[1]) >= self.end[:, None]  # where the plates, once locked, still touch
+        share = np.where(beyond, 1.0, np.clip(1 - (stroke - position) / width, 0.0, 1.0))
         time = scipy.integrate.cumulative_trapezoid(share**2 * (3 - 2 * share), dx=step, axis=1, initial=0)
-        beyond = np.arange(position.shape[1]) >= self.end[:, None]
         # In full contact it is the stroke exactly, and after the samples that are integrated it is 0.
         touching = (position >= stroke) | beyond
         parts = np.logical_or.accumulate(~touching[:, ::-1], axis=1)[:, ::-1]
@@ -124,7 +124,8 @@ class ClutchBlock:
         lacking = scipy.ndimage.gaussian_filter1d(np.where(beyond, 0.0, self.measured - torque),
                                                   self.scene.settings.smoothing, axis=1)
         friction = np.where(beyond, self.scene.smooth[self.signal], np.where(share > 0, torque - film + lacking, 0.0))
-        return Contact(np.minimum(_run_length(touching), left) * step, time, np.maximum(friction, 0.0))
+        return Contact(np.minimum(_run_length(touching), left) * step, time, np.maximum(friction, 0.0),
+                       np.where(touching, stroke, position))
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor, and what the error of the explained pressure makes of the torque in full contact."""

@@ -8,7 +8,7 @@ import numpy as np
 from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import CLOSING
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
-from slipstick.naming.scene import OF_PLATES, Pair, Scene
+from slipstick.naming.scene import OF_PLATES, WITHIN, Pair, Scene
 
 PAIRS: tuple[Pair, ...] = (
     *(("friction coefficient", on)
@@ -18,8 +18,10 @@ PAIRS: tuple[Pair, ...] = (
     ("piston rate", "pressure"), ("piston rate", "piston rate"), ("piston rate", "piston position"),
     ("piston rate", "direction"))
 """All pairs of the clutch, without those of the torque sensor and over further recorded channels."""
-_FURTHER = ("output speed", "input speed", "current", "time", "output position")
-"""What the friction is asked for besides where something is missing in full contact."""
+_FURTHER: tuple[Pair, ...] = (
+    *(("friction coefficient", on) for on in WITHIN if on != "piston position"),  # which is the same in full contact
+    *(("chamber pressure", on) for on in WITHIN if on not in ("pressure", "piston position")))
+"""Pairs that are asked for besides where something is missing in full contact."""
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 
@@ -67,12 +69,13 @@ class Contact:
 
     f_reg is the share of the friction that acts, which rises from 0 to 1 before full contact. The difference of the two
     times is that of a slow or fast closing: engagements differ in it. `friction` (n, k) is the torque in N m
-    that heats the plates, without that of the oil film.
+    that heats the plates, without that of the oil film, and `position` (n, k) that of the piston in m.
     """
 
     full: np.ndarray
     time: np.ndarray
     friction: np.ndarray
+    position: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +105,7 @@ def pairs_of(scene: Scene, rare: bool) -> list[Pair]:
     """All pairs of the clutch, with or without `rare` ones."""
     return [*PAIRS, *sensor_errors.pairs_of(scene, rare, "output torque sensor"),
             *((quantity, on) for quantity in _OF_RUNS for on in scene.channels),
-            *(("friction coefficient", on) for on in _FURTHER if rare)]
+            *(pair for pair in _FURTHER if rare and pair not in PAIRS)]
 
 
 def law_of(pair: Pair, given: Loading) -> PistonLaw:
@@ -128,6 +131,12 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         knots = bases.evenly(x, given.counted, given.knots(pair))
         hats = bases.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
         return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(len(knots))))
+    if quantity == "chamber pressure":
+        x = _abscissa(on, given)
+        knots = _knots(on, x, given.counted & (given.in_contact.full > 0), count)
+        # Without the first hat, which is the bias of the pressure.
+        return PistonLaw.signal("chamber", bases.hats(x, knots)[:, 1:] * _CHAMBER,
+                                over(pair, knots, _CHAMBER * values[:, 1:], up_to="constant"))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
         knots = bases.from_zero(x, given.counted, count)
@@ -176,8 +185,7 @@ def _friction(pair: Pair, given: Loading) -> PistonLaw:
     """A relative law of the friction over a signal."""
     loaded = given.counted & (given.in_contact.full > 0)
     x = _abscissa(pair[1], given)
-    spaced = bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
-    knots = spaced(x, loaded, given.knots(pair))
+    knots = _knots(pair[1], x, loaded, given.knots(pair))
     hats = bases.hats(x, knots)
     # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
     centre = np.einsum("nmk,nk->m", hats, loaded) / max(1, loaded.sum())
@@ -186,8 +194,13 @@ def _friction(pair: Pair, given: Loading) -> PistonLaw:
     return PistonLaw.signal("friction", hats - centre[:, None], values)
 
 
+def _knots(on: str, x: np.ndarray, seen: np.ndarray, count: int) -> np.ndarray:
+    """Knots (count,) of a law over values x where `seen`, both (n, k)."""
+    return (bases.from_zero if on in _FROM_ZERO else bases.evenly)(x, seen, count)
+
+
 def _abscissa(on: str, given: Loading) -> np.ndarray:
-    """The signal (n, k) that a law of the friction depends on."""
+    """The signal (n, k) that a law depends on."""
     if on in OF_PLATES:
         return of_plates(given.scene, given.in_contact)[on]
     return np.maximum(given.pressure, 0) if on == "pressure" else given.scene.abscissa(on)
@@ -195,4 +208,5 @@ def _abscissa(on: str, given: Loading) -> np.ndarray:
 
 def of_plates(scene: Scene, in_contact: Contact) -> dict[str, np.ndarray]:
     """The values (n, k) of `OF_PLATES` with the times `in_contact`."""
-    return {"heat": scene.heat(in_contact.friction), "time in contact": in_contact.time}
+    return {"heat": scene.heat(in_contact.friction), "time in contact": in_contact.time,
+            "piston position": in_contact.position}

@@ -35,8 +35,10 @@ _ERRORS, _SAMPLES = 4, 2
 TOLD_BY = {"pressure": ("pressure",), "input speed": ("input_speed",), "output speed": ("output_speed",),
            "output position": ("output_speed",), "slip": ("input_speed", "output_speed"), "current": ()}
 """Signals from which the values of a dependence come, for the dependences of blocks that may lack one."""
-OF_PLATES = ("heat", "time in contact")
+OF_PLATES = ("heat", "time in contact", "piston position")
 """What laws may depend on that no signal tells, but the blocks of the clutch."""
+WITHIN = ("time", *TOLD_BY, *OF_PLATES)
+"""All that changes within an engagement and that a law may depend on."""
 _LOSSES = ("input_coulomb", "input_viscous", "output_viscous", "input_inertia")
 TYPICAL = 0.1
 """Share of the largest friction torque that is the unit of torques that laws add, so that coefficients are about 1."""
@@ -94,7 +96,7 @@ class Scene:
         return depends_on in self.of_plates if depends_on in OF_PLATES else self.has(*TOLD_BY.get(depends_on, ()))
 
     def abscissa(self, depends_on: str) -> np.ndarray:
-        """One of the "time", the "current", `TOLD_BY` and `OF_PLATES`, (n, k).
+        """One of `WITHIN`, (n, k).
 
         Pressure, output speed and slip are 0 where they would be negative.
         """

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slipstick.naming.bases import between_knots, doubled, from_zero, gain_basis, gain_points, hats
-from slipstick.naming.scene import OF_PLATES, TOLD_BY, TYPICAL, Pair, Scene
+from slipstick.naming.scene import TYPICAL, WITHIN, Pair, Scene
 from slipstick.naming.sensor_lags import late_columns, read_late
 from slipstick.threads import mapped
 
 _FAULTS = ("offset", "gain", "lag", "run order", "time")
-_FURTHER = ("slip", "pressure", "input speed", "output speed", "current", "heat", "time in contact", "motor speed")
+_FURTHER = (*WITHIN, "motor speed")
 """What the error of any sensor is asked for besides where something is missing, and further channels."""
 _ERRORS_OVER: dict[str, tuple[str, ...]] = {
     "pressure sensor": (*_FAULTS, "input speed"), "input speed sensor": _FAULTS, "output speed sensor": _FAULTS,
@@ -41,7 +41,7 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
     """
     if on == "time":
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer)) * drift(scene, sensor))
-    if on in (*TOLD_BY, *OF_PLATES):
+    if on in WITHIN:
         # Without the first hat: an error where the other signal is 0 is an offset.
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer))[:, 1:] * drift(scene, sensor))
     if on in scene.of_runs and on != "run order":
@@ -71,7 +71,7 @@ def read_too_much(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.
         c = np.concatenate([[0.0], c]) if sensor in NOT_TOLD_FROM_GAIN else c
         share = np.abs(signal) / size
         return np.asarray(signal * (np.interp(share, gain_points(finer), c) if finer else c[0] + c[1] * share))
-    if on in ("time", *TOLD_BY, *OF_PLATES):
+    if on in WITHIN:
         values = c if on == "time" else np.concatenate([[0.0], c])
         error = np.interp(scene.abscissa(on), error_knots(scene, on, finer), values)
         return np.asarray(error * drift(scene, sensor) * np.ones(signal.shape))

@@ -33,7 +33,7 @@ from slipstick.naming.mechanics import (
     true_torque,
     with_walk,
 )
-from slipstick.naming.scene import OF_PLATES, Scene
+from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
 from slipstick.naming.shaft_kernel import turn
 from slipstick.threads import mapped, parts_of
 
@@ -47,10 +47,8 @@ _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
 SENSOR = "input speed sensor"
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
-_FURTHER = ("slip", "heat", "time in contact", "current", "output position")
-"""What the input torque is asked for besides where something is missing."""
-_OF_CONVERTER = ("slip", "heat", "time in contact", "current", "pressure", "time", "output speed", "motor speed")
-"""What the converter's torque is asked for besides, as a share of it."""
+_OF_CONVERTER = ("lag", "run order")
+"""What the torque of the converter depends on, as a share of it."""
 _FROM_ZERO = ("output speed", "pressure", "slip", *OF_PLATES)
 """Signals near whose zero laws change fastest; the knots are closer there."""
 
@@ -184,8 +182,8 @@ class InputBlock:
 
     def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
-        signals = (*_SIGNALS, *_FURTHER) if rare else _SIGNALS
-        of_converter = ("lag", "run order", *(_OF_CONVERTER if rare else ()))
+        signals = dict.fromkeys((*_SIGNALS, *WITHIN)) if rare else _SIGNALS
+        of_converter = (*_OF_CONVERTER, *(WITHIN if rare else ()), *(("motor speed",) if rare else ()))
         return [*(("input torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in (*of_converter, *self.scene.channels) if self.scene.knows(on)),
                 *sensor_errors.pairs_of(self.scene, rare, "input speed sensor", "output torque sensor")]

@@ -7,7 +7,7 @@ A block can be asked if the signals that it needs were measured.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import scipy
@@ -32,11 +32,26 @@ from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
 
-Onset = tuple[np.ndarray, np.ndarray]
-"""Parameters (n, q) of the piston in each engagement, and the shared values (p,), at the onset of the torque."""
 Linear = TypeVar("Linear", ValveBlock, LoadBlock, InputBlock)
 
 _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
+
+
+class Onset(NamedTuple):
+    """What an earlier start found at the onset of the torque.
+
+    Parameters `points` (n, q) of the piston in each engagement, the `shared` values (p,), and `of_plates` as `Scene`
+    has it.
+    """
+
+    points: np.ndarray
+    shared: np.ndarray
+    of_plates: Mapping[str, np.ndarray]
+
+    def without(self, rows: np.ndarray) -> "Onset":
+        """That of the engagements but `rows`."""
+        left = {name: np.delete(values, rows, axis=0) for name, values in self.of_plates.items()}
+        return Onset(np.delete(self.points, rows, axis=0), self.shared, left)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +62,11 @@ class Closing:
     onset: CurvedFit
     counted: np.ndarray
     """Samples (n, k) up to full contact."""
+
+    @property
+    def known(self) -> Onset:
+        """What another start can begin with."""
+        return Onset(self.onset.points, self.onset.shared, of_plates(self.block.scene, self.block.in_contact))
 
     def with_explained_speeds(self, fits: Mapping[str, BlockFit]) -> ClutchBlock:
         """The clutch with the speeds that `fits` explain: what a noisy slip predicts has too weak a film torque.
@@ -87,9 +107,12 @@ class Start:
 def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
     """Fit the blocks one after the other, each with what the ones before explain of its inputs.
 
-    What an earlier start found is `known` of the onset: it is another place from which the piston is fitted.
+    What an earlier start found is `known` of the onset: it is another place from which the piston is fitted. If
+    something is missing in the valve, it may depend on the plates, whose onset follows it: then both begin again.
     """
-    can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
+    whole, can = scene, open_blocks(tuple(scene.smooth))
+    valve, findings, closing_piston = None, list[Finding](), None
+    scene = scene if known is None else replace(scene, of_plates=known.of_plates)
     if "valve" in can:
         ask(Asked("valve", ("valve",)))
         scene, _ = _first(ValveBlock, scene)
@@ -112,8 +135,9 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
         contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points, late))
         scene = _with_noise(scene, closing_piston.onset, contact)
         closing_piston = _onset(scene, pressure, late, rough)
-    if closing_piston is not None:
-        scene = replace(scene, of_plates=of_plates(scene, closing_piston.block.in_contact))
+        if lacks and known is None:
+            return begin(whole, ask, closing_piston.known)
+        scene = replace(scene, of_plates=closing_piston.known.of_plates)
     fits = {}
     if "load" in can or "input" in can:
         torque = _torque(scene, closing_piston)
@@ -197,7 +221,7 @@ def _rough(scene: Scene, pressure: np.ndarray, late: Late | None, known: Onset |
     found = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
     if known is None:
         return found
-    return max(found, fit_curved(block, points=known[0], shared=known[1], iterations=8), key=evidence_of)
+    return max(found, fit_curved(block, points=known.points, shared=known.shared, iterations=8), key=evidence_of)
 
 
 def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> Closing:

@@ -103,8 +103,7 @@ class _Linear(NamedTuple):
         """
         known, kept = None, np.delete(self.kept, bad)
         if self.start.closing is not None:  # the onset is tried as well
-            onset = self.start.closing.onset
-            known = np.delete(onset.points, bad, axis=0), onset.shared
+            known = self.start.closing.known.without(bad)
         start = begin(replace(whole.take(kept), noise=dict(noise), noise_is_known=True), ask, known)
         return _Linear(kept, start, *_with_laws(start, settings, ask))
 

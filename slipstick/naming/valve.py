@@ -4,7 +4,8 @@
 
 with the delay tau in s, the bias a in A, the gain k in bar/A and the current u in A. Laws change the current, the line
 pressure (the gain), the delay, or what the sensor reads. Those within an engagement enter as demanded pressures, whose
-response the same filter gives; those between engagements as multiples of the columns of its parameters.
+response the same filter gives; those between engagements as multiples of the columns of its parameters. A delay that
+changes within an engagement is integrated.
 """
 
 from collections.abc import Mapping
@@ -15,27 +16,25 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.blocks import Valve
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.clutch.lag import lagged_signal
-from slipstick.naming import bases, sensor_errors
+from slipstick.naming import bases, past_current, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
-from slipstick.naming.filters import play, valve_response
+from slipstick.naming.filters import valve_response, varying_response
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
-from slipstick.naming.scene import Scene
+from slipstick.naming.scene import WITHIN, Scene
+from slipstick.threads import mapped
 
 _FINE = 2
 """Steps of the filter in a sample: a current that bends between samples is then followed to a quarter of the error."""
 _STEP, _CLOCK_STEP = 1e-4, 0.1
 """Steps of the finite differences: relative, and of the clock in samples. The prediction is smooth and has no noise."""
-_PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
-"""Half-widths of the play operators over the largest current: a factor 2 apart, any between them is a sum of two."""
-_MEMORY, _MEMORIES = (1.0, 10.0), 3
-"""Times over which the current is forgotten: the shortest and the longest over the delay of the valve, and how many."""
-_FURTHER = ("input speed", "output speed", "slip")
-"""What the line pressure is asked for besides where something is missing."""
+_FURTHER = tuple(on for on in WITHIN if on not in ("time", "current", "pressure"))
+"""What the line pressure is asked for besides where something is missing: all but the current, and what comes of it."""
 _BETWEEN = {"valve delay": 0, "valve current": 1}
 """The parameter whose change between engagements is the law of a quantity."""
 _SHORTEST = 0.1
 """Least factor by which a law may change a delay, so that it stays positive."""
+_DELAY_STEP = 1e-3
+"""Step of the finite differences in the coefficients of a delay that changes within an engagement."""
 
 
 class ValveBlock:
@@ -78,13 +77,13 @@ class ValveBlock:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
         at, late = self._slowed(points, laws)[0], self.clock / self.scene.step
         self._full = self._own(at, self.clock)
-        asked = [(pair, c) for pair, c in laws
-                 if pair[0] not in ("valve delay", "pressure sensor") and pair not in self._scaling]
-        demands = [self._demanded(pair, at, c) for pair, c in asked if pair[1] not in self.scene.of_runs]
-        if demands:  # the filter is linear
-            self._full = self._full + bases.delayed(self._respond(at, np.sum(demands, axis=0)[:, None])[:, 0], late)
-        for pair, c in asked:
-            if pair[1] in self.scene.of_runs:
+        demand = self._changed_demand(at, laws)
+        if demand is not None:  # the filter is linear
+            self._full = self._full + bases.delayed(self._respond(at, demand[:, None])[:, 0], late)
+        if any(self._is_varying(pair) for pair, _ in laws):
+            self._full = self._full + bases.delayed(self._varying(at, laws, self._factor(laws)), late)
+        for pair, c in laws:
+            if pair[0] == "valve current" and pair[1] in self.scene.of_runs:
                 self._full = self._full + bases.delayed(c @ self._added(pair, points, laws), late)
         # The line pressure scales what the current demands, and the sensor reads what comes of both.
         self._true = self._full * self._scale(laws)
@@ -130,8 +129,9 @@ class ValveBlock:
 
     def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of the current, the line pressure, the delay and the sensor."""
-        further = [("line pressure", on) for on in _FURTHER if rare and self.scene.knows(on)]
-        return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"), *further,
+        further = [*(("line pressure", on) for on in _FURTHER), *(("valve delay", on) for on in WITHIN)] if rare else []
+        return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
+                *(pair for pair in further if self.scene.knows(pair[1])),
                 *sensor_errors.pairs_of(self.scene, rare, "pressure sensor"),
                 *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
                   for on in self.scene.of_runs)]
@@ -169,6 +169,12 @@ class ValveBlock:
                 column = column * (1 + points[:, :1])
             return np.asarray(column[:, None] * self._between(pair)[:, :, None])
         points = self._slowed(points, laws)[0]
+        if quantity == "valve delay":
+            factor = self._factor(laws)
+            now, hats = self._varying(points, laws, factor), bases.hats(self._abscissa(on), self._knots(pair))[:, 1:]
+            later = mapped(lambda hat: self._varying(points, laws, factor + _DELAY_STEP * hat),
+                           list(hats.transpose(1, 0, 2)))
+            return np.stack([(one - now) / _DELAY_STEP for one in later], axis=1)
         gain = self._vectors(points)[:, self._places[2], None, None]
         if on == "current":
             hats = bases.hats(self.current, self._currents(pair))
@@ -182,6 +188,30 @@ class ValveBlock:
             # Without the first hat, which at the command only the gain could be told from.
             return self._respond(points, self._demand(points)[:, None] * hats[:, 1:])
         raise KeyError(pair)
+
+    def _is_varying(self, pair: Pair) -> bool:
+        """Whether a pair is a delay that changes within an engagement."""
+        return pair[0] == "valve delay" and pair[1] not in self.scene.of_runs
+
+    def _factor(self, laws: Laws) -> np.ndarray:
+        """Factor (n, 2 k - 1) by which `laws` within an engagement change the delay."""
+        changes = [np.interp(self._abscissa(pair[1]), self._knots(pair), [0.0, *c]) for pair, c in laws
+                   if self._is_varying(pair)]
+        return np.asarray(1 + np.sum([np.zeros(self.current.shape), *changes], axis=0))
+
+    def _varying(self, points: np.ndarray, laws: Laws, factor: np.ndarray) -> np.ndarray:
+        """Change (n, k) in bar of the pressure by a `factor` (n, 2 k - 1) of the delays at `points` (n, 3)."""
+        demand, further = self._demand(points), self._changed_demand(points, laws)
+        demand = demand if further is None else demand + further
+        delay = self._vectors(points)[:, self._places[0], None] * np.maximum(factor, _SHORTEST)
+        changed = varying_response(self.scene.step / _FINE, demand, delay)[:, ::_FINE]
+        return np.asarray(changed - self._respond(points, demand[:, None])[:, 0])
+
+    def _changed_demand(self, points: np.ndarray, laws: Laws) -> np.ndarray | None:
+        """What `laws` within an engagement add to the demand, (n, 2 k - 1) in bar; None without such laws."""
+        demands = [self._demanded(pair, points, c) for pair, c in laws
+                   if pair[0] in ("valve current", "line pressure") and pair[1] not in self.scene.of_runs]
+        return np.asarray(np.sum(demands, axis=0)) if demands else None
 
     def _demanded(self, pair: Pair, points: np.ndarray, c: np.ndarray) -> np.ndarray:
         """The demand (n, 2 k - 1) in bar with coefficients `c` of a law, the response to which is `c @ _added`."""
@@ -207,16 +237,16 @@ class ValveBlock:
             if quantity == "valve current":  # a coefficient is a relative bias, which is taken off the current
                 return over_runs(pair, scene, finer, -scene.value("current_bias"))
             return over_runs(pair, scene, finer, relative=True)
+        if quantity in ("line pressure", "valve delay"):
+            knots = self._knots(pair)
+            return over(pair, knots, np.eye(len(knots))[:, 1:], relative=True, up_to="constant")
         if on == "past current":
-            widths = self._widths()
+            widths = past_current.widths(self.current)
             return single(np.pad(widths, (0, self._remembered(finer).shape[1] - len(widths))), "A")
         if on == "current":
             knots = self._currents(pair)
             first = bases.hats(self.current[:, 0], knots).mean(axis=0)
             return over(pair, knots, (np.eye(len(knots)) - first)[:, 1:-1], up_to="line")
-        if quantity == "line pressure":
-            knots = self._knots(pair)
-            return over(pair, knots, np.eye(len(knots))[:, 1:], relative=True, up_to="constant")
         raise KeyError(pair)
 
     def _currents(self, pair: Pair) -> np.ndarray:
@@ -232,28 +262,15 @@ class ValveBlock:
         return found
 
     def _knots(self, pair: Pair) -> np.ndarray:
-        """Knots of laws of the line pressure over time or a signal, in its unit."""
+        """Knots of laws of the line pressure or the delay over time or a signal, in its unit."""
         x = self.scene.abscissa(pair[1])
         return bases.evenly(x, np.ones(x.shape, bool), fineness(self, pair))
 
-    def _widths(self) -> np.ndarray:
-        """Half-widths in A of the play operators."""
-        return np.asarray(self.current.max() * _PLAY)
-
     def _remembered(self, finer: int) -> np.ndarray:
-        """Changes (n, m, 2 k - 1) of the current in A with its own past: by play, and where `finer` by relaxation.
-
-        Relaxation is a function of the current less its average over a time, which fades exponentially. Its columns
-        bend, because what is linear in the current is a lag.
-        """
+        """Changes (n, m, 2 k - 1) of the current in A with its own past, computed once."""
         if finer not in self._memories:
-            change = [play(self.current, width) - self.current for width in self._widths()]
-            count = bases.doubled(_MEMORIES, finer - 1) if finer else 0
-            for time in self.scene.value("current_delay") * np.geomspace(*_MEMORY, count):
-                excess = self.current - lagged_signal(self.current, self.times, np.array([time]))
-                knots = np.linspace(-1, 1, 2**finer + 1)[1:-1] * np.abs(excess).max()
-                change.extend(np.maximum(excess - knot, 0.0) for knot in knots)
-            self._memories[finer] = np.stack(change, axis=1)
+            delay = self.scene.value("current_delay")
+            self._memories[finer] = past_current.remembered(self.current, self.times, delay, finer)
         return self._memories[finer]
 
     def _slowed(self, points: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
@@ -261,7 +278,8 @@ class ValveBlock:
 
         The pressure is far from linear in the delay, which some valves double.
         """
-        change = [self._between(pair) @ coefficients for pair, coefficients in laws if pair[0] == "valve delay"]
+        change = [self._between(pair) @ coefficients for pair, coefficients in laws
+                  if pair[0] == "valve delay" and not self._is_varying(pair)]
         factor = np.maximum(1 + np.sum([np.zeros(len(points)), *change], axis=0), _SHORTEST)
         return np.column_stack([(1 + points[:, 0]) * factor - 1, points[:, 1:]]), factor
 

@@ -13,6 +13,7 @@ from slipstick.naming.contact import ContactBlock
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.piston_laws import of_plates
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
@@ -52,6 +53,12 @@ def scene_of(bench: Bench, model: Model, count: int, seed: int | None = None) ->
     return Scene(bench, Recordings(conditions, lock, Signals(time, *measured)), NamingSettings(),
                  {name: getattr(true, name) for name in SIGNAL_UNITS},
                  {name: (std, 0.0) for name, std in noise.items()}, np.array(bench.physics.nominal))
+
+
+def with_plates(scene: Scene) -> Scene:
+    """The scene with what the plates do at nominal parameters."""
+    clutch = ClutchBlock(scene, scene.smooth["pressure"])
+    return replace(scene, of_plates=of_plates(scene, clutch.contact(np.zeros((len(scene), 7)))))
 
 
 def block_of(name: str, scene: Scene) -> Block:

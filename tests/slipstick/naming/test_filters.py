@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 
-from slipstick.naming.filters import first_order, play, smoothed_walk, valve_response
+from slipstick.naming.filters import first_order, play, smoothed_walk, valve_response, varying_response
 
 
 def pieces(seed: int, n: int, p: int, k: int) -> np.ndarray:
@@ -69,6 +69,23 @@ def test_the_valve_delays_a_ramp() -> None:
     time = 0.01 * np.arange(300)
     np.testing.assert_allclose(valve_response(0.01, time[None, None], np.array([0.08]))[0, 0, 150:],
                                time[150:] - 0.08, atol=1e-9)
+
+
+def test_a_delay_that_changes_is_that_of_the_equation() -> None:
+    step, time = 0.002, np.arange(0.0, 0.8, 0.002)
+    demand, delay = 3 * np.sin(5 * time) + time, 0.06 * (1 + 0.8 * np.sin(9 * time))
+
+    def rate(t: float, x: np.ndarray) -> list[float]:
+        tau, wanted = np.interp(t, time, delay), 3 * np.sin(5 * t) + t
+        return [x[1], -6 / tau**2 * x[0] - 4 / tau * x[1] + 6 / tau**2 * wanted - 2 / tau * (15 * np.cos(5 * t) + 1)]
+
+    exact = solve_ivp(rate, (0, time[-1]), [0.0, 0.0], "DOP853", t_eval=time, rtol=1e-10, atol=1e-12).y[0]
+    found = varying_response(step, demand[None], delay[None])[0]
+    constant = valve_response(step, demand[None, None], np.array([0.06]))[0, 0]
+    assert np.abs(constant - exact).max() > 0.3
+    np.testing.assert_allclose(found, exact, atol=2e-3)
+    same = varying_response(step, demand[None], np.full((1, len(time)), 0.06))[0]
+    np.testing.assert_allclose(same, constant, atol=1e-12)
 
 
 @pytest.mark.parametrize("strided", [False, True])

@@ -29,5 +29,5 @@ def test_what_is_known_of_the_onset_makes_up_for_a_search_that_fails(monkeypatch
     monkeypatch.setattr(start, "search", failing)
     monkeypatch.setattr(start, "retimed", lambda block, points, shared, laws: points)
     assert chi_square(None) > 10
-    assert chi_square((right.points, right.shared)) < 1.2
-    assert chi_square((failing(right.block, right.shared), right.shared)) == chi_square(None)
+    assert chi_square(start.Onset(right.points, right.shared, {})) < 1.2
+    assert chi_square(start.Onset(failing(right.block, right.shared), right.shared, {})) == chi_square(None)

@@ -14,10 +14,10 @@ from slipstick.clutch.model import Model
 from slipstick.naming.block import Block, Pair
 from slipstick.naming.law_map import UNITS, LawMap
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.scene import Scene
+from slipstick.naming.scene import OF_PLATES, Scene
 from slipstick.recordings import Recordings
 from tests.benches import BENCHES, HEAVY
-from tests.slipstick.naming.engagements import block_of, scene_of
+from tests.slipstick.naming.engagements import block_of, scene_of, with_plates
 
 both = pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
 NAMES = ("valve", "load", "input", "lock", "clutch", "contact")
@@ -45,10 +45,6 @@ DIRECT = {("valve delay", "motor speed"), ("valve delay", "run order"), ("output
           *((f"{name} sensor", on) for name in ("pressure", "input speed", "output speed", "output torque")
             for on in ("run order", "time"))}
 """Pairs with a test of their own."""
-NOT_SIMULATED = {("friction coefficient", "output position"), ("input torque", "output position"),
-                 *((f"{name} sensor", on) for name in ("pressure", "input speed", "output speed", "output torque")
-                   for on in ("slip", "current"))}
-"""Pairs whose law the simulator cannot have."""
 CLOSE = 0.06
 LOOSE = {("converter torque", "lag"): 0.2, ("friction coefficient", "heat"): 0.1,
          ("friction coefficient", "time in contact"): 0.15, ("clearance", "pressure"): 0.07}
@@ -57,9 +53,22 @@ counts the ramp of the friction as time in contact in part. The constant up to w
 initial position, in which the torque is not linear."""
 
 
+def is_simulated(pair: Pair) -> bool:
+    """Whether the simulator can have the law of a pair: it has no angles, laws of a delay, or sensors of the plates."""
+    if pair[0] == "valve delay":
+        return False
+    over = {"output position"} | ({"slip", "current", *OF_PLATES} if pair[0].endswith("sensor") else set())
+    return pair[1] not in over
+
+
+def simulated_block(name: str, bench: Bench, model: Model) -> Block:
+    """A block of recordings that know what the plates do."""
+    return block_of(name, with_plates(scene_of(bench, model, COUNT)))
+
+
 @cache
 def nominal(bench: Bench, name: str) -> Block:
-    return block_of(name, scene_of(bench, Model(bench.physics), COUNT))
+    return simulated_block(name, bench, Model(bench.physics))
 
 
 def drawn(bench: Bench, pair: Pair, law: LawMap) -> np.ndarray:
@@ -98,12 +107,12 @@ def left(block: Block, pair: Pair, coefficients: np.ndarray) -> float:
 def test_a_law_in_the_simulator_has_the_effect_of_its_coefficients(bench: Bench, name: str) -> None:
     found = {}
     for pair in nominal(bench, name).pairs(rare=True):
-        if pair in {*EFFECTS, *DIRECT, *NOT_SIMULATED}:
+        if pair in {*EFFECTS, *DIRECT} or not is_simulated(pair):
             continue
         law = nominal(bench, name).law(pair)
         simulated = values(pair, law, drawn(bench, pair, law)).simulated()
         assert simulated is not None
-        block = block_of(name, scene_of(bench, Model(bench.physics).with_law(simulated), COUNT))
+        block = simulated_block(name, bench, Model(bench.physics).with_law(simulated))
         law = block.law(pair)  # the knots move with the signals
         assert law.x is not None
         change = np.interp(law.x, simulated.at, simulated.change)
@@ -145,7 +154,7 @@ def test_every_pair_has_units_and_one_of_these_tests(name: str) -> None:
             assert law.unit == ("1" if law.relative else UNITS[pair[0]])
             known = {**SCALAR_DEPENDENCES, "output position": "rad", "gain": UNITS[pair[0]]}
             assert law.x_unit == known[pair[1]]
-        if pair not in {*DIRECT, *EFFECTS, *NOT_SIMULATED}:
+        if pair not in {*DIRECT, *EFFECTS} and is_simulated(pair):
             assert values(pair, law, law.onto[0]).simulated() is not None
 
 
@@ -161,8 +170,28 @@ def test_a_relative_delay_of_the_valve_is_that_of_its_parameter() -> None:
         np.testing.assert_allclose(block.base(points, [(("valve delay", on), c)]), block.base(moved), atol=1e-12)
 
 
-def test_the_columns_of_a_valve_delay_are_its_derivatives() -> None:
-    block, pair, h = nominal(HEAVY, "valve"), ("valve delay", "run order"), 1e-4
+def test_a_delay_of_the_valve_within_an_engagement_is_a_share_of_it() -> None:
+    block, points = nominal(HEAVY, "valve"), np.zeros((COUNT, 3))
+    for on in ("time", "slip", "heat"):
+        law = block.law(("valve delay", on))
+        c = np.full(law.onto.shape[1], 0.7)
+        moved = points.copy()
+        moved[:, 0] = 0.7  # beyond the first knot it is a longer delay, and only there
+        plain, slowed, found = block.base(points), block.base(moved), block.base(points, [(("valve delay", on), c)])
+        x = block.scene.abscissa(on)
+        assert law.x is not None
+        if on == "slip":  # which begins far beyond the first knot, and comes back to it
+            until = x.shape[1] - np.argmax((x >= law.x[1])[:, ::-1], axis=1)
+            early = np.arange(x.shape[1]) < until[:, None]
+            np.testing.assert_allclose(found[early], slowed[early], atol=0.02 * plain.max())
+        else:
+            assert np.abs(found - plain).max() > 0.1 * np.abs(slowed - plain).max()
+            np.testing.assert_allclose(found[x == 0], plain[x == 0], atol=1e-9)
+
+
+@pytest.mark.parametrize("on", ["run order", "output speed"])
+def test_the_columns_of_a_valve_delay_are_its_derivatives(on: str) -> None:
+    block, pair, h = nominal(HEAVY, "valve"), ("valve delay", on), 1e-4
     points = 0.1 * np.random.default_rng(8).standard_normal((COUNT, 3))
     c = np.linspace(0.2, 0.5, block.law(pair).onto.shape[1])
     base = block.base(points, [(pair, c)])
@@ -201,8 +230,8 @@ def test_a_drift_of_a_sensor_is_in_its_reading(name: str, sensor: str, on: str) 
 @pytest.mark.parametrize(("name", "sensor", "on"), [
     ("valve", "pressure", "input speed"), ("valve", "pressure", "gain"),
     *((name, "output torque", on) for name in ("load", "input", "clutch", "contact")
-      for on in ("pressure", "output speed", "slip", "current")), ("load", "output speed", "current"),
-    ("input", "input speed", "current")])
+      for on in ("pressure", "output speed", "slip", "current", "heat", "piston position", "output position")),
+    ("load", "output speed", "current"), ("input", "input speed", "current"), ("valve", "pressure", "time in contact")])
 def test_an_error_of_a_sensor_over_a_signal_is_in_its_reading(name: str, sensor: str, on: str) -> None:
     block, pair = nominal(HEAVY, name), (f"{sensor} sensor", on)
     law = block.law(pair)
