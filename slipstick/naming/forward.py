@@ -74,6 +74,13 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     return _backward(fits, findings, settings)
 
 
+def lacks_something(fit: BlockFit, settings: NamingSettings) -> bool:
+    """Whether a block is not explained without laws, or a usual pair promises something in it."""
+    its = table(fit, fit.block.pairs())
+    return (is_unexplained(fit.chi2, fit.chi2, settings)
+            or any(_is_promising(one, True, settings) for one in gains([its], (), list(its.further))))
+
+
 def _tables(fits: Mapping[str, BlockFit], offered: Mapping[str, Sequence[Pair]],
             before: Mapping[str, Table]) -> dict[str, Table]:
     """The tables of fits with what is `offered`: those `before` where the fit is the same, with further pairs."""

@@ -18,7 +18,7 @@ from slipstick.naming.block import Block
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
-from slipstick.naming.forward import forward
+from slipstick.naming.forward import forward, lacks_something
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.parameters import converter_of, parameters_of
@@ -107,17 +107,17 @@ class Start:
 def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
     """Fit the blocks one after the other, each with what the ones before explain of its inputs.
 
-    What an earlier start found is `known` of the onset: it is another place from which the piston is fitted. If
-    something is missing in the valve, it may depend on the plates, whose onset follows it: then both begin again.
+    What an earlier start found is `known` of the onset: it is another place from which the piston is fitted.
     """
-    whole, can = scene, open_blocks(tuple(scene.smooth))
-    valve, findings, closing_piston = None, list[Finding](), None
+    can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
     scene = scene if known is None else replace(scene, of_plates=known.of_plates)
     if "valve" in can:
         ask(Asked("valve", ("valve",)))
         scene, _ = _first(ValveBlock, scene)
         valve_block = ValveBlock(scene)
         bare = fit(valve_block)
+        if known is None and "clutch" in can and lacks_something(bare, scene.settings):
+            valve_block.scene = replace(scene, of_plates=_plates(scene))  # on which it may depend
         fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
         late = partial(valve_block.pressure, valve[1].points, valve[1].held)
@@ -135,8 +135,6 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
         contact = fit(ContactBlock(scene, pressure, closing_piston.onset.points, late))
         scene = _with_noise(scene, closing_piston.onset, contact)
         closing_piston = _onset(scene, pressure, late, rough)
-        if lacks and known is None:
-            return begin(whole, ask, closing_piston.known)
         scene = replace(scene, of_plates=closing_piston.known.of_plates)
     fits = {}
     if "load" in can or "input" in can:
@@ -222,6 +220,13 @@ def _rough(scene: Scene, pressure: np.ndarray, late: Late | None, known: Onset |
     if known is None:
         return found
     return max(found, fit_curved(block, points=known.points, shared=known.shared, iterations=8), key=evidence_of)
+
+
+def _plates(scene: Scene) -> dict[str, np.ndarray]:
+    """What the plates do under the measured pressure, roughly: before the valve block is known to explain it."""
+    pressure = scene.smooth["pressure"]
+    rough = _rough(scene, pressure, None, None)
+    return of_plates(scene, ClutchBlock(scene, pressure).contact(rough.points))
 
 
 def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> Closing:
