@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from hidden.nominal import HEAVY
-from hidden.responses import RESPONSES
+from hidden.responses import RANGE, RESPONSES
 from hidden.valve import play, plays
 
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
             "relax", "opens", "warms", "swings", "clings", "locks", "silts", "doubts",
-            "bubbles", "waits")  # on a ramp by a time of its own
+            "bubbles", "waits", "chokes", "wipes")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -257,6 +257,26 @@ def test_a_recorder_that_waits_is_late_by_another_time_in_each_run() -> None:
     assert late.mean() == pytest.approx(0.01, rel=0.1)
     assert np.median(late) < 0.003
     assert 0.05 < late.max() < 0.06
+
+
+def test_a_turbulent_bore_lets_the_root_of_what_is_missing_fall_evenly() -> None:
+    step = np.where(HEAVY.time > 0.2, 8.0, 0.0)[None]
+    root = np.sqrt(8 - RESPONSES["chokes"](step, 0.02, "pressure", HEAVY)[0])
+    later = (HEAVY.time > 0.203) & (root > 1e-6)
+    full = 0.2 / np.sqrt(RANGE["pressure"])
+    np.testing.assert_allclose(np.diff(root[later]), -HEAVY.period / full, rtol=1e-6)
+    assert np.sum(later) * HEAVY.period == pytest.approx(np.sqrt(8) * full, abs=2 * HEAVY.period)
+    constant = np.full((1, len(HEAVY.time)), 5.0)
+    np.testing.assert_array_equal(RESPONSES["chokes"](constant, 0.02, "pressure", HEAVY), constant)
+
+
+def test_grease_holds_back_a_wheel_until_it_has_turned() -> None:
+    ramp = 30 * HEAVY.time[None]
+    late = (ramp - RESPONSES["wipes"](ramp, 0.01, "output_speed", HEAVY))[0] / 30
+    assert np.interp(0.1, HEAVY.time, late) > 0.025
+    assert late[-1] == pytest.approx(0.002, abs=0.0011)
+    faster = (2 * ramp - RESPONSES["wipes"](2 * ramp, 0.01, "output_speed", HEAVY))[0] / 60
+    assert np.interp(0.4, HEAVY.time, faster) < 0.7 * np.interp(0.4, HEAVY.time, late)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

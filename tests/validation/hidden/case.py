@@ -17,6 +17,7 @@ from .fifteenth import FIFTEENTH
 from .fifth import FIFTH
 from .fourteenth import FOURTEENTH
 from .fourth import FOURTH
+from .nineteenth import NINETEENTH
 from .ninth import NINTH
 from .nominal import SETUPS, Setup
 from .run import Run, observe
@@ -36,7 +37,7 @@ from .world import World, draw, with_errors, with_other_curves
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
 UNSEEN_ONES = (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH,
                *TWELFTH, *THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-               *EIGHTEENTH)
+               *EIGHTEENTH, *NINETEENTH)
 LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN_ONES}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run

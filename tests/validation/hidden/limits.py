@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, AUSTRAL, BEYOND, BOREAL, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
+from .cases import ABROAD, AFIELD, ALPINE, AUSTRAL, BEYOND, BOREAL, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
 from .eighteenth import EIGHTEENTH
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
@@ -18,6 +18,7 @@ from .fifteenth import FIFTEENTH
 from .fifth import BENCHES as OF_FIFTH
 from .fourteenth import FOURTEENTH
 from .fourth import FOURTH
+from .nineteenth import NINETEENTH
 from .ninth import NINTH
 from .nominal import BRISK
 from .run import SIGNALS
@@ -47,9 +48,9 @@ def used() -> Iterator[tuple[str, str]]:
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
                                             *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-                                            *EIGHTEENTH)}
+                                            *EIGHTEENTH, *NINETEENTH)}
     for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL,
-                  BOREAL):
+                  BOREAL, ALPINE):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

@@ -364,6 +364,29 @@ def waits(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return np.array([np.interp(setup.time - by, setup.time, row) for by, row in zip(late, signal, strict=True)])
 
 
+def chokes(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow at a rate that goes with the root of what is missing, as through a narrow bore whose flow is turbulent.
+
+    The whole range would take 10 times `strength`.
+    """
+    step = np.sqrt(size(name, setup)) * setup.period / (10 * strength * _slowness(setup))
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        missing = signal[:, k] - filtered[:, k - 1]
+        left = np.maximum(np.sqrt(np.abs(missing)) - step, 0) ** 2
+        filtered[:, k] = signal[:, k] - np.sign(missing) * left
+    return filtered
+
+
+def wipes(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by 6 times `strength` until the part has turned, by ever less, and by a fifth of `strength` at last.
+
+    What counts is the integral of the value since the command, relative to that of the range over 0.08 s.
+    """
+    turned = np.cumsum(np.abs(signal), axis=1) * setup.period / (0.08 * size(name, setup) * _slowness(setup))
+    return _lagged_by(signal, strength * _slowness(setup) * (0.2 + 6 * np.exp(-turned)), setup)
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -403,4 +426,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "warms": warms, "swings": swings,
              "clings": clings, "locks": locks,
              "silts": silts, "doubts": doubts,
-             "bubbles": bubbles, "waits": waits}
+             "bubbles": bubbles, "waits": waits,
+             "chokes": chokes, "wipes": wipes}
