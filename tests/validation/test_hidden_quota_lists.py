@@ -94,7 +94,7 @@ OF_OVERSEAS = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=2, sizes=No
 OF_POLAR = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
 OF_AUSTRAL = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
 OF_BOREAL = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
-OF_ALPINE = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
+OF_ALPINE = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
 LISTS = pytest.mark.parametrize(
     ("cases", "quota", "stated"),
     [(FRESH, QUOTA_OF_FRESH, Stated()), (LATER, QUOTA_OF_LATER, Stated()), (FURTHER, QUOTA_OF_FURTHER, Stated()),
