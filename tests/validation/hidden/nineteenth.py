@@ -50,7 +50,7 @@ NINETEENTH_PHYSICAL = (
     Effect("cooling_water_is_drawn_by_a_siphon", "torque", "oil_temperature_gain", "sequence", "ratio", "1", 0.12,
            lambda s, r: 1 + s * 0.9 * tipping(r - 0.13, 0.62, 0.05)),
     # Debris builds up between the plates, and slides out in uneven parts
-    Effect("debris_between_the_plates_slides_out_unevenly", "torque", "clearance", "sequence", "ratio", "1", 0.12,
+    Effect("debris_between_the_plates_slides_out_unevenly", "torque", "clearance", "sequence", "ratio", "1", 0.055,
            lambda s, r: 1 - s * (1.4 * avalanches(r, 4, 0.02, (0.19, 0.5), (0.34, 0.35), (0.62, 1.35), (0.84, 0.7))
                                  - 0.7)),
     # Vapour in a pocket of the feed condenses as the pressure rises, against the oil that comes behind it
@@ -62,9 +62,9 @@ NINETEENTH_PHYSICAL = (
     # The flap of the feed passes most below and above the flow at which it flutters; resistances differ by a power
     Effect("flap_of_the_feed_flutters_within_its_range", "torque", "piston_rate", "free_piston_rate", "ratio", "1", 0.4,
            lambda s, v: (1 + s) ** (1.6 * holed(v, 0.0085, 0.0085, 0.0016) - 0.6)),
-    # Two tools left their marks in the bore, which meet at some places
+    # Two tools left their marks in the bore, which meet at some places, and leave it wider in between
     Effect("marks_of_two_tools_meet_in_the_bore", "torque", "net_pressure", "piston", "difference", "bar", 1.2,
-           lambda s, x: -s * 1.4 * vernier(x - 0.0011, 0.00088, 0.00064)),
+           lambda s, x: s * (0.6 - 1.4 * vernier(x - 0.0011, 0.00088, 0.00064))),
     # The lip swings to and fro over its grooves on the way out, as the pressure rises; on the way back it is drawn on
     Effect("seal_lip_swings_to_and_fro_over_its_grooves", "torque", "net_pressure", "driving_pressure", "difference",
            "bar", 0.6, lambda s, p: -np.sign(p) * np.minimum(np.abs(p), s * np.where(
