@@ -70,7 +70,7 @@ def tipping(x: np.ndarray, pitch: float, edge: float) -> np.ndarray:
 def bores(x: np.ndarray, *ports: tuple[float, float, float]) -> np.ndarray:
     """Return how much of round `ports` is free as round bores pass them; each has a place and the radii of both.
 
-    It is the area that is shared by two circles, relative to the smaller one.
+    It is the area that is shared by two circles, relative to the smaller one; chamfers of their edges make it smooth.
     """
     free = np.zeros_like(x, dtype=float)
     for at, first, second in ports:
@@ -78,7 +78,8 @@ def bores(x: np.ndarray, *ports: tuple[float, float, float]) -> np.ndarray:
         a = np.arccos(np.clip((d**2 + first**2 - second**2) / (2 * d * first), -1, 1))
         b = np.arccos(np.clip((d**2 + second**2 - first**2) / (2 * d * second), -1, 1))
         shared = first**2 * (a - np.sin(2 * a) / 2) + second**2 * (b - np.sin(2 * b) / 2)
-        free += shared / (np.pi * min(first, second) ** 2)
+        share = np.clip(shared / (np.pi * min(first, second) ** 2), 0, 1)
+        free += share**2 * (3 - 2 * share)
     return free
 
 
