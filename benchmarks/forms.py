@@ -1,15 +1,15 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
     python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond|abroad|afield|farther|remote|outlying|
-                                distant|overseas|polar|austral|boreal]
+                                distant|overseas|polar|austral|boreal|alpine]
 
 The forms are those of a list of cases (forms.csv, forms_unseen.csv, forms_elsewhere.csv, forms_fresh.csv,
 forms_later.csv, forms_further.csv, forms_beyond.csv, forms_abroad.csv, forms_afield.csv, forms_farther.csv,
 forms_remote.csv, forms_outlying.csv, forms_distant.csv, forms_overseas.csv, forms_polar.csv, forms_austral.csv,
-forms_boreal.csv). Each form of a listed pair is compared with each catalogue effect of the same pair, at its typical
-strength and on the benches on which the list may have it: the RMS difference after the best fit of the effect's
-coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the abscissae that
-twelve engagements with the form visit.
+forms_boreal.csv, forms_alpine.csv). Each form of a listed pair is compared with each catalogue effect of the same
+pair, at its typical strength and on the benches on which the list may have it: the RMS difference after the best fit of
+the effect's coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the
+abscissae that twelve engagements with the form visit.
 
 - Where the law is over one number, a second fit adds a constant, which a parameter of the model would take up.
 - A lag, an offset or a compliance is compared as such, with the constant of the catalogue; zero counts to its range.
@@ -45,6 +45,8 @@ from tests.validation.hidden.fifth import FIFTH
 from tests.validation.hidden.fourteenth import BENCHES as OF_FOURTEENTH
 from tests.validation.hidden.fourteenth import FOURTEENTH
 from tests.validation.hidden.fourth import FOURTH
+from tests.validation.hidden.nineteenth import BENCHES as OF_NINETEENTH
+from tests.validation.hidden.nineteenth import NINETEENTH
 from tests.validation.hidden.ninth import BENCHES as OF_NINTH
 from tests.validation.hidden.ninth import NINTH
 from tests.validation.hidden.nominal import Setup
@@ -77,10 +79,11 @@ FORMS = {"final": ("forms", UNSEEN, tuple(SHIPPED)), "unseen": ("forms_unseen", 
          "remote": ("forms_remote", TWELFTH, ()), "outlying": ("forms_outlying", THIRTEENTH, ()),
          "distant": ("forms_distant", FOURTEENTH, ()), "overseas": ("forms_overseas", FIFTEENTH, ()),
          "polar": ("forms_polar", SIXTEENTH, ()), "austral": ("forms_austral", SEVENTEENTH, ()),
-         "boreal": ("forms_boreal", EIGHTEENTH, ())}
+         "boreal": ("forms_boreal", EIGHTEENTH, ()), "alpine": ("forms_alpine", NINETEENTH, ())}
 # From `fresh` on
 ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
-               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH)
+               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH
+               | OF_NINETEENTH)
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",

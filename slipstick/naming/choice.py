@@ -12,7 +12,7 @@ from slipstick.naming.evidence import Gain
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import Tried, is_enough_with, tried
-from slipstick.naming.selection import NEAR, Finding, Rival, in_errors, is_enough, is_unexplained, rivals
+from slipstick.naming.selection import NEAR, Finding, Rival, in_errors, is_enough, is_unexplained, leads, rivals
 from slipstick.naming.settings import NamingSettings
 
 
@@ -20,7 +20,8 @@ from slipstick.naming.settings import NamingSettings
 class Choice:
     """The pairs `compared` in the linear model about `fits`, and those of them that are `ranked`, best first.
 
-    The lead over rare pairs does not count for those that are `usual`: where they are not told apart, they are tied.
+    The lead over rare pairs does not count for those that are `usual`: where they are not told apart, they are tied,
+    and the usual one comes first.
     `ask` is told which pair is fitted in full. Each is fitted once, and then `known`.
     """
 
@@ -51,7 +52,8 @@ class Choice:
         those.sort(key=attrgetter("nats"), reverse=True)
         # What few engagements show counts only if nothing else of that size is shown.
         large = [one for one in those if one.nats > NEAR * those[0].nats]
-        chosen = next((one for one in large if self._is_enough(one)), those[0])
+        enough = [one for one in large if self._is_enough(one)]
+        chosen = self._usual_before_rare(enough) if enough else those[0]
         apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
         if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):
             own = max([one for one in apart if self._is_enough(one)] or apart, key=attrgetter("nats")).one
@@ -66,6 +68,13 @@ class Choice:
         finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen))
         more = uneven(finding, self.compared, self.settings)
         return replace(finding, rivals=(*finding.rivals, *more)), chosen.its
+
+    def _usual_before_rare(self, those: Sequence[Tried]) -> Tried:
+        """The first of `those`, or where that is a rare pair the first usual one that it does not lead."""
+        if those[0].one.pair in self.usual:
+            return those[0]
+        usual = [one for one in those if one.one.pair in self.usual]
+        return next((one for one in usual if not leads(those[0].rise, one.rise, self.settings)), those[0])
 
     def _tried(self, one: Gain) -> Tried:
         if one.pair not in self.known:

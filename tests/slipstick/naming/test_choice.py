@@ -20,10 +20,11 @@ ROUGH = np.where(np.arange(COUNT) < 3, 400.0, -2.0)  # 1,158 nats by three engag
 
 def chosen_beside(monkeypatch: pytest.MonkeyPatch, rises: dict[Pair, np.ndarray], chi_square: float = 1.0,
                   finer: dict[Pair, float] | None = None,
-                  blocks: dict[Pair, tuple[str, ...]] | None = None) -> tuple[Pair, int]:
+                  blocks: dict[Pair, tuple[str, ...]] | None = None,
+                  usual: tuple[Pair, ...] | None = None) -> tuple[Pair, int]:
     """The pair that is chosen where the pairs rise like this, `finer` times as much by each doubling, and its fineness.
 
-    Pairs act on `blocks`, by default on one.
+    Pairs act on `blocks`, by default on one, and are `usual` unless some are given.
     """
     chi2, gain, acts = np.full(COUNT, chi_square), finer or {}, blocks or {}
 
@@ -38,7 +39,7 @@ def chosen_beside(monkeypatch: pytest.MonkeyPatch, rises: dict[Pair, np.ndarray]
     fits: Any = {name: SimpleNamespace(block=block, chi2=np.full(COUNT, 5.0)) for name in (BLOCK, OTHER)}
     compared: Any = [SimpleNamespace(pair=pair, blocks=acts.get(pair, (BLOCK,)), nats=rise, agreement=5.0)
                      for pair, rise in rises.items()]
-    its = Choice(fits, compared, compared, tuple(rises), SETTINGS, lambda _: None)
+    its = Choice(fits, compared, compared, tuple(rises) if usual is None else usual, SETTINGS, lambda _: None)
     finding, _ = its.settled(compared[0], compared[1:])
     return finding.pair, block.finer[finding.pair]
 
@@ -50,6 +51,14 @@ def test_what_few_engagements_show_gives_way_to_what_most_do(monkeypatch: pytest
 
 def test_it_does_not_give_way_to_something_far_smaller(monkeypatch: pytest.MonkeyPatch) -> None:
     assert chosen_beside(monkeypatch, {FEW: ROUGH, MOST: np.full(COUNT, 10.0)})[0] == FEW
+
+
+def test_a_rare_pair_is_chosen_only_if_it_leads_a_usual_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    least = np.full(COUNT, 30.0)
+    for more, expected in ((0.4, MOST), (2.0, FEW)):  # 10 and 48 nats
+        rises = {FEW: least + more, MOST: least}
+        assert chosen_beside(monkeypatch, rises, usual=(MOST,))[0] == expected
+        assert chosen_beside(monkeypatch, rises)[0] == FEW
 
 
 def test_a_pair_that_separate_ones_outdo_does_not_decide_in_their_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
