@@ -90,6 +90,8 @@ def fineness(block: Block, pair: Pair) -> int:
 
 _FINEST = 2
 """How many times the resolution of a law is doubled at most, where it is not free."""
+_FINEST_MEMORY = 4
+"""The same for the past of a current, whose law may bend next to where the current turns round."""
 _MOST_KNOTS, _MOST_OVER_TIME = 65, 129
 """Most knots of a free law over a signal, or over the time of a recording, of which an engagement is a part. As long as
 a strong law is not followed, what is left of it looks like another one."""
@@ -127,7 +129,7 @@ def finest(block: Block, pair: Pair) -> int:
     if on in _OF_FEW_VALUES or pair in NOT_FINER or (is_sensor and on in scene.channels):
         return 0
     if on in _OF_FEW or on in scene.channels:
-        return _FINEST
+        return _FINEST_MEMORY if on == "past current" else _FINEST
     knots, most = block.fine, _MOST_OVER_TIME if on == "time" else _MOST_KNOTS
     if is_sensor and on in ("gain", "time"):  # these do not begin with the knots of the block
         knots = len(gain_points(0)) if on == "gain" else scene.settings.fine_knots

@@ -8,6 +8,8 @@ _SERIES = 1e-6
 
 _FREQUENCY = float(np.sqrt(2.0))
 """Of the oscillation of the valve, in units of 1/tau."""
+_SLOWER = 1e-5
+"""Relative step of the derivative of a step of the valve with respect to its delay."""
 _LEAST_RATIO = 1e-9
 """Least variance of a step of a random walk over that of the white noise: without steps the average has no end."""
 
@@ -86,25 +88,46 @@ def _advanced(x, v, h, wave, now, later):  # type: ignore[no-untyped-def]
     return offset + ramp * h + value, ramp - 2.0 * value + _FREQUENCY * decay * (b * c - a * s)
 
 
-def varying_response(step: float, demand: np.ndarray, delay: np.ndarray) -> np.ndarray:
+def varying_response(step: float, demand: np.ndarray, delay: np.ndarray,
+                     changes: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Pressure (n, k) as `valve_response`, for a demand (n, k) and delays (n, k) in s that change with time.
 
-    The delay is constant over each step, with the mean of its ends. Pressure and rate do not jump with it.
+    And its derivatives (n, m, k) with respect to relative `changes` (n, m, k) of the delay, by default none. The delay
+    is constant over each step, with the mean of its ends. Pressure and rate do not jump with it.
     """
-    out = np.zeros(demand.shape)
-    _varying(np.ascontiguousarray(demand), 2 * step / (delay[:, 1:] + delay[:, :-1]), out)
-    return out
+    changes = np.zeros((len(demand), 0, demand.shape[1])) if changes is None else np.ascontiguousarray(changes)
+    out, columns = np.zeros(demand.shape), np.zeros(changes.shape)
+    _varying(np.ascontiguousarray(demand), 2 * step / (delay[:, 1:] + delay[:, :-1]), changes, out, columns)
+    return out, columns
 
 
 @njit(nogil=True, cache=True)
-def _varying(demand, steps, out):  # type: ignore[no-untyped-def]
+def _varying(demand, steps, changes, out, columns):  # type: ignore[no-untyped-def]
+    m = changes.shape[1]
     for i in range(out.shape[0]):
         x, v = 0.0, 0.0
+        moved_x, moved_v = np.zeros(m), np.zeros(m)
         for t in range(out.shape[1] - 1):
-            h = steps[i, t]
-            if t > 0:  # v is the rate in units of tau
+            h, now, later = steps[i, t], demand[i, t], demand[i, t + 1]
+            if t > 0:  # rates are in units of tau
                 v *= steps[i, t - 1] / h
-            x, v = _advanced(x, v, h, _wave(h), demand[i, t], demand[i, t + 1])
+                moved_v *= steps[i, t - 1] / h
+            wave = _wave(h)
+            if m:
+                # The step is linear in pressure and rate. With a longer delay it is shorter, and its rate larger.
+                xx, vx = _advanced(1.0, 0.0, h, wave, 0.0, 0.0)
+                xv, vv = _advanced(0.0, 1.0, h, wave, 0.0, 0.0)
+                own_x, own_v = _advanced(x, v, h, wave, now, later)
+                shorter = h / (1 + _SLOWER)
+                slow_x, slow_v = _advanced(x, v * (1 + _SLOWER), shorter, _wave(shorter), now, later)
+                dx, dv = (slow_x - own_x) / _SLOWER, (slow_v / (1 + _SLOWER) - own_v) / _SLOWER
+                for j in range(m):
+                    change = 0.5 * (changes[i, j, t] + changes[i, j, t + 1])
+                    a, b = moved_x[j], moved_v[j]
+                    moved_x[j] = xx * a + xv * b + dx * change
+                    moved_v[j] = vx * a + vv * b + dv * change
+                    columns[i, j, t + 1] = moved_x[j]
+            x, v = _advanced(x, v, h, wave, now, later)
             out[i, t + 1] = x
 
 

@@ -21,20 +21,20 @@ from slipstick.naming.block import Laws, Pair, fineness
 from slipstick.naming.filters import valve_response, varying_response
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.scene import WITHIN, Scene
-from slipstick.threads import mapped
 
 _FINE = 2
 """Steps of the filter in a sample: a current that bends between samples is then followed to a quarter of the error."""
 _STEP, _CLOCK_STEP = 1e-4, 0.1
 """Steps of the finite differences: relative, and of the clock in samples. The prediction is smooth and has no noise."""
-_FURTHER = tuple(on for on in WITHIN if on not in ("time", "current", "pressure"))
-"""What the line pressure is asked for besides where something is missing: all but the current, and what comes of it."""
+_FURTHER: tuple[Pair, ...] = (
+    *((quantity, on) for quantity in ("line pressure", "valve current") for on in WITHIN
+      if on not in ("current", "pressure")),
+    *(("valve delay", on) for on in WITHIN))
+"""Pairs that are asked for besides where something is missing. A line pressure over the current is a valve current."""
 _BETWEEN = {"valve delay": 0, "valve current": 1}
 """The parameter whose change between engagements is the law of a quantity."""
 _SHORTEST = 0.1
 """Least factor by which a law may change a delay, so that it stays positive."""
-_DELAY_STEP = 1e-3
-"""Step of the finite differences in the coefficients of a delay that changes within an engagement."""
 
 
 class ValveBlock:
@@ -81,7 +81,7 @@ class ValveBlock:
         if demand is not None:  # the filter is linear
             self._full = self._full + bases.delayed(self._respond(at, demand[:, None])[:, 0], late)
         if any(self._is_varying(pair) for pair, _ in laws):
-            self._full = self._full + bases.delayed(self._varying(at, laws, self._factor(laws)), late)
+            self._full = self._full + bases.delayed(self._varying(at, laws)[0], late)
         for pair, c in laws:
             if pair[0] == "valve current" and pair[1] in self.scene.of_runs:
                 self._full = self._full + bases.delayed(c @ self._added(pair, points, laws), late)
@@ -129,9 +129,8 @@ class ValveBlock:
 
     def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of the current, the line pressure, the delay and the sensor."""
-        further = [*(("line pressure", on) for on in _FURTHER), *(("valve delay", on) for on in WITHIN)] if rare else []
-        return [("valve current", "current"), ("valve current", "past current"), ("line pressure", "time"),
-                *(pair for pair in further if self.scene.knows(pair[1])),
+        usual = ("valve current", "current"), ("valve current", "past current"), ("line pressure", "time")
+        return [*usual, *(pair for pair in _FURTHER if rare and pair not in usual and self.scene.knows(pair[1])),
                 *sensor_errors.pairs_of(self.scene, rare, "pressure sensor"),
                 *((quantity, on) for quantity in ("line pressure", "valve current", "valve delay")
                   for on in self.scene.of_runs)]
@@ -170,42 +169,42 @@ class ValveBlock:
             return np.asarray(column[:, None] * self._between(pair)[:, :, None])
         points = self._slowed(points, laws)[0]
         if quantity == "valve delay":
-            factor = self._factor(laws)
-            now, hats = self._varying(points, laws, factor), bases.hats(self._abscissa(on), self._knots(pair))[:, 1:]
-            later = mapped(lambda hat: self._varying(points, laws, factor + _DELAY_STEP * hat),
-                           list(hats.transpose(1, 0, 2)))
-            return np.stack([(one - now) / _DELAY_STEP for one in later], axis=1)
+            hats = bases.hats(self._abscissa(on), self._knots(pair))[:, 1:]
+            return self._varying(points, laws, hats / self._factor(laws)[:, None])[1]
         gain = self._vectors(points)[:, self._places[2], None, None]
-        if on == "current":
+        if pair == ("valve current", "current"):
             hats = bases.hats(self.current, self._currents(pair))
             # From the current at the command on, where the pressure is at rest. Without the outer hats, which
             # current bias and gain replace.
             return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
         if on == "past current":
             return self._respond(points, gain * self._remembered(self.finer.get(pair, 0)))
-        if quantity == "line pressure":
-            hats = bases.hats(self._abscissa(on), self._knots(pair))
-            # Without the first hat, which at the command only the gain could be told from.
-            return self._respond(points, self._demand(points)[:, None] * hats[:, 1:])
-        raise KeyError(pair)
+        size = {"line pressure": self._demand(points)[:, None], "valve current": gain}[quantity]
+        # Without the first hat, which at the command only gain or bias could be told from.
+        return self._respond(points, size * bases.hats(self._abscissa(on), self._knots(pair))[:, 1:])
 
     def _is_varying(self, pair: Pair) -> bool:
         """Whether a pair is a delay that changes within an engagement."""
         return pair[0] == "valve delay" and pair[1] not in self.scene.of_runs
 
     def _factor(self, laws: Laws) -> np.ndarray:
-        """Factor (n, 2 k - 1) by which `laws` within an engagement change the delay."""
+        """Factor (n, 2 k - 1) of the delay by `laws` within an engagement."""
         changes = [np.interp(self._abscissa(pair[1]), self._knots(pair), [0.0, *c]) for pair, c in laws
                    if self._is_varying(pair)]
-        return np.asarray(1 + np.sum([np.zeros(self.current.shape), *changes], axis=0))
+        return np.asarray(np.maximum(1 + np.sum([np.zeros(self.current.shape), *changes], axis=0), _SHORTEST))
 
-    def _varying(self, points: np.ndarray, laws: Laws, factor: np.ndarray) -> np.ndarray:
-        """Change (n, k) in bar of the pressure by a `factor` (n, 2 k - 1) of the delays at `points` (n, 3)."""
+    def _varying(self, points: np.ndarray, laws: Laws,
+                 changes: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Change (n, k) in bar of the pressure by a delay that changes, and its derivatives (n, m, k).
+
+        They are those with respect to relative `changes` (n, m, 2 k - 1) of the delay.
+        """
         demand, further = self._demand(points), self._changed_demand(points, laws)
         demand = demand if further is None else demand + further
-        delay = self._vectors(points)[:, self._places[0], None] * np.maximum(factor, _SHORTEST)
-        changed = varying_response(self.scene.step / _FINE, demand, delay)[:, ::_FINE]
-        return np.asarray(changed - self._respond(points, demand[:, None])[:, 0])
+        delay = self._vectors(points)[:, self._places[0], None] * self._factor(laws)
+        changed, columns = varying_response(self.scene.step / _FINE, demand, delay, changes)
+        constant = self._respond(points, demand[:, None])[:, 0]
+        return np.asarray(changed[:, ::_FINE] - constant), columns[..., ::_FINE]
 
     def _changed_demand(self, points: np.ndarray, laws: Laws) -> np.ndarray | None:
         """What `laws` within an engagement add to the demand, (n, 2 k - 1) in bar; None without such laws."""
@@ -215,14 +214,14 @@ class ValveBlock:
 
     def _demanded(self, pair: Pair, points: np.ndarray, c: np.ndarray) -> np.ndarray:
         """The demand (n, 2 k - 1) in bar with coefficients `c` of a law, the response to which is `c @ _added`."""
-        if pair[0] == "line pressure":
-            change = np.interp(self._abscissa(pair[1]), self._knots(pair), [0.0, *c])
-            return np.asarray(self._demand(points) * change)
         gain = self._vectors(points)[:, self._places[2], None]
-        if pair[1] == "current":
+        if pair == ("valve current", "current"):
             change = np.interp(self.current, self._currents(pair), [0.0, *c, 0.0])
             return np.asarray(gain * (change - change[:, :1]))
-        return np.asarray(gain * (c @ self._remembered(self.finer.get(pair, 0))))
+        if pair == ("valve current", "past current"):
+            return np.asarray(gain * (c @ self._remembered(self.finer.get(pair, 0))))
+        change = np.interp(self._abscissa(pair[1]), self._knots(pair), [0.0, *c])
+        return np.asarray((self._demand(points) if pair[0] == "line pressure" else gain) * change)
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law: currents in A, line pressure and delay relative.
@@ -237,17 +236,15 @@ class ValveBlock:
             if quantity == "valve current":  # a coefficient is a relative bias, which is taken off the current
                 return over_runs(pair, scene, finer, -scene.value("current_bias"))
             return over_runs(pair, scene, finer, relative=True)
-        if quantity in ("line pressure", "valve delay"):
-            knots = self._knots(pair)
-            return over(pair, knots, np.eye(len(knots))[:, 1:], relative=True, up_to="constant")
-        if on == "past current":
+        if pair == ("valve current", "past current"):
             widths = past_current.widths(self.current)
             return single(np.pad(widths, (0, self._remembered(finer).shape[1] - len(widths))), "A")
-        if on == "current":
+        if pair == ("valve current", "current"):
             knots = self._currents(pair)
             first = bases.hats(self.current[:, 0], knots).mean(axis=0)
             return over(pair, knots, (np.eye(len(knots)) - first)[:, 1:-1], up_to="line")
-        raise KeyError(pair)
+        knots = self._knots(pair)
+        return over(pair, knots, np.eye(len(knots))[:, 1:], quantity != "valve current", up_to="constant")
 
     def _currents(self, pair: Pair) -> np.ndarray:
         """Knots in A of laws over the current."""
@@ -262,7 +259,7 @@ class ValveBlock:
         return found
 
     def _knots(self, pair: Pair) -> np.ndarray:
-        """Knots of laws of the line pressure or the delay over time or a signal, in its unit."""
+        """Knots of laws over time or a signal, in its unit."""
         x = self.scene.abscissa(pair[1])
         return bases.evenly(x, np.ones(x.shape, bool), fineness(self, pair))
 

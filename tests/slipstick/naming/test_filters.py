@@ -80,12 +80,18 @@ def test_a_delay_that_changes_is_that_of_the_equation() -> None:
         return [x[1], -6 / tau**2 * x[0] - 4 / tau * x[1] + 6 / tau**2 * wanted - 2 / tau * (15 * np.cos(5 * t) + 1)]
 
     exact = solve_ivp(rate, (0, time[-1]), [0.0, 0.0], "DOP853", t_eval=time, rtol=1e-10, atol=1e-12).y[0]
-    found = varying_response(step, demand[None], delay[None])[0]
+    found = varying_response(step, demand[None], delay[None])[0][0]
     constant = valve_response(step, demand[None, None], np.array([0.06]))[0, 0]
     assert np.abs(constant - exact).max() > 0.3
     np.testing.assert_allclose(found, exact, atol=2e-3)
-    same = varying_response(step, demand[None], np.full((1, len(time)), 0.06))[0]
+    same = varying_response(step, demand[None], np.full((1, len(time)), 0.06))[0][0]
     np.testing.assert_allclose(same, constant, atol=1e-12)
+    changes, h = np.array([[np.cos(7 * time), time**2]]), 1e-4
+    _, columns = varying_response(step, demand[None], delay[None], changes)
+    for change, column in zip(changes[0], columns[0], strict=True):
+        ends = [varying_response(step, demand[None], (delay * (1 + its * change))[None])[0][0] for its in (h, -h)]
+        expected = (ends[0] - ends[1]) / (2 * h)
+        np.testing.assert_allclose(column, expected, atol=1e-3 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("strided", [False, True])
