@@ -11,6 +11,7 @@ from slipstick.naming.filters import valve_response
 from slipstick.naming.fit import fit
 from slipstick.naming.forward import forward
 from slipstick.naming.measured import law_points
+from slipstick.naming.past_current import remembered
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Signals
@@ -72,3 +73,16 @@ def test_the_width_of_play_does_not_depend_on_the_columns_of_relaxation() -> Non
         widths.append(law_points(fit(block, (PAST,)), PAST))
     for one in widths:
         assert abs(one.change[0] - 0.012) < 4 * one.std[0]
+
+
+def test_more_pieces_follow_a_law_that_is_steep_where_the_current_turns_round() -> None:
+    block = ValveBlock(scene_of(HEAVY, Model(HEAVY.physics), COUNT))
+    delay = block.scene.value("current_delay")
+    excess = block.current - lagged_signal(block.current, block.times, np.array([TIME * delay]))
+    law = np.tanh(excess / (0.03 * np.abs(excess).max())).ravel()
+    left = []
+    for finer in (0, 2, finest(block, PAST)):
+        columns = remembered(block.current, block.times, delay, finer).transpose(0, 2, 1).reshape(law.size, -1)
+        left.append(float(np.linalg.norm(law - columns @ np.linalg.lstsq(columns, law)[0]) / np.linalg.norm(law)))
+    assert left[1] > 0.05
+    assert left[2] < 0.02
