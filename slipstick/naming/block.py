@@ -21,7 +21,7 @@ Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
 __all__ = ["CLOSING", "NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finer_at_first", "finest",
-           "first_shared", "has_few_numbers"]
+           "first_shared", "has_few_numbers", "is_changing_delay"]
 
 
 class Block(Protocol):
@@ -107,6 +107,11 @@ NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
 """Lags without a resolution. Those of the friction and of the torque sensor are the same in full contact, and one with
 more columns than the other would win; while the plates close, the torque rises faster than many columns can be known.
 """
+
+
+def is_changing_delay(pair: Pair, scene: Scene) -> bool:
+    """Whether a law changes the delay of the valve within an engagement."""
+    return pair[0] == "valve delay" and pair[1] not in scene.of_runs
 
 
 def has_few_numbers(pair: Pair) -> bool:

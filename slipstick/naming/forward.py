@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import Block, Pair, finer_at_first
+from slipstick.naming.block import Block, Pair, finer_at_first, is_changing_delay
 from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit_together
@@ -44,7 +44,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             # Something is missing: pairs that hardly any bench has compete as well.
             offered |= {name: [*offered[name], *rare] for name, rare in further.items()}
             continue
-        compared, ranked = ([one for one in those if one.pair in usual or lacking & set(one.blocks)]
+        compared, ranked = ([one for one in those if _may_compete(one, usual, lacking, fits)]
                             for those in (compared, promising))
         shown = [one for one in ranked if _is_shown(one, settings)]
         touched = set[str]()
@@ -129,6 +129,17 @@ def _rare(lacking: Collection[str], blocks: Mapping[str, Block],
     found = {name: [pair for pair in block.pairs(rare=True) if pair in wanted and pair not in offered[name]]
              for name, block in blocks.items()}
     return {name: its for name, its in found.items() if its}
+
+
+def _may_compete(one: Gain, usual: Collection[Pair], lacking: Collection[str], fits: Mapping[str, BlockFit]) -> bool:
+    """Whether a pair is `usual`, or acts on one of the blocks that are `lacking`.
+
+    A delay that changes is much like a lag of the sensor: beside another law it only follows what few numbers leave of
+    that.
+    """
+    if is_changing_delay(one.pair, fits[one.blocks[0]].block.scene) and fits[one.blocks[0]].laws:
+        return False
+    return one.pair in usual or bool(set(lacking) & set(one.blocks))
 
 
 def _is_shown(one: Gain, settings: NamingSettings) -> bool:

@@ -17,7 +17,7 @@ from slipstick.bench import parameters
 from slipstick.blocks import Valve
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases, past_current, sensor_errors
-from slipstick.naming.block import Laws, Pair, fineness
+from slipstick.naming.block import Laws, Pair, fineness, is_changing_delay
 from slipstick.naming.filters import valve_response, varying_response
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.scene import WITHIN, Scene
@@ -80,7 +80,7 @@ class ValveBlock:
         demand = self._changed_demand(at, laws)
         if demand is not None:  # the filter is linear
             self._full = self._full + bases.delayed(self._respond(at, demand[:, None])[:, 0], late)
-        if any(self._is_varying(pair) for pair, _ in laws):
+        if any(is_changing_delay(pair, self.scene) for pair, _ in laws):
             self._full = self._full + bases.delayed(self._varying(at, laws)[0], late)
         for pair, c in laws:
             if pair[0] == "valve current" and pair[1] in self.scene.of_runs:
@@ -183,14 +183,10 @@ class ValveBlock:
         # Without the first hat, which at the command only gain or bias could be told from.
         return self._respond(points, size * bases.hats(self._abscissa(on), self._knots(pair))[:, 1:])
 
-    def _is_varying(self, pair: Pair) -> bool:
-        """Whether a pair is a delay that changes within an engagement."""
-        return pair[0] == "valve delay" and pair[1] not in self.scene.of_runs
-
     def _factor(self, laws: Laws) -> np.ndarray:
         """Factor (n, 2 k - 1) of the delay by `laws` within an engagement."""
         changes = [np.interp(self._abscissa(pair[1]), self._knots(pair), [0.0, *c]) for pair, c in laws
-                   if self._is_varying(pair)]
+                   if is_changing_delay(pair, self.scene)]
         return np.asarray(np.maximum(1 + np.sum([np.zeros(self.current.shape), *changes], axis=0), _SHORTEST))
 
     def _varying(self, points: np.ndarray, laws: Laws,
@@ -276,7 +272,7 @@ class ValveBlock:
         The pressure is far from linear in the delay, which some valves double.
         """
         change = [self._between(pair) @ coefficients for pair, coefficients in laws
-                  if pair[0] == "valve delay" and not self._is_varying(pair)]
+                  if pair[0] == "valve delay" and not is_changing_delay(pair, self.scene)]
         factor = np.maximum(1 + np.sum([np.zeros(len(points)), *change], axis=0), _SHORTEST)
         return np.column_stack([(1 + points[:, 0]) * factor - 1, points[:, 1:]]), factor
 

@@ -8,7 +8,7 @@ import numpy as np
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming.fit import fit
-from slipstick.naming.forward import _lacking, _rare, forward
+from slipstick.naming.forward import _lacking, _may_compete, _rare, forward
 from slipstick.naming.settings import NamingSettings
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
@@ -42,6 +42,20 @@ def test_rare_pairs_are_compared_in_blocks_that_lack_something_alone() -> None:
     assert {quantity for quantity, _ in found["input"]} == {"output torque sensor"}  # which reads what drives both
     assert set(found["input"]) <= set(found["load"])
     assert _rare({"load"}, blocks, {name: [*offered[name], *its] for name, its in found.items()}) == {}
+
+
+def test_a_delay_that_changes_is_not_named_beside_another_law_of_the_valve() -> None:
+    block: Any = SimpleNamespace(scene=SimpleNamespace(of_runs=("run order",)))
+
+    def may(pair: tuple[str, str], *laws: tuple[str, str]) -> bool:
+        fits: Any = {"valve": SimpleNamespace(block=block, laws=laws)}
+        gain: Any = SimpleNamespace(pair=pair, blocks=("valve",))
+        return _may_compete(gain, (), {"valve"}, fits)
+
+    assert may(("valve delay", "slip"))
+    assert not may(("valve delay", "slip"), ("pressure sensor", "lag"))
+    assert may(("valve delay", "run order"), ("pressure sensor", "lag"))
+    assert may(("line pressure", "slip"), ("pressure sensor", "lag"))
 
 
 def test_a_load_torque_over_the_current_is_no_other_one() -> None:
