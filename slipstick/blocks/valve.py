@@ -16,7 +16,8 @@ from slipstick.blocks.block import signals_of
 from slipstick.recordings import Recordings
 
 _DELAY, _BIAS, _GAIN = (parameters.index(name) for name in ("current_delay", "current_bias", "current_gain"))
-_DECAY, _FREQUENCY = 2.0, float(np.sqrt(2.0))  # of the oscillation, in units of 1/tau: roots of r^2 + 4 r + 6
+DECAY, FREQUENCY = 2.0, float(np.sqrt(2.0))
+"""Of the oscillation, in units of 1/tau: roots of r^2 + 4 r + 6."""
 _SAME_STEP = 1e-9
 """Relative difference up to which a step between samples is the usual one, but for rounding."""
 
@@ -52,7 +53,7 @@ def _respond(times, currents, profile, delay, bias, gain, time, predicted):  # t
     for i in range(len(predicted)):
         at, current, tau = times[profile[i]], currents[profile[i]], delay[i]
         pressure, rate = 0.0, 0.0
-        turn_c, turn_s = _wave(step / tau)
+        turn_c, turn_s = wave(step / tau)
         t = np.searchsorted(time, at[0])
         for piece in range(last + 1):
             slope = (current[piece + 1] - current[piece]) / (at[piece + 1] - at[piece]) if piece < last else 0.0
@@ -60,7 +61,7 @@ def _respond(times, currents, profile, delay, bias, gain, time, predicted):  # t
             offset = gain[i] * (current[piece] - bias[i]) - tau * ramp
             # In units of tau: y = e^(-2 t) (p cos + q sin), from y(0) and y'(0) at the start of the piece.
             cosine = pressure - offset
-            sine = ((rate - ramp) * tau + _DECAY * cosine) / _FREQUENCY
+            sine = ((rate - ramp) * tau + DECAY * cosine) / FREQUENCY
             first = t
             c, s = 0.0, 0.0
             while t < len(time) and (piece == last or time[t] < at[piece + 1]):
@@ -69,19 +70,19 @@ def _respond(times, currents, profile, delay, bias, gain, time, predicted):  # t
                 if t > first and abs(time[t] - time[t - 1] - step) < _SAME_STEP * step:
                     c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
                 else:
-                    c, s = _wave(since / tau)
+                    c, s = wave(since / tau)
                 predicted[i, t] = offset + ramp * since + cosine * c + sine * s
                 t += 1
             if piece < last:
                 length = at[piece + 1] - at[piece]
-                c, s = _wave(length / tau)
+                c, s = wave(length / tau)
                 value = cosine * c + sine * s
                 pressure = offset + ramp * length + value
-                rate = ramp + (_FREQUENCY * (sine * c - cosine * s) - _DECAY * value) / tau
+                rate = ramp + (FREQUENCY * (sine * c - cosine * s) - DECAY * value) / tau
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _wave(elapsed):  # type: ignore[no-untyped-def]
+def wave(elapsed):  # type: ignore[no-untyped-def]
     """The decaying cosine and sine at a time `elapsed` in units of tau."""
-    decay = np.exp(-_DECAY * elapsed)
-    return decay * np.cos(_FREQUENCY * elapsed), decay * np.sin(_FREQUENCY * elapsed)
+    decay = np.exp(-DECAY * elapsed)
+    return decay * np.cos(FREQUENCY * elapsed), decay * np.sin(FREQUENCY * elapsed)

@@ -71,8 +71,6 @@ class Choice:
 
     def _usual_before_rare(self, those: Sequence[Tried]) -> Tried:
         """The first of `those`, or where that is a rare pair the first usual one that it does not lead."""
-        if those[0].one.pair in self.usual:
-            return those[0]
         usual = [one for one in those if one.one.pair in self.usual]
         return next((one for one in usual if not leads(those[0].rise, one.rise, self.settings)), those[0])
 

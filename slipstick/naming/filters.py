@@ -3,11 +3,11 @@
 import numpy as np
 from numba import njit
 
+from slipstick.blocks.valve import DECAY, FREQUENCY, wave
+
 _SERIES = 1e-6
 """Product of rate and step below which the weight is taken from its Taylor series, because the closed form cancels."""
 
-_FREQUENCY = float(np.sqrt(2.0))
-"""Of the oscillation of the valve, in units of 1/tau."""
 _SLOWER = 1e-5
 """Relative step of the derivative of a step of the valve with respect to its delay."""
 _LEAST_RATIO = 1e-9
@@ -62,30 +62,25 @@ def valve_response(step: float, demand: np.ndarray, delay: np.ndarray) -> np.nda
 @njit(nogil=True, cache=True)
 def _second_order(demand, steps, out):  # type: ignore[no-untyped-def]
     for i in range(out.shape[0]):
-        wave = _wave(steps[i])
+        turn = wave(steps[i])
         for j in range(out.shape[1]):
             x, v = 0.0, 0.0
             for t in range(out.shape[2] - 1):
-                x, v = _advanced(x, v, steps[i], wave, demand[i, j, t], demand[i, j, t + 1])
+                x, v = _advanced(x, v, steps[i], turn, demand[i, j, t], demand[i, j, t + 1])
                 out[i, j, t + 1] = x
 
 
 @njit(nogil=True, cache=True)
-def _wave(h):  # type: ignore[no-untyped-def]
-    return np.exp(-2.0 * h), np.cos(_FREQUENCY * h), np.sin(_FREQUENCY * h)
-
-
-@njit(nogil=True, cache=True)
-def _advanced(x, v, h, wave, now, later):  # type: ignore[no-untyped-def]
-    # Time in units of tau: the poles are -2 +- i sqrt(2), and a ramp of the demand is followed one unit late.
-    decay, c, s = wave
+def _advanced(x, v, h, turn, now, later):  # type: ignore[no-untyped-def]
+    # Time in units of tau: a ramp of the demand is followed one unit late.
+    c, s = turn
     ramp = (later - now) / h
     offset = now - ramp
     # Deviation from the ramp's own response: exp(-2 h) (a cos + b sin).
     a = x - offset
-    b = ((v - ramp) + 2.0 * a) / _FREQUENCY
-    value = decay * (a * c + b * s)
-    return offset + ramp * h + value, ramp - 2.0 * value + _FREQUENCY * decay * (b * c - a * s)
+    b = ((v - ramp) + DECAY * a) / FREQUENCY
+    value = a * c + b * s
+    return offset + ramp * h + value, ramp - DECAY * value + FREQUENCY * (b * c - a * s)
 
 
 def varying_response(step: float, demand: np.ndarray, delay: np.ndarray,
@@ -112,22 +107,22 @@ def _varying(demand, steps, changes, out, columns):  # type: ignore[no-untyped-d
             if t > 0:  # rates are in units of tau
                 v *= steps[i, t - 1] / h
                 moved_v *= steps[i, t - 1] / h
-            wave = _wave(h)
+            turn = wave(h)
+            ahead_x, ahead_v = _advanced(x, v, h, turn, now, later)
             if m:
                 # The step is linear in pressure and rate. With a longer delay it is shorter, and its rate larger.
-                xx, vx = _advanced(1.0, 0.0, h, wave, 0.0, 0.0)
-                xv, vv = _advanced(0.0, 1.0, h, wave, 0.0, 0.0)
-                own_x, own_v = _advanced(x, v, h, wave, now, later)
+                xx, vx = _advanced(1.0, 0.0, h, turn, 0.0, 0.0)
+                xv, vv = _advanced(0.0, 1.0, h, turn, 0.0, 0.0)
                 shorter = h / (1 + _SLOWER)
-                slow_x, slow_v = _advanced(x, v * (1 + _SLOWER), shorter, _wave(shorter), now, later)
-                dx, dv = (slow_x - own_x) / _SLOWER, (slow_v / (1 + _SLOWER) - own_v) / _SLOWER
+                slow_x, slow_v = _advanced(x, v * (1 + _SLOWER), shorter, wave(shorter), now, later)
+                dx, dv = (slow_x - ahead_x) / _SLOWER, (slow_v / (1 + _SLOWER) - ahead_v) / _SLOWER
                 for j in range(m):
                     change = 0.5 * (changes[i, j, t] + changes[i, j, t + 1])
                     a, b = moved_x[j], moved_v[j]
                     moved_x[j] = xx * a + xv * b + dx * change
                     moved_v[j] = vx * a + vv * b + dv * change
                     columns[i, j, t + 1] = moved_x[j]
-            x, v = _advanced(x, v, h, wave, now, later)
+            x, v = ahead_x, ahead_v
             out[i, t + 1] = x
 
 

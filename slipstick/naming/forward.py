@@ -76,9 +76,10 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
 
 def lacks_something(fit: BlockFit, settings: NamingSettings) -> bool:
     """Whether a block is not explained without laws, or a usual pair promises something in it."""
+    if is_unexplained(fit.chi2, fit.chi2, settings):
+        return True
     its = table(fit, fit.block.pairs())
-    return (is_unexplained(fit.chi2, fit.chi2, settings)
-            or any(_is_promising(one, True, settings) for one in gains([its], (), list(its.further))))
+    return any(_is_promising(one, True, settings) for one in gains([its], (), list(its.further)))
 
 
 def _tables(fits: Mapping[str, BlockFit], offered: Mapping[str, Sequence[Pair]],

@@ -183,7 +183,7 @@ class InputBlock:
     def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of torques on the shaft, of the converter, and of both sensors."""
         signals = dict.fromkeys((*_SIGNALS, *WITHIN)) if rare else _SIGNALS
-        of_converter = (*_OF_CONVERTER, *(WITHIN if rare else ()), *(("motor speed",) if rare else ()))
+        of_converter = (*_OF_CONVERTER, *((*WITHIN, "motor speed") if rare else ()))
         return [*(("input torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in (*of_converter, *self.scene.channels) if self.scene.knows(on)),
                 *sensor_errors.pairs_of(self.scene, rare, "input speed sensor", "output torque sensor")]

@@ -272,7 +272,7 @@ class ValveBlock:
         The pressure is far from linear in the delay, which some valves double.
         """
         change = [self._between(pair) @ coefficients for pair, coefficients in laws
-                  if pair[0] == "valve delay" and not is_changing_delay(pair, self.scene)]
+                  if pair[0] == "valve delay" and pair[1] in self.scene.of_runs]
         factor = np.maximum(1 + np.sum([np.zeros(len(points)), *change], axis=0), _SHORTEST)
         return np.column_stack([(1 + points[:, 0]) * factor - 1, points[:, 1:]]), factor
 

@@ -106,7 +106,7 @@ def left(block: Block, pair: Pair, coefficients: np.ndarray) -> float:
 @each
 def test_a_law_in_the_simulator_has_the_effect_of_its_coefficients(bench: Bench, name: str) -> None:
     found = {}
-    for pair in nominal(bench, name).pairs(rare=bench is HEAVY):
+    for pair in nominal(bench, name).pairs(rare=True):
         if pair in {*EFFECTS, *DIRECT} or not is_simulated(pair):
             continue
         law = nominal(bench, name).law(pair)
