@@ -4,6 +4,7 @@ import csv
 import json
 from collections import Counter
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ from hidden.nineteenth import BENCHES as OF_NINETEENTH
 from hidden.nineteenth import NINETEENTH
 from hidden.ninth import BENCHES as OF_NINTH
 from hidden.ninth import NINTH
-from hidden.nominal import BRISK, SETUPS
+from hidden.nominal import BRISK
 from hidden.pairs import DEPENDS_ON, LISTED, QUANTITY, listed, pair
 from hidden.plan import LARGEST_STRENGTH
 from hidden.seventeenth import BENCHES as OF_SEVENTEENTH
@@ -102,9 +103,9 @@ def test_an_effect_has_a_pair_of_the_vocabulary_and_a_finite_law(effect: Effect)
     np.testing.assert_array_equal(effect.law(0.0, abscissa), 1 if effect.kind == "ratio" else 0)
 
 
-@pytest.fixture(scope="module")
-def alone() -> dict[str, dict[str, np.ndarray]]:
-    return {bench: few(bench) for bench in SETUPS}
+@cache
+def alone(bench: str) -> dict[str, np.ndarray]:
+    return few(bench)
 
 
 def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
@@ -121,11 +122,11 @@ ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENT
 
 
 @pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
-def test_an_unseen_effect_is_visible(place: int, effect: Effect, alone: dict[str, dict[str, np.ndarray]]) -> None:
+def test_an_unseen_effect_is_visible(place: int, effect: Effect) -> None:
     bench = "brisk" if effect in FOURTH else ITS_BENCHES.get(effect.name, ("heavy", "compact"))[place % 2]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
-           for name, signal in alone[bench].items()}
+           for name, signal in alone(bench).items()}
     assert 3e-3 < max(rms.values()) < 0.15
     sensor = effect.quantity.split("_sensor")[0]
     assert sensor == effect.quantity or [name for name in rms if rms[name] > 1e-9] == [sensor]
