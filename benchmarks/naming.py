@@ -65,7 +65,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
                         "laws": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors, "lead": its.lead,
                                   "rivals": [rival.pair for rival in its.rivals], "effect": answer(its, law).effect,
-                                  "further": is_further(its, found.findings),
+                                  "further": is_further(its, found.findings), "rare": its.rare,
                                   "left_out": left_out(its, law)}
                                  for its, law in ((its, found.measured.get(its.pair)) for its in found.findings)],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,

@@ -65,7 +65,8 @@ class Choice:
             block = self.fits[name].block
             block.finer = {**block.finer, chosen.one.pair: chosen.finer}
         tied = rivals(chosen.rise, [(one.rise, one.one.pair) for one in others], self.settings)
-        finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen))
+        finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen),
+                          rare=chosen.one.pair not in self.usual)
         more = uneven(finding, self.compared, self.settings)
         return replace(finding, rivals=(*finding.rivals, *more)), chosen.its
 

@@ -17,7 +17,7 @@ def to_json(found: Naming) -> dict[str, Any]:
                       "rivals": [_values(rival) for rival in one.rivals],
                       "next_best": one.next_best and _values(one.next_best),
                       "expected": None if one.expected is None else one.expected.tolist(),
-                      "agreement": one.agreement}
+                      "agreement": one.agreement, "rare": one.rare}
                      for one in found.findings],
         "set_aside": list(found.set_aside), "unexplained": list(found.unexplained), "chi_square": found.chi_square,
         "measured": [law.to_dict() for law in found.measured.values()],
@@ -32,7 +32,8 @@ def from_json(values: dict[str, Any]) -> Naming:
         Finding(tuple(one["blocks"]), tuple(one["pair"]), np.array(one["gain"]),
                 tuple(_rival(rival) for rival in one["rivals"]),
                 _rival(one["next_best"]) if one.get("next_best") else None,
-                None if one.get("expected") is None else np.array(one["expected"]), one.get("agreement", 0.0))
+                None if one.get("expected") is None else np.array(one["expected"]), one.get("agreement", 0.0),
+                one.get("rare", False))
         for one in values["findings"])
     laws = [LawPoints.from_dict(law) for law in values["measured"]]
     return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"],

@@ -33,7 +33,8 @@ class Finding:
 
     `next_best` is the pair that gains most after it in these blocks, of those that are another effect. `expected` (n,)
     are the standard errors in which engagements should show the law; without them all should show it alike. Their
-    scores in its direction have an `agreement` of so many standard errors.
+    scores in its direction have an `agreement` of so many standard errors. A `rare` pair is one of those that compete
+    only where the usual ones do not explain a block.
     """
 
     blocks: tuple[str, ...]
@@ -43,6 +44,7 @@ class Finding:
     next_best: Rival | None = None
     expected: np.ndarray | None = None
     agreement: float = 0.0
+    rare: bool = False
 
     @property
     def nats(self) -> float:
