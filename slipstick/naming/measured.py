@@ -14,6 +14,7 @@ from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.law_map import UpTo
 from slipstick.naming.linear_model import LAW_PRECISION
+from slipstick.naming.mechanics import CONDITIONS_WITHIN
 from slipstick.naming.smoothness import between_points, smoothed
 from slipstick.naming.thinning import thinned
 
@@ -104,7 +105,7 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
 
     The values of a law over a number also have a random walk as prior (smoothness.py). The lag of the sensor that a
     block predicts is the delay of its reading, with that of its clock: mixtures of few lags leave a part of other lags
-    to the clock.
+    to the clock. The values over the stated motor speeds are off by what these are.
     """
     places = fit.places(pair)
     values = fit.block.law(pair)
@@ -125,8 +126,16 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
     change, covariance = onto @ coefficients, onto @ covariance @ onto.T
     if is_curve:
         covariance = covariance + between_points(change, covariance) ** 2 * np.eye(len(change))
+    if values.x is not None and pair[1] == "motor speed":
+        covariance = covariance + np.diag(_from_stated(values.x[seen], change) ** 2)
     return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change, values.unit,
                      values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
+
+
+def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Errors (m,) of the values `change` (m,) of a law at stated values x (m,), by how steep it is beside them."""
+    steep = np.abs(np.diff(change) / np.diff(x))
+    return np.asarray(CONDITIONS_WITHIN * x * np.maximum(np.append(steep, 0.0), np.insert(steep, 0, 0.0)))
 
 
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:

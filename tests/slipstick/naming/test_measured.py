@@ -117,3 +117,14 @@ def test_a_law_over_levels_has_no_error_between_them(fits: dict[str, BlockFit]) 
     scene = fits["load"].block.scene
     assert over_runs(("load torque", "motor speed"), scene, 0).at_levels
     assert not over_runs(("load torque", "run order"), scene, 0).at_levels
+
+
+def test_a_law_over_the_motor_speed_has_the_error_of_the_stated_speeds(fits: dict[str, BlockFit]) -> None:
+    pair = ("load torque", "motor speed")
+    one = fit(fits["load"].block, (pair,))
+    law, onto = law_points(one, pair), one.block.law(pair).onto
+    own = np.diag(onto @ one.fitted.covariance[np.ix_(one.places(pair), one.places(pair))] @ onto.T)
+    assert law.x is not None
+    first = abs((law.change[1] - law.change[0]) / (law.x[1] - law.x[0]))
+    assert law.std[0] ** 2 - own[0] == pytest.approx((0.02 * law.x[0] * first) ** 2)
+    assert (law.std**2 > own).all()
