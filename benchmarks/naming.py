@@ -5,7 +5,7 @@
 LIST is one of tests/validation/hidden/cases.py. Two processes, or the workers of a Dask scheduler, each in a copy of
 this repository; every finished case is a line of var/naming-LIST.jsonl, so that a killed run goes on where it was.
 naming_LIST_cases.csv has the cases, naming_LIST.csv the rates with 95 % bounds, over strengths in units of the naming
-limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effects. Limits that the former table of the
+limits of naming_limits.py, and docs/naming_LIST.svg draws those of single effects. Limits that the former tables of the
 cases has are not computed again. With EVERY, only every so many-th case of the list is answered, from the case FIRST
 on, counted from 0; files of a FIRST that is not 0 have the name LIST_from_FIRST. With --again a later version answers a
 list: its files have the name LIST_again, and those of the first run, when nothing had been developed on the list,
@@ -75,15 +75,15 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
 
 @cache
 def limits_of(which: str) -> dict[str, list[Told]]:
-    """The limits of the effects of each case, as far as the table of a list has them."""
-    table = Path(__file__).with_name(f"naming_{which}_cases.csv")
-    if not table.exists():
-        return {}
-    with table.open() as file:
-        return {row["case"]: [Told(float(seen), float(named)) for seen, named in
-                              zip(*(row[limit].replace("e+", "e").split("+") for limit in ("seen", "named")),
-                                  strict=True)]
-                for row in csv.DictReader(file) if row["seen"]}
+    """The limits of the effects of each case, as far as the tables of a list have them."""
+    here, limits = Path(__file__).parent, dict[str, list[Told]]()
+    for table in [*here.glob(f"naming_{which}_cases.csv"), *here.glob(f"naming_{which}_from_*_cases.csv")]:
+        with table.open() as file:
+            limits |= {row["case"]: [Told(float(seen), float(named)) for seen, named in
+                                     zip(*(row[limit].replace("e+", "e").split("+") for limit in ("seen", "named")),
+                                         strict=True)]
+                       for row in csv.DictReader(file) if row["seen"]}
+    return limits
 
 
 def left_out(finding: Finding, law: LawPoints | None) -> str:
