@@ -16,8 +16,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.benches import BENCHES
-from slipstick.naming.block import Pair
-from slipstick.naming.closing import fits_with_pairs, shows_closing
+from slipstick.naming.block import Block, Pair
+from slipstick.naming.closing import changing_lags, fits_with_pairs, shows_closing
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import fit
 from slipstick.naming.restarts import evidence_of, settled
@@ -25,6 +25,7 @@ from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import begin
 from slipstick.naming.valve import ValveBlock
+from slipstick.naming.varying_lag import with_constant_lag
 from slipstick.recordings import Recordings, Signals
 from tests.validation.hidden import files
 from tests.validation.hidden.case import Case, bad_runs_of, simulate
@@ -47,20 +48,27 @@ def told(case: Case, name: str, same: Collection[Pair]) -> Told:
     start = begin(scene, lambda *_: None)
     found = []
     for fits in ([fit(ValveBlock(scene))], list(start.fits.values())):
-        tables = [table(one, one.block.pairs()) for one in fits]
+        tables = [table(one, [*one.block.pairs(), *_changing(one.block, same)]) for one in fits]
         pairs = list(dict.fromkeys(pair for one in tables for pair in one.further))
         found += [(one.pair, one.blocks, float(one.nats.sum())) for one in gains(tables, [], pairs)]
     if any(shows_closing(pair) for pair in same):
         assert start.closing is not None
         block, onset = start.closing.block, start.closing.onset
         plain = settled(block, onset.points, onset.shared)
+        asked = [*filter(shows_closing, block.pairs()), *_changing(block, same)]
         found += [(linear.pair, ("clutch",), evidence_of(one) - evidence_of(plain))
-                  for linear, one in fits_with_pairs(block, plain, scene.settings)]
+                  for linear, one in fits_with_pairs(block, plain, scene.settings, asked)]
+    same = {pair for pair, _, _ in found if with_constant_lag(pair) in same}
     right = max((one for one in found if one[0] in same), key=lambda one: one[2], default=None)
     if right is None:
         return Told(in_limits(max(nats for _, _, nats in found)), 0.0)
     others = [nats for pair, blocks, nats in found if pair not in same and set(blocks) & set(right[1])]
     return Told(in_limits(right[2]), in_limits(right[2] - max([0.0, *others])))
+
+
+def _changing(block: Block, same: Collection[Pair]) -> list[Pair]:
+    """The lags that change of a block, if they are the effect that any of the pairs `same` names."""
+    return [pair for pair in changing_lags(block) if with_constant_lag(pair) in same]
 
 
 def without_noise(case: Case) -> Scene:

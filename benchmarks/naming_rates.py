@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rates import bounds
+from slipstick.naming.varying_lag import with_constant_lag
 from slipstick.study.confidence import BANDS, Evidence, are_reported, confidence
 from tests.validation.hidden.case import LAWS
 
@@ -25,7 +26,7 @@ EQUAL = {"brake torque": "load torque", "contact pressure": "friction coefficien
 friction torque is the product of contact pressure and friction coefficient, which nothing else depends on."""
 BLOCK = {"line pressure": "valve", "valve current": "valve", "valve delay": "valve", "pressure sensor": "valve",
          "load torque": "load", "brake torque": "load", "output speed sensor": "load",
-         "input torque": "input", "converter torque": "input",
+         "input torque": "input", "converter torque": "input", "converter lag": "input",
          "input speed sensor": "input", "stick torque": "lock"}
 """Block of a quantity; all others act in the clutch."""
 
@@ -34,8 +35,9 @@ _DRIFTS = {"sequence": "run order", "time": "time"}
 
 
 def same(pair: Iterable[str]) -> tuple[str, ...]:
-    """The pair under which it is compared."""
+    """The pair under which it is compared: that of a constant lag for one that changes."""
     quantity, on = pair
+    quantity, on = with_constant_lag((quantity, on))
     its = EQUAL.get(quantity, quantity), on
     return SAME.get(its, its)
 
@@ -156,7 +158,7 @@ def accuracy(entries: list[dict[str, Any]]) -> list[list[object]]:
 def findings_of(entry: dict[str, Any]) -> list[tuple[Evidence, bool]]:
     """The evidence of each finding, and whether it or a rival is right."""
     every, nats = right_of_any(entry), sum(its["nats"] for its in entry["findings"])
-    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], its["nats"] / nats),
+    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], its["nats"] / nats, its["rare"]),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
             for its in entry["findings"]]
 

@@ -12,7 +12,7 @@ LIST = "a list that no confidence was fitted to"
 
 def finding(pair: tuple[str, str], lead: float, *, further: bool, rivals: tuple[tuple[str, str], ...] = (),
             nats: float = 100.0) -> Any:
-    return {"pair": list(pair), "lead": lead, "nats": nats, "further": further, "effect": "",
+    return {"pair": list(pair), "lead": lead, "nats": nats, "further": further, "rare": False, "effect": "",
             "rivals": [list(one) for one in rivals]}
 
 

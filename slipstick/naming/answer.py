@@ -11,6 +11,7 @@ from slipstick.clutch.effects.effect import DEPENDENCES, QUANTITIES, SENSORS
 from slipstick.naming.block import Pair
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, Rival
+from slipstick.naming.varying_lag import with_constant_lag
 
 MOST_TIED = 3
 """Names in a tie at most: more tell nobody anything, and the answer is then the pair."""
@@ -41,9 +42,9 @@ def names(pair: Pair, catalogue: Collection[str] | None = None) -> tuple[str, ..
 
 def next_best(pair: Pair, others: Sequence[Rival]) -> Rival | None:
     """The one of `others` that gains most, of those that no effect of the catalogue changes together with a `pair`."""
-    own = names(pair)
-    return max((one for one in others if one.pair != pair and set(own).isdisjoint(names(one.pair))),
-               key=lambda one: one.nats, default=None)
+    own, lag = names(pair), with_constant_lag(pair)
+    return max((one for one in others if with_constant_lag(one.pair) != lag
+                and set(own).isdisjoint(names(one.pair))), key=lambda one: one.nats, default=None)
 
 
 def _has_shape(name: str, law: LawPoints) -> bool:

@@ -99,7 +99,7 @@ _MOST_WHILE_CLOSING = 33
 """Most knots of a law of the closing piston, each of whose columns takes an integration."""
 _OF_FEW = ("lag", "past current", "twist", "run order")
 """Dependences of laws that mix a few lags, plays or windows, or over a value of each engagement."""
-CLOSING = ("piston gain", "clearance", "film torque", "piston rate")
+CLOSING = ("piston gain", "clearance", "film torque", "piston rate", "friction lag")
 """Quantities whose laws show only while the plates close, within little time; each column takes an integration."""
 _OF_FEW_VALUES = ("offset", "direction", "motor speed")
 """Dependences of laws that are a few numbers, or over few levels, and that have no resolution."""

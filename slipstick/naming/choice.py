@@ -14,6 +14,7 @@ from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import Tried, is_enough_with, tried
 from slipstick.naming.selection import NEAR, Finding, Rival, in_errors, is_enough, is_unexplained, leads, rivals
 from slipstick.naming.settings import NamingSettings
+from slipstick.naming.varying_lag import with_constant_lag
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ class Choice:
             block.finer = {**block.finer, chosen.one.pair: chosen.finer}
         tied = rivals(chosen.rise, [(one.rise, one.one.pair) for one in others], self.settings)
         finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen),
-                          rare=chosen.one.pair not in self.usual)
+                          rare=with_constant_lag(chosen.one.pair) not in self.usual)
         more = uneven(finding, self.compared, self.settings)
         return replace(finding, rivals=(*finding.rivals, *more)), chosen.its
 

@@ -10,7 +10,7 @@ from numba import get_num_threads
 
 from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import CLOSING, Pair, finest
+from slipstick.naming.block import CLOSING, Block, Pair, finest
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.fineness import finer_while
@@ -32,12 +32,15 @@ from slipstick.naming.selection import (
 )
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.torque_lag import OF_FRICTION, OF_SENSOR
+from slipstick.naming.varying_lag import CONSTANT
 from slipstick.threads import mapped
 
 One = TypeVar("One")
 _QUANTITIES = (*CLOSING, "chamber pressure")
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
-_FIRST = 3  # iterations by which the pairs that are fitted to the end are chosen
+_FIRST, _FIRST_OF_LAG = 3, 10
+"""Iterations by which the pairs that are fitted to the end are chosen: a lag that changes is not searched, but needs
+more. Its law does not move the piston."""
 _MOST = 2
 _CONTAINED: dict[Pair, Pair] = {("piston rate", "piston rate"): ("piston rate", "direction")}
 """A pair whose laws contain that of another one, which is a number: a drag takes the same off every rate."""
@@ -46,6 +49,11 @@ _CONTAINED: dict[Pair, Pair] = {("piston rate", "piston rate"): ("piston rate", 
 def shows_closing(pair: Pair) -> bool:
     """Whether a pair is asked for while the plates close; the other ones of the clutch are in full contact."""
     return pair[0] in _QUANTITIES or pair == OF_FRICTION  # the lag of the torque sensor is the same there
+
+
+def changing_lags(block: Block) -> list[Pair]:
+    """The pairs of lags that change within an engagement, which are asked for where something is missing."""
+    return [pair for pair in block.pairs(rare=True) if pair[0] in CONSTANT]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +106,9 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
     while len(found) < _MOST:
         tried = _tried(block, now, settings, ask)
         enough = _enough(tried, now, settings)
+        if enough and not is_unexplained(now.chi2, now.chi2, settings):
+            tried = _best_of([*tried, *_tried(block, now, settings, ask, changing_lags(block))])
+            enough = _enough(tried, now, settings)
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
             other = enough[0].fit
@@ -116,7 +127,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
                 continue
         if not enough or enough[0].gain.sum() < settings.further * max(nats, sum(one.nats for one in found)):
             break
-        best = _plainest(enough)
+        best = _plainest(enough, settings)
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         sensors = [(one.gain + elsewhere(one.fit), OF_SENSOR) for one in enough if one.pair == OF_FRICTION]
         apart = [one for one in tried if one is not best and _CONTAINED.get(one.pair) != best.pair]
@@ -164,9 +175,13 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
         one for one in tried if is_shown(one.gain, one.expected, one.agreement, settings)]
 
 
-def _plainest(enough: Sequence[_Tried]) -> _Tried:
-    """The one that gains most, or one whose law it contains, if that explains most of what it gains by itself."""
-    best = enough[0]
+def _plainest(enough: Sequence[_Tried], settings: NamingSettings) -> _Tried:
+    """The one that gains most, or one whose law it contains, if that explains most of what it gains by itself.
+
+    A lag that changes must lead the others: it has the freedom to follow what is left of their laws.
+    """
+    best = next((one for one in enough if one.pair[0] not in CONSTANT
+                 and not leads(enough[0].gain, one.gain, settings)), enough[0])
     return next((one for one in enough if one.pair == _CONTAINED.get(best.pair) and one.nats > NEAR * best.nats), best)
 
 
@@ -231,25 +246,28 @@ def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> Curve
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
                     pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> list[tuple[Gain, CurvedFit]]:
-    """The fits with the best of the `pairs` that promise something, by default of all, from `now` and common points.
+    """The fits with the best of the `pairs` that promise something, from `now` and common points.
 
-    Each comes with what its pair gains in the linear model.
+    By default they are all usual ones, and lags that change where something is missing. Each comes with what its pair
+    gains in the linear model.
 
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it. A
     parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
     """
-    about = table(now, [pair for pair in block.pairs() if shows_closing(pair)])
-    known = [pair for pair in about.further if pairs is None or pair in pairs]
-    promising = gains([about], list(now.laws), known)
     strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
+    if pairs is None:
+        pairs = [*filter(shows_closing, block.pairs()), *(changing_lags(block) if lacks else ())]
+    about = table(now, pairs)
+    promising = gains([about], list(now.laws), list(about.further))
     if not (strained or lacks):
         promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
     linear = {one.pair: one for one in promising}
 
     def begun_with(pair: Pair) -> CurvedFit:
         its = copy(block)  # a fit changes where its block is
-        first = fit_curved(its, (*now.laws, pair), start=now, iterations=_FIRST)
-        if strained or lacks:
+        is_lag = pair[0] in CONSTANT
+        first = fit_curved(its, (*now.laws, pair), start=now, iterations=_FIRST_OF_LAG if is_lag else _FIRST)
+        if (strained or lacks) and not is_lag:
             first = max(first, annealed(its, now, pair), key=evidence_of)
         return replace(first, block=block)
 

@@ -14,7 +14,7 @@ _SCALE = 2.0
 
 def lag_columns(scene: Scene, torque: np.ndarray, finer: int) -> np.ndarray:
     """Changes (n, m, k) in N m of the `torque` (n, k) of the converter by the lags; more of them where `finer`."""
-    late = late_by(torque, scene.time, _scale(scene))
+    late = late_by(torque, scene.time, lag_unit(scene))
     return np.concatenate([modulated(late, its) for its in _sizes(scene, finer)], axis=1) if finer else late
 
 
@@ -23,15 +23,15 @@ def lagging(scene: Scene, torque: np.ndarray, c: np.ndarray, finer: int) -> np.n
     weights = c[None, :, None]
     if finer:
         over_time, over_runs = _sizes(scene, finer)
-        of_time, of_runs = np.split(c.reshape(-1, len(lags_about(_scale(scene)))), [over_time.shape[1]])
+        of_time, of_runs = np.split(c.reshape(-1, len(lags_about(lag_unit(scene)))), [over_time.shape[1]])
         weights = np.einsum("nmk,ml->nlk", over_time, of_time, optimize=True)
         weights += np.einsum("nmk,ml->nlk", over_runs, of_runs)
-    return mixed(torque, scene.time, _scale(scene), weights)
+    return mixed(torque, scene.time, lag_unit(scene), weights)
 
 
 def mean_lag(scene: Scene, finer: int) -> LawMap:
     """The lag in s: the mean of the impulse response, and over time while the plates slip."""
-    times = lags_about(_scale(scene))
+    times = lags_about(lag_unit(scene))
     if not finer:
         return single(times, "s")
     over_time, over_runs = _sizes(scene, finer)
@@ -39,7 +39,7 @@ def mean_lag(scene: Scene, finer: int) -> LawMap:
     return single(np.outer(np.pad(mean, (0, over_runs.shape[1])), times).ravel(), "s")
 
 
-def _scale(scene: Scene) -> float:
+def lag_unit(scene: Scene) -> float:
     """Time scale of the lags in s."""
     return _SCALE * lag_scale(scene)
 

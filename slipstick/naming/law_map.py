@@ -15,8 +15,9 @@ from slipstick.naming.sensor_lags import lag_scale, sizes_over_runs
 UpTo = Literal["nothing", "constant", "line"]
 """What a block cannot tell from its own parameters: it may be added to a law without a change of the prediction."""
 
-UNITS = {**QUANTITIES, **SENSORS, "input torque": "N m", "valve delay": "s"}
-"""Units of the quantities of all pairs. Blocks have two that no effect changes."""
+UNITS = {**QUANTITIES, **SENSORS, "input torque": "N m", "valve delay": "s", "friction lag": "s",
+         "converter lag": "s"}
+"""Units of the quantities of all pairs. Blocks have four that no effect changes."""
 _X_UNITS = {**SCALAR_DEPENDENCES, "output position": "rad"}
 _GAIN_POINTS = 5
 """Points of the relative error of a sensor over its signal, which is a line: enough to draw its error."""

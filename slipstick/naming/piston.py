@@ -19,6 +19,7 @@ from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
 from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
+from slipstick.naming.varying_lag import trailing, trailing_columns
 from slipstick.threads import mapped, parts_of
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
@@ -184,6 +185,10 @@ class ClutchBlock:
             factor = self._closed(points, laws, self.end, law.kind, np.ones(torque.shape))[0] - torque
             change = np.concatenate(mapped(lambda its: factor[its, None] * bases.delayed(law.basis[its], late),
                                            parts_of(len(points))))
+        elif law.kind == "lag":
+            at_once = self._closed(points, [one for one in laws if self._law(one[0]).kind != "lag"], self.end)[0]
+            change = trailing_columns(at_once, self._added(laws)["lag"], bases.delayed(law.basis, late),
+                                      self.scene.step)
         else:
             if law.kind in ADDED:
                 moved = mapped(lambda its: self._closed(points, laws, self.end, law.kind, _LAW_STEP * its)[0],
@@ -249,6 +254,8 @@ class ClutchBlock:
               added["chamber"], added["gain"], added["clearance"], added["friction"], added["film"],
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
+        if added["lag"].any():
+            torque = torque + trailing(torque, added["lag"], self.scene.step)
         return torque, position
 
     def _read(self, torque: np.ndarray, laws: Laws) -> np.ndarray:

@@ -9,6 +9,7 @@ from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import CLOSING
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
 from slipstick.naming.scene import OF_PLATES, WITHIN, Pair, Scene
+from slipstick.naming.sensor_lags import lag_scale
 
 PAIRS: tuple[Pair, ...] = (
     *(("friction coefficient", on)
@@ -20,13 +21,14 @@ PAIRS: tuple[Pair, ...] = (
 """All pairs of the clutch, without those of the torque sensor and over further recorded channels."""
 _FURTHER: tuple[Pair, ...] = (
     *(("friction coefficient", on) for on in WITHIN if on != "piston position"),  # which is the same in full contact
-    *(("chamber pressure", on) for on in WITHIN if on not in ("pressure", "piston position")))
+    *(("chamber pressure", on) for on in WITHIN if on not in ("pressure", "piston position")),
+    *(("friction lag", on) for on in (*WITHIN, "run order", "motor speed") if on != "piston position"))
 """Pairs that are asked for besides where something is missing in full contact."""
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 
-ADDED = ("chamber", "gain", "clearance", "friction", "film", "rate_extra")
-"""Inputs of the kernel that are signals (n, k), to which laws add."""
+ADDED = ("chamber", "gain", "clearance", "friction", "film", "rate_extra", "lag")
+"""Inputs of the kernel that are signals (n, k), to which laws add; the lag is that of its torque."""
 _FROM_ZERO = ("slip", *OF_PLATES)
 """Signals near whose zero laws of the friction change fastest; the knots are closer there."""
 _CHAMBER = 0.1
@@ -120,6 +122,11 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return _friction(pair, given)
     count = given.knots(pair)
     values = np.eye(count)
+    if quantity == "friction lag":
+        x = _abscissa(on, given)
+        knots = _knots(on, x, given.counted & (given.in_contact.time > 0), count)
+        return PistonLaw.signal("lag", bases.hats(x, knots) * lag_scale(scene),
+                                over(pair, knots, lag_scale(scene) * values))
     if quantity == "film torque":
         knots = bases.evenly(scene.slip, given.counted & (given.in_contact.full == 0), count)
         # Without the first hat, which the film coefficient replaces.
@@ -159,7 +166,8 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     raise KeyError(pair)
 
 
-_KINDS = {"friction coefficient": "friction", "film torque": "film", "piston gain": "gain", "clearance": "clearance"}
+_KINDS = {"friction coefficient": "friction", "film torque": "film", "piston gain": "gain", "clearance": "clearance",
+          "friction lag": "lag"}
 """Inputs of the kernel that laws over what is constant in an engagement change."""
 
 
@@ -167,7 +175,7 @@ def _between(pair: Pair, given: Loading) -> PistonLaw:
     """A law over what is constant in an engagement: of the clearance in m, of the others relative."""
     scene, (quantity, on), finer = given.scene, pair, given.finer.get(pair, 0)
     absolute = quantity == "clearance"
-    size = scene.value("contact_position") if absolute else 1.0
+    size = scene.value("contact_position") if absolute else lag_scale(scene) if quantity == "friction lag" else 1.0
     if quantity == "film torque":
         # A data sheet knows the film coefficient, and no more than the first runs can have it while the oil warms up.
         runs = scene.constant_in_run(on)
@@ -175,8 +183,9 @@ def _between(pair: Pair, given: Loading) -> PistonLaw:
         between, values = bases.hats(runs, knots)[:, 1:], over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant",
                                                                     unit_of(on, scene))
     else:
-        between = scene.between(on, finer=finer)
-        values = over_runs(pair, scene, finer, size, relative=not absolute)
+        centred = quantity != "friction lag"
+        between = scene.between(on, centred, finer)
+        values = over_runs(pair, scene, finer, size, relative=not absolute and centred, centred=centred)
     basis = between[:, :, None] * np.full(given.pressure.shape, size)[:, None]
     return PistonLaw.signal(_KINDS[quantity], basis, values)
 

@@ -19,7 +19,7 @@ from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import Laws, Pair, fineness
-from slipstick.naming.converter_lag import lag_columns, lagging, mean_lag
+from slipstick.naming.converter_lag import lag_columns, lag_unit, lagging, mean_lag
 from slipstick.naming.drive import KNOTS, AtSpeed, Drive
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
@@ -35,6 +35,7 @@ from slipstick.naming.mechanics import (
 )
 from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
 from slipstick.naming.shaft_kernel import turn
+from slipstick.naming.varying_lag import trailing, trailing_columns, with_constant_lag
 from slipstick.threads import mapped, parts_of
 
 CONVERTER_WITHIN = 0.05
@@ -45,6 +46,7 @@ _STEPS = 2
 """Runge-Kutta steps in a sample; four change the speed by less than a hundredth of the sensor's noise."""
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
+_CHANGING_LAG = "converter lag"
 SENSOR = "input speed sensor"
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
 _OF_CONVERTER = ("lag", "run order")
@@ -112,8 +114,8 @@ class InputBlock:
         self._read = true_torque(self.scene, laws, self.finer)
         self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
-            if pair == _LAG:
-                torque = torque - self._lagging(reference, coefficients)
+            if _is_lag(pair):
+                torque = torque - self._lagging(pair, reference, coefficients)
             elif not _is_reading(pair):
                 torque = torque - coefficients @ self._given_by(pair)
         speed = self._integrated(points, torque - points[:, 4, None] * self._kick * self._spike)
@@ -129,10 +131,11 @@ class InputBlock:
             if pair[0] == "input torque":
                 torque = torque - coefficients @ self._given_by(pair)
         speed = self._integrated(points, torque)
-        for coefficients in (c for pair, c in laws if pair == _LAG):
-            # The lagging torque is that at the speed that it leads to, which is found by iteration.
-            for _ in range(_ROUNDS):
-                speed = self._integrated(points, torque - self._lagging(speed, coefficients))
+        lags = [(pair, c) for pair, c in laws if _is_lag(pair)]
+        # The lagging torque is that at the speed that it leads to, which is found by iteration.
+        for _ in range(_ROUNDS if lags else 0):
+            late = sum(self._lagging(pair, speed, coefficients) for pair, coefficients in lags)
+            speed = self._integrated(points, torque - late)
         return speed
 
     def noise(self, points: np.ndarray) -> BlockNoise:
@@ -186,13 +189,15 @@ class InputBlock:
         of_converter = (*_OF_CONVERTER, *((*WITHIN, "motor speed") if rare else ()))
         return [*(("input torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in (*of_converter, *self.scene.channels) if self.scene.knows(on)),
+                *((_CHANGING_LAG, on) for on in ((*WITHIN, "run order", "motor speed") if rare else ())
+                  if self.scene.knows(on)),
                 *sensor_errors.pairs_of(self.scene, rare, "input speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
         if _is_reading(pair):
             return self._reading(pair, self._speed)
-        torque = self._torque(pair, self._speed) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
+        torque = self._torque(pair, self._speed, laws) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
         return sensor_errors.as_read(self.scene, self._respond(torque), self._speed, laws, SENSOR, self.finer)
 
     def law(self, pair: Pair) -> LawMap:
@@ -205,6 +210,10 @@ class InputBlock:
             return of_sensor(pair, scene, finer)
         if pair == _LAG:
             return mean_lag(scene, finer)
+        if quantity == _CHANGING_LAG:
+            unit = lag_unit(scene)
+            return over_runs(pair, scene, finer, unit, centred=False) if on in scene.of_runs else over(
+                pair, self._knots_of(pair), unit * np.eye(fineness(self, pair)))
         of_converter = quantity == "converter torque"
         if of_converter and on in scene.of_runs:
             return over_runs(pair, scene, finer, relative=True)
@@ -219,22 +228,32 @@ class InputBlock:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
         return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
 
-    def _torque(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
+    def _torque(self, pair: Pair, speed: np.ndarray, laws: Laws) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
         if pair == _LAG:
             return lag_columns(self.scene, self._driven_at(speed), self.finer.get(pair, 0))
+        if _is_lag(pair):
+            basis = self._given_by(pair)
+            held = next((c for law, c in laws if law == pair), np.zeros(basis.shape[1]))
+            return trailing_columns(self._driven_at(speed), held @ basis, basis, self.scene.step)
         return self._given_by(pair)
 
-    def _lagging(self, speed: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    def _lagging(self, pair: Pair, speed: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         """The torque (n, k) in N m by which a lagging converter drives the shaft more, at `speed` (n, k)."""
-        return lagging(self.scene, self._driven_at(speed), coefficients, self.finer.get(_LAG, 0))
+        torque = self._driven_at(speed)
+        if pair == _LAG:
+            return lagging(self.scene, torque, coefficients, self.finer.get(_LAG, 0))
+        return trailing(torque, coefficients @ self._given_by(pair), self.scene.step)
 
     def _driven_at(self, speed: np.ndarray) -> np.ndarray:
         """Torque (n, k) in N m of the nominal converter at `speed` (n, k)."""
         return self._drive.torque(speed, self.motor[:, None])
 
     def _given_by(self, pair: Pair) -> np.ndarray:
-        """Torques (n, m, k) in N m that do not depend on the speed that they lead to; most are computed once."""
+        """Torques (n, m, k) in N m that do not depend on the speed that they lead to, or lags (n, m, k) in s.
+
+        Most are computed once.
+        """
         if pair == TORQUE_GAIN:
             return sensor_errors.reading(self.scene, *pair, self._read, self.finer.get(pair, 0)) / self.scene.gear
         key = pair, fineness(self, pair)
@@ -248,6 +267,11 @@ class InputBlock:
         if quantity == "output torque sensor":
             torque = scene.smooth["output_torque"]
             return sensor_errors.reading(scene, *pair, torque, self.finer.get(pair, 0)) / scene.gear
+        if quantity == _CHANGING_LAG:
+            if on in scene.of_runs:
+                between = scene.between(on, centred=False, finer=self.finer.get(pair, 0))
+                return np.asarray(between[:, :, None] * np.full(measured.shape, lag_unit(scene))[:, None])
+            return lag_unit(scene) * bases.hats(scene.abscissa(on), self._knots_of(pair))
         unit = scene.typical_torque / scene.gear
         of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
         size = self._drive.torque(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
@@ -296,3 +320,7 @@ class InputBlock:
 
 def _is_reading(pair: Pair) -> bool:
     return pair[0] == SENSOR
+
+
+def _is_lag(pair: Pair) -> bool:
+    return with_constant_lag(pair) == _LAG

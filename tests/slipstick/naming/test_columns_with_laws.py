@@ -141,10 +141,10 @@ def test_the_torque_after_lock_up_is_that_of_the_parameters_that_shafts_have_fou
 
 def test_a_lag_of_the_converter_that_comes_and_goes_is_closer_to_a_finer_one(scene: Scene) -> None:
     block, lag, left = InputBlock(scene), ("converter torque", "lag"), []
-    wave = (block._torque(lag, block._speed)[:, 1] * np.sin(np.pi * scene.time / 0.4) ** 2)[block.counted]
+    wave = (block._torque(lag, block._speed, ())[:, 1] * np.sin(np.pi * scene.time / 0.4) ** 2)[block.counted]
     for finer in (0, 1, 2):
         block.finer = {lag: finer}
-        basis = block._torque(lag, block._speed).transpose(0, 2, 1)[block.counted]
+        basis = block._torque(lag, block._speed, ()).transpose(0, 2, 1)[block.counted]
         left.append(np.linalg.norm(wave - basis @ np.linalg.lstsq(basis, wave, rcond=None)[0]))
         assert block.law(lag).onto.shape[1] == basis.shape[1]
     assert left[2] < left[1] < 0.7 * left[0]

@@ -10,11 +10,13 @@ import pytest
 from slipstick.bench import Bench
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
+from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Block, Pair
 from slipstick.naming.law_map import UNITS, LawMap
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.scene import OF_PLATES, Scene
+from slipstick.naming.varying_lag import CONSTANT
 from slipstick.recordings import Recordings
 from tests.benches import BENCHES, HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of, with_plates
@@ -55,7 +57,7 @@ initial position, in which the torque is not linear."""
 
 def is_simulated(pair: Pair) -> bool:
     """Whether the simulator can have the law of a pair: it has no angles, laws of a delay, or sensors of the plates."""
-    if pair[0] == "valve delay":
+    if pair[0] in {"valve delay", *CONSTANT}:
         return False
     over = {"output position"} | ({"slip", "current", *OF_PLATES} if pair[0].endswith("sensor") else set())
     return pair[1] not in over
@@ -135,6 +137,27 @@ def test_an_effect_of_the_simulator_is_a_law_of_its_strength(bench: Bench, name:
                          COUNT)
         found[pair] = left(block_of(name, scene), pair, coefficients)
     assert not {pair: share for pair, share in found.items() if share > LOOSE.get(pair, CLOSE)}
+
+
+@both
+def test_a_converter_lag_that_is_the_same_everywhere_is_that_of_the_simulator(bench: Bench) -> None:
+    pair, lag = ("converter lag", "slip"), effects.find("converter_lag").on(bench.scales).typical[0]
+    block = simulated_block("input", bench, Model(bench.physics).with_effect("converter_lag", {"lag": lag}))
+    coefficients = np.linalg.lstsq(block.law(pair).onto, np.full(len(block.law(pair).onto), lag))[0]
+    assert left(block, pair, coefficients) < LOOSE["converter torque", "lag"]
+    assert left(block, pair, -coefficients) > 1
+
+
+@pytest.mark.parametrize("on", ["time", "run order", "output position"])
+def test_a_lag_of_the_friction_that_is_the_same_everywhere_is_a_first_order_one(on: str) -> None:
+    block, pair, lag = nominal(HEAVY, "clutch"), ("friction lag", on), 0.04
+    points = np.zeros((COUNT, len(block.random)))
+    plain, onto = block.base(points), block.law(pair).onto
+    found = block.base(points, [(pair, np.linalg.lstsq(onto, np.full(len(onto), lag))[0])])
+    expected = lagged_signal(plain, block.scene.time, np.array([lag]))
+    assert np.abs(expected - plain).max() > 0.05 * plain.max()
+    seen = block.counted  # the last samples are those of the signal after it, which is 0 there
+    np.testing.assert_allclose(found[seen], expected[seen], atol=0.002 * plain.max())
 
 
 @each

@@ -84,5 +84,13 @@ def test_a_law_over_the_rate_is_a_drag_if_that_explains_most_of_it(drag: float, 
         return _Tried(("piston rate", on), np.array([nats]), coarse(HEAT)[1], 0, 5.0)
 
     enough = [tried("piston rate", 100.0), tried("pressure", 90.0), tried("direction", drag)]
-    assert _plainest(enough).pair == ("piston rate", chosen)
-    assert _plainest(enough[1:]).pair == ("piston rate", "pressure")
+    assert _plainest(enough, SETTINGS).pair == ("piston rate", chosen)
+    assert _plainest(enough[1:], SETTINGS).pair == ("piston rate", "pressure")
+
+
+def test_a_lag_that_changes_must_lead_other_laws() -> None:
+    fitted = coarse(HEAT)[1]
+    law = _Tried(("piston rate", "pressure"), np.full(COUNT, 10.0), fitted, 0, 5.0)
+    for more, chosen in ((0.3, law.pair), (3.0, ("friction lag", "time"))):
+        lag = _Tried(("friction lag", "time"), law.gain + more, fitted, 0, 5.0)
+        assert _plainest([lag, law], SETTINGS).pair == chosen

@@ -58,6 +58,9 @@ def test_findings_beside_the_largest_must_be_likely_enough() -> None:
     assert are_reported([largest, doubtful, beside]) == [True, False, True]
     assert are_reported([beside, largest]) == [True, True]
     assert are_reported([doubtful]) == [True]
+    rare = largest._replace(rare=True)
+    assert are_reported([rare, doubtful]) == [False, True]
+    assert are_reported([rare]) == [True]
     assert are_reported([]) == []
 
 
