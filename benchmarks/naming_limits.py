@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.benches import BENCHES
 from slipstick.naming.block import Block, Pair
-from slipstick.naming.closing import changing_lags, fits_with_pairs, shows_closing
+from slipstick.naming.closing_fits import changing_lags, fits_with_pairs, shows_closing
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import fit
 from slipstick.naming.restarts import evidence_of, settled

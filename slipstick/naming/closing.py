@@ -1,22 +1,19 @@
-"""Which pairs the closing piston asks for, by fits with the law of each that promises something."""
+"""Which pairs the closing piston asks for: the choice among fits with the law of each."""
 
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
-from numba import get_num_threads
 
 from slipstick.naming.answer import next_best
-from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import CLOSING, Block, Pair, finest
+from slipstick.naming.asked import Ask
+from slipstick.naming.block import Pair, finest
+from slipstick.naming.closing_fits import changing_lags, fits_with_pairs
 from slipstick.naming.curved import CurvedFit, fit_curved
-from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
-from slipstick.naming.restarts import annealed, evidence_of, from_common, regained, settled
+from slipstick.naming.restarts import evidence_of, from_common, settled
 from slipstick.naming.search import retimed
 from slipstick.naming.selection import (
     NEAR,
@@ -33,27 +30,10 @@ from slipstick.naming.selection import (
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.torque_lag import OF_FRICTION, OF_SENSOR
 from slipstick.naming.varying_lag import CONSTANT
-from slipstick.threads import mapped
 
-One = TypeVar("One")
-_QUANTITIES = (*CLOSING, "chamber pressure")
-_FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
-_FIRST, _FIRST_OF_LAG = 3, 10
-"""Iterations by which the pairs that are fitted to the end are chosen: a lag that changes is not searched, but needs
-more. Its law does not move the piston."""
 _MOST = 2
 _CONTAINED: dict[Pair, Pair] = {("piston rate", "piston rate"): ("piston rate", "direction")}
 """A pair whose laws contain that of another one, which is a number: a drag takes the same off every rate."""
-
-
-def shows_closing(pair: Pair) -> bool:
-    """Whether a pair is asked for while the plates close; the other ones of the clutch are in full contact."""
-    return pair[0] in _QUANTITIES or pair == OF_FRICTION  # the lag of the torque sensor is the same there
-
-
-def changing_lags(block: Block) -> list[Pair]:
-    """The pairs of lags that change within an engagement, which are asked for where something is missing."""
-    return [pair for pair in block.pairs(rare=True) if pair[0] in CONSTANT]
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,56 +222,3 @@ def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> Curve
     block.finer = {**block.finer, **{law: block.finer.get(law, 0) + 1 for law in laws}}
     begun = {law: refined(its, now.coefficients[law], block.law(law)) for law, its in coarse.items()}
     return fit_curved(block, now.laws, start=now, coefficients=begun, iterations=10)
-
-
-def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
-                    pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> list[tuple[Gain, CurvedFit]]:
-    """The fits with the best of the `pairs` that promise something, from `now` and common points.
-
-    By default they are all usual ones, and lags that change where something is missing. Each comes with what its pair
-    gains in the linear model.
-
-    Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it. A
-    parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
-    """
-    strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
-    if pairs is None:
-        pairs = [*filter(shows_closing, block.pairs()), *(changing_lags(block) if lacks else ())]
-    about = table(now, pairs)
-    promising = gains([about], list(now.laws), list(about.further))
-    if not (strained or lacks):
-        promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
-    linear = {one.pair: one for one in promising}
-
-    def begun_with(pair: Pair) -> CurvedFit:
-        its = copy(block)  # a fit changes where its block is
-        is_lag = pair[0] in CONSTANT
-        first = fit_curved(its, (*now.laws, pair), start=now, iterations=_FIRST_OF_LAG if is_lag else _FIRST)
-        if (strained or lacks) and not is_lag:
-            first = max(first, annealed(its, now, pair), key=evidence_of)
-        return replace(first, block=block)
-
-    def ended(start: CurvedFit) -> CurvedFit:
-        its = copy(block)
-        best = fit_curved(its, start.laws, start=start, iterations=10)
-        again = from_common(its, best.mean, best.shared, best.held, iterations=10)
-        best = max(best, again, key=evidence_of)
-        return replace(regained(its, best) if lacks else best, block=block)
-
-    begun = _in_threads(begun_with, list(linear), lambda pair: ask(Asked("clutch", ("clutch",), pair)))
-    begun.sort(key=evidence_of, reverse=True)
-    found = _in_threads(ended, begun[:1 + settings.rivals],
-                        lambda start: ask(Asked("clutch", ("clutch",), start.laws[-1])))
-    return [(linear[one.laws[-1]], one) for one in found]
-
-
-def _in_threads(function: Callable[[One], CurvedFit], items: Sequence[One],
-                before: Callable[[One], None]) -> list[CurvedFit]:
-    """What `function` makes of each item, by as many at a time as there are threads, `before` each of which it asks."""
-    found, threads = list[CurvedFit](), get_num_threads()
-    for start in range(0, len(items), threads):
-        some = items[start:start + threads]
-        for one in some:
-            before(one)
-        found += mapped(function, some)
-    return found

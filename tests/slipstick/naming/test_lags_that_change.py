@@ -8,7 +8,7 @@ import pytest
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.naming.answer import answer, next_best
-from slipstick.naming.closing import changing_lags, fits_with_pairs
+from slipstick.naming.closing_fits import changing_lags, fits_with_pairs
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.evidence import gains as in_linear_model
 from slipstick.naming.evidence import table
