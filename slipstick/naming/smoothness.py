@@ -31,6 +31,8 @@ def smoothed(onto: np.ndarray, coefficients: np.ndarray, covariance: np.ndarray)
     axes, rough = turn.T @ axes, np.where(rough > _NOTHING * rough.max(), rough, 0.0)
     at = axes @ told @ coefficients
     kept = rough[rough > 0]
+    if not len(kept):  # the same value at all points
+        return coefficients, covariance
     ratios = np.exp(_EIGHTHS) / np.exp(np.log(kept).mean())
     weights = 1 + ratios[:, None] * rough
     evidence = len(kept) * np.log(ratios) - np.log(weights).sum(axis=1) + (at**2 / weights).sum(axis=1)
