@@ -15,7 +15,8 @@ def trailing(signal: np.ndarray, lag: np.ndarray, step: float) -> np.ndarray:
     """The change (n, k) of a `signal` (n, k), sampled every `step` s, that follows it with a `lag` (n, k) in s.
 
     In steady state at the first sample, and exact for a signal that is linear between samples with a constant lag. A
-    negative lag is a lead by it on a ramp: the change is linear in the lag about 0, so that a fit can begin there.
+    negative lag is a lead by it on a ramp, of a sample at most: the change is linear in the lag about 0, so that a fit
+    can begin there, and no fit can go far beyond.
     """
     found = np.empty(signal.shape)
     _trail(np.ascontiguousarray(signal), np.ascontiguousarray(lag), step, found)
@@ -42,7 +43,7 @@ def _trail(signal, lag, step, found):  # type: ignore[no-untyped-def]
         change = 0.0
         found[i, 0] = change
         for t in range(1, k):
-            ratio = lag[i, t] / step
+            ratio = max(lag[i, t] / step, -1.0)
             left = np.exp(-1 / ratio) if ratio > 0 else 0.0
             change = left * change + ratio * (1 - left) * (signal[i, t - 1] - signal[i, t])
             found[i, t] = change

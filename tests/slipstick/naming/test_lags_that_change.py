@@ -52,6 +52,7 @@ def test_what_trails_is_linear_in_the_lag_about_none_and_its_columns_are_derivat
     short = np.full(SIGNAL.shape, 1e-4)
     ahead, behind = (trailing(SIGNAL, sign * short, TIME[1]) for sign in (-1, 1))
     np.testing.assert_allclose(ahead, -behind, atol=1e-12)
+    assert np.abs(trailing(SIGNAL, -1e6 * np.ones(SIGNAL.shape), TIME[1])).max() < 1.01 * np.abs(np.diff(SIGNAL)).max()
     lag, basis, h = 0.03 + 0.02 * np.sin(TIME) * np.ones((2, 1)), np.stack([0.05 * np.ones((2, 201)), SIGNAL], 1), 1e-4
     for column, one in zip(trailing_columns(SIGNAL, lag, basis, TIME[1]).transpose(1, 0, 2), basis.transpose(1, 0, 2),
                            strict=True):
