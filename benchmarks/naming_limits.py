@@ -49,7 +49,7 @@ def told(case: Case, name: str, same: Collection[Pair]) -> Told:
     # An effect of the valve is compared there; the blocks behind it are begun for others only, which takes minutes.
     start = None if set(valve.block.pairs(rare=True)) & set(same) else begin(scene, lambda *_: None)
     found = []
-    for fits in ([valve], *([] if start is None else [list(start.fits.values())])):
+    for fits in [[valve]] if start is None else [[valve], list(start.fits.values())]:
         tables = [table(one, [*one.block.pairs(), *_changing(one.block, same)]) for one in fits]
         pairs = list(dict.fromkeys(pair for one in tables for pair in one.further))
         found += [(one.pair, one.blocks, float(one.nats.sum())) for one in gains(tables, [], pairs)]

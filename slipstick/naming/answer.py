@@ -42,9 +42,12 @@ def names(pair: Pair, catalogue: Collection[str] | None = None) -> tuple[str, ..
 
 def next_best(pair: Pair, others: Sequence[Rival]) -> Rival | None:
     """The one of `others` that gains most, of those that no effect of the catalogue changes together with a `pair`."""
-    own, lag = names(pair), with_constant_lag(pair)
-    return max((one for one in others if with_constant_lag(one.pair) != lag
-                and set(own).isdisjoint(names(one.pair))), key=lambda one: one.nats, default=None)
+    return max((one for one in others if is_another_effect(one.pair, pair)), key=lambda one: one.nats, default=None)
+
+
+def is_another_effect(pair: Pair, other: Pair) -> bool:
+    """Whether no effect of the catalogue changes both pairs: a lag over something is one with any other lag."""
+    return with_constant_lag(pair) != with_constant_lag(other) and set(names(pair)).isdisjoint(names(other))
 
 
 def _has_shape(name: str, law: LawPoints) -> bool:

@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numba import get_num_threads
 
+from slipstick.naming.answer import is_another_effect
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import CLOSING, Block, Pair
 from slipstick.naming.curved import CurvedFit, fit_curved
@@ -17,7 +18,7 @@ from slipstick.naming.restarts import annealed, evidence_of, from_common, regain
 from slipstick.naming.selection import is_unexplained
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.torque_lag import OF_FRICTION
-from slipstick.naming.varying_lag import CONSTANT, with_constant_lag
+from slipstick.naming.varying_lag import CONSTANT
 from slipstick.threads import mapped
 
 One = TypeVar("One")
@@ -75,16 +76,10 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     begun = _in_threads(begun_with, list(linear), lambda pair: ask(Asked("clutch", ("clutch",), pair)))
     begun.sort(key=evidence_of, reverse=True)
     best = begun[:1 + settings.rivals]
-    if best and not any(_is_another_effect(one, best[0]) for one in best):  # the lead is that over another effect
-        best += [one for one in begun if _is_another_effect(one, best[0])][:1]
-    found = _in_threads(ended, best,
-                        lambda start: ask(Asked("clutch", ("clutch",), start.laws[-1])))
+    others = [one for one in begun if is_another_effect(one.laws[-1], begun[0].laws[-1])]
+    best += [one for one in others[:1] if one not in best]  # the lead is that over another effect
+    found = _in_threads(ended, best, lambda start: ask(Asked("clutch", ("clutch",), start.laws[-1])))
     return [(linear[one.laws[-1]], one) for one in found]
-
-
-def _is_another_effect(one: CurvedFit, other: CurvedFit) -> bool:
-    """Whether the last laws of two fits are of different effects: a lag over something is one with any other lag."""
-    return with_constant_lag(one.laws[-1]) != with_constant_lag(other.laws[-1])
 
 
 def _in_threads(function: Callable[[One], CurvedFit], items: Sequence[One],

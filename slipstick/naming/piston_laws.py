@@ -10,6 +10,7 @@ from slipstick.naming.block import CLOSING
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
 from slipstick.naming.scene import OF_PLATES, WITHIN, Pair, Scene
 from slipstick.naming.sensor_lags import lag_scale
+from slipstick.naming.varying_lag import OVER
 
 PAIRS: tuple[Pair, ...] = (
     *(("friction coefficient", on)
@@ -22,8 +23,8 @@ PAIRS: tuple[Pair, ...] = (
 _FURTHER: tuple[Pair, ...] = (
     *(("friction coefficient", on) for on in WITHIN if on != "piston position"),  # which is the same in full contact
     *(("chamber pressure", on) for on in WITHIN if on not in ("pressure", "piston position")),
-    *(("friction lag", on) for on in (*WITHIN, "run order", "motor speed") if on != "piston position"))
-"""Pairs that are asked for besides where something is missing in full contact."""
+    *(("friction lag", on) for on in OVER if on != "piston position"))
+"""Pairs that are asked for besides where something is missing in full contact, and while the plates close for lags."""
 _OF_RUNS = ("friction coefficient", "piston gain", "clearance", "film torque")
 """Quantities that may depend on a further channel, as they do on the run order."""
 

@@ -35,7 +35,7 @@ from slipstick.naming.mechanics import (
 )
 from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
 from slipstick.naming.shaft_kernel import turn
-from slipstick.naming.varying_lag import trailing, trailing_columns, with_constant_lag
+from slipstick.naming.varying_lag import OVER, trailing, trailing_columns, with_constant_lag
 from slipstick.threads import mapped, parts_of
 
 CONVERTER_WITHIN = 0.05
@@ -189,8 +189,7 @@ class InputBlock:
         of_converter = (*_OF_CONVERTER, *((*WITHIN, "motor speed") if rare else ()))
         return [*(("input torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
                 *(("converter torque", on) for on in (*of_converter, *self.scene.channels) if self.scene.knows(on)),
-                *((_CHANGING_LAG, on) for on in ((*WITHIN, "run order", "motor speed") if rare else ())
-                  if self.scene.knows(on)),
+                *((_CHANGING_LAG, on) for on in (OVER if rare else ()) if self.scene.knows(on)),
                 *sensor_errors.pairs_of(self.scene, rare, "input speed sensor", "output torque sensor")]
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
@@ -210,19 +209,20 @@ class InputBlock:
             return of_sensor(pair, scene, finer)
         if pair == _LAG:
             return mean_lag(scene, finer)
-        if quantity == _CHANGING_LAG:
-            unit = lag_unit(scene)
-            return over_runs(pair, scene, finer, unit, centred=False) if on in scene.of_runs else over(
-                pair, self._knots_of(pair), unit * np.eye(fineness(self, pair)))
         of_converter = quantity == "converter torque"
         if of_converter and on in scene.of_runs:
             return over_runs(pair, scene, finer, relative=True)
         if of_converter:
             return over(pair, self._knots_of(pair), np.eye(fineness(self, pair)), relative=True)
-        unit = scene.typical_torque / scene.gear
+        unit = self._unit(quantity)
         if on in scene.of_runs:
             return over_runs(pair, scene, finer, unit, centred=False)
-        return over(pair, self._knots_of(pair), -unit * np.eye(fineness(self, pair)))
+        sign = 1.0 if quantity == _CHANGING_LAG else -1.0
+        return over(pair, self._knots_of(pair), sign * unit * np.eye(fineness(self, pair)))
+
+    def _unit(self, quantity: str) -> float:
+        """Unit of a lag in s, or of an input torque in N m, so that coefficients are about 1."""
+        return lag_unit(self.scene) if quantity == _CHANGING_LAG else self.scene.typical_torque / self.scene.gear
 
     def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
@@ -267,19 +267,14 @@ class InputBlock:
         if quantity == "output torque sensor":
             torque = scene.smooth["output_torque"]
             return sensor_errors.reading(scene, *pair, torque, self.finer.get(pair, 0)) / scene.gear
-        if quantity == _CHANGING_LAG:
-            if on in scene.of_runs:
-                between = scene.between(on, centred=False, finer=self.finer.get(pair, 0))
-                return np.asarray(between[:, :, None] * np.full(measured.shape, lag_unit(scene))[:, None])
-            return lag_unit(scene) * bases.hats(scene.abscissa(on), self._knots_of(pair))
-        unit = scene.typical_torque / scene.gear
         of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
-        size = self._drive.torque(measured, self.motor[:, None]) if of_converter else np.full(measured.shape, unit)
+        size = (self._drive.torque(measured, self.motor[:, None]) if of_converter
+                else np.full(measured.shape, self._unit(quantity)))
         if on in scene.of_runs:
             between = scene.between(on, of_converter, self.finer.get(pair, 0))
             return np.asarray(size[:, None] * between[:, :, None])
         hats = bases.hats(scene.abscissa(on), self._knots_of(pair))
-        return np.asarray((size if of_converter else -size)[:, None] * hats)
+        return np.asarray((-size if quantity == "input torque" else size)[:, None] * hats)
 
     def _knots_of(self, pair: Pair) -> np.ndarray:
         """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""

@@ -4,9 +4,12 @@ import numpy as np
 from numba import njit
 
 from slipstick.naming.block import Pair
+from slipstick.naming.scene import WITHIN
 
 CONSTANT: dict[str, Pair] = {"friction lag": ("contact pressure", "lag"), "converter lag": ("converter torque", "lag")}
 """Quantities of blocks that are such a lag, and the pair of the same lag where it is constant: both are one effect."""
+OVER = (*WITHIN, "run order", "motor speed")
+"""What such a lag may depend on."""
 _STEP = 1e-3
 """Step of the finite difference with respect to the coefficients of a lag, which are about 1."""
 
