@@ -36,6 +36,12 @@ def _hats(x, knots, out):  # type: ignore[no-untyped-def]
             out[i, j, t], out[i, j + 1, t] = 1 - share, share
 
 
+def slope(x: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Slope at x of the piecewise linear function with these values at increasing `knots`; 0 beyond them."""
+    steps = np.concatenate([[0.0], np.diff(values) / np.diff(knots), [0.0]])
+    return np.asarray(steps[np.searchsorted(knots, x, side="right")])
+
+
 def doubled(knots: int, times: int) -> int:
     """Number of knots with twice as many intervals, so many `times`."""
     return ((knots - 1) << times) + 1

@@ -11,7 +11,7 @@ from slipstick.naming.block import Pair, finest, has_few_numbers
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.fit import BlockFit
-from slipstick.naming.full_fits import Tried, is_enough_with, tried
+from slipstick.naming.full_fits import Tried, is_enough_with, to_the_end, tried
 from slipstick.naming.selection import NEAR, Finding, Rival, in_errors, is_enough, is_unexplained, leads, rivals
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.varying_lag import with_constant_lag
@@ -62,6 +62,7 @@ class Choice:
                             known={pair: one for pair, one in self.known.items() if one is not chosen})
             return alone.settled(own, alone.near(own))
         others = [one for one in those if one is not chosen and self._is_enough(one)]
+        chosen = to_the_end(self.fits, chosen)
         for name in chosen.one.blocks:
             block = self.fits[name].block
             block.finer = {**block.finer, chosen.one.pair: chosen.finer}

@@ -63,11 +63,25 @@ def valve_response(step: float, demand: np.ndarray, delay: np.ndarray) -> np.nda
 def _second_order(demand, steps, out):  # type: ignore[no-untyped-def]
     for i in range(out.shape[0]):
         turn = wave(steps[i])
-        for j in range(out.shape[1]):
-            x, v = 0.0, 0.0
-            for t in range(out.shape[2] - 1):
-                x, v = _advanced(x, v, steps[i], turn, demand[i, j, t], demand[i, j, t + 1])
-                out[i, j, t + 1] = x
+        # A step is linear in pressure, rate and the demands at both ends. Four columns at a time, none of which waits
+        # for another one, take half the time.
+        xx, vx = _advanced(1.0, 0.0, steps[i], turn, 0.0, 0.0)
+        xv, vv = _advanced(0.0, 1.0, steps[i], turn, 0.0, 0.0)
+        xn, vn = _advanced(0.0, 0.0, steps[i], turn, 1.0, 0.0)
+        xl, vl = _advanced(0.0, 0.0, steps[i], turn, 0.0, 1.0)
+        m = out.shape[1]
+        for j in range(0, m, 4):
+            a, b, c, d = j, min(j + 1, m - 1), min(j + 2, m - 1), min(j + 3, m - 1)
+            x0 = x1 = x2 = x3 = v0 = v1 = v2 = v3 = 0.0
+            n0, n1, n2, n3 = demand[i, a, 0], demand[i, b, 0], demand[i, c, 0], demand[i, d, 0]
+            for t in range(1, out.shape[2]):
+                l0, l1, l2, l3 = demand[i, a, t], demand[i, b, t], demand[i, c, t], demand[i, d, t]
+                x0, v0 = xx * x0 + xv * v0 + xn * n0 + xl * l0, vx * x0 + vv * v0 + vn * n0 + vl * l0
+                x1, v1 = xx * x1 + xv * v1 + xn * n1 + xl * l1, vx * x1 + vv * v1 + vn * n1 + vl * l1
+                x2, v2 = xx * x2 + xv * v2 + xn * n2 + xl * l2, vx * x2 + vv * v2 + vn * n2 + vl * l2
+                x3, v3 = xx * x3 + xv * v3 + xn * n3 + xl * l3, vx * x3 + vv * v3 + vn * n3 + vl * l3
+                n0, n1, n2, n3 = l0, l1, l2, l3
+                out[i, a, t], out[i, b, t], out[i, c, t], out[i, d, t] = x0, x1, x2, x3
 
 
 @njit(nogil=True, cache=True)

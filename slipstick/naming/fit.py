@@ -24,6 +24,8 @@ it."""
 _PROMISED = 1.0
 """Nats below which a step that lowers the likelihood is not halved: columns are not exact, and no decision depends on
 it."""
+_HALVINGS = 4
+"""Times that a step is halved at most: columns of which a sixteenth of a step still leads down lead nowhere."""
 _FEW = 10
 """Degrees of freedom below which an engagement has no chi-square. Engagements that never come to full contact had one
 of 0 there, which hid what the others left."""
@@ -135,8 +137,10 @@ class _Place:
 
 
 def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], starts: Sequence[BlockFit | None],
-                 iterations: int = _STEPS) -> list[BlockFit]:
+                 iterations: int = _STEPS, rough: float = 0.0) -> list[BlockFit]:
     """Fit several blocks with `laws` each, from other fits on. Those that blocks share have the same coefficients.
+
+    A `rough` fit ends where a step rises by less than this share of the rise from the `starts`.
 
     Steps that lower the likelihood, at the variances for which they were made, are halved: the columns of a wrong model
     may lead away from where it is best. The noise is that of the start where there is one, so that the likelihoods of a
@@ -151,7 +155,8 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     widest = np.concatenate([block.widest for block in blocks])
     noises: list[BlockNoise | None] = [None if start is None else start.noise for start in starts]
     best: tuple[float, _State, list[BlockFit]] | None = None
-    is_best, promised = True, np.inf
+    is_best, promised, halvings = True, np.inf, 0
+    begun = sum(start.fitted.posterior for start in starts if start is not None)
     for _ in range(iterations):
         each = zip(blocks, laws, now.points, now.shared, noises, strict=True)
         places, parts = zip(*mapped(lambda one: _about(*one), [(now, *its) for its in each]), strict=True)
@@ -162,9 +167,9 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         reached = estimate(joint.gram, variance, fixed=True).at(now.common).posterior
         is_best = best is None or reached > best[0] - _SETTLED
         if not is_best and best is not None:
-            if promised < _PROMISED:
+            if promised < _PROMISED or halvings == _HALVINGS:
                 break
-            now = now.halfway(best[1])
+            now, halvings = now.halfway(best[1]), halvings + 1
             continue
         fitted = estimate(joint.gram, variance)
         variance = np.clip(fitted.variance, _LEAST, widest**2)
@@ -173,8 +178,9 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         promised = fitted.posterior - here.posterior
         alone = [here] if len(parts) == 1 else _alone(parts, joint, here)
         best = here.posterior, now, _fits(blocks, laws, places, now.values, alone)
-        if min(rise, promised) < _SETTLED:
+        if min(rise, promised) < max(_SETTLED, rough * (here.posterior - begun)):
             break
+        halvings = 0
         now = now.stepped(fitted, [one.gram.random for one in parts], joint.places)
     assert best is not None
     if not is_best:

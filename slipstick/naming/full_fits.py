@@ -11,6 +11,10 @@ from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.selection import Finding, is_finding, leads, priced
 from slipstick.naming.settings import NamingSettings
 
+_ROUGH = 1e-4
+"""Share of the rise of a pair that a step must bring while pairs are compared: a 300th of what a further pair must add.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Tried:
@@ -38,12 +42,29 @@ class Tried:
 
 
 def tried(fits: Mapping[str, BlockFit], one: Gain, finer: int) -> Tried:
-    """A pair fitted with a resolution that is doubled `finer` times, which its blocks do not keep."""
+    """A pair fitted with a resolution that is doubled `finer` times, which its blocks do not keep.
+
+    It is as well as a comparison needs, and `to_the_end` completes it.
+    """
+    return _fitted(fits, fits, one, finer, _ROUGH)
+
+
+def to_the_end(fits: Mapping[str, BlockFit], one: Tried) -> Tried:
+    """A pair that was tried, with fits that end where no step promises anything."""
+    return _fitted(fits, {**fits, **one.its}, one.one, one.finer, 0.0)
+
+
+def _fitted(fits: Mapping[str, BlockFit], starts: Mapping[str, BlockFit], one: Gain, finer: int,
+            rough: float) -> Tried:
+    """A pair with the fits, from `starts` on, of its blocks and of those that share a law with one of them."""
     blocks = [fits[name].block for name in one.blocks]
     before = [block.finer for block in blocks]
     for block in blocks:
         block.finer = {**block.finer, one.pair: finer}
-    its = _fitted(fits, one)
+    order = sharing(fits, one.blocks)
+    laws = [(*fits[name].laws, *([one.pair] if name in one.blocks else [])) for name in order]
+    found = fit_together([fits[name].block for name in order], laws, [starts[name] for name in order], rough=rough)
+    its = dict(zip(order, found, strict=True))
     price = sum(its[name].leverage(one.pair) for name in one.blocks)
     for block, own in zip(blocks, before, strict=True):
         block.finer = own
@@ -66,14 +87,6 @@ def rise_of(fits: Mapping[str, BlockFit], others: Mapping[str, BlockFit]) -> np.
     """By how much the likelihood (n,) of engagements in nats rises from `fits` to the `others` of the same blocks."""
     rises = [one.fitted.likelihood - fits[name].fitted.likelihood for name, one in others.items()]
     return np.asarray(np.sum(rises, axis=0))
-
-
-def _fitted(fits: Mapping[str, BlockFit], one: Gain) -> dict[str, BlockFit]:
-    """The fits of the blocks that a further pair changes: its own, and those that share a law with one of them."""
-    order = sharing(fits, one.blocks)
-    its = [(*fits[name].laws, *([one.pair] if name in one.blocks else [])) for name in order]
-    found = fit_together([fits[name].block for name in order], its, [fits[name] for name in order])
-    return dict(zip(order, found, strict=True))
 
 
 def sharing(fits: Mapping[str, BlockFit], blocks: Sequence[str]) -> list[str]:

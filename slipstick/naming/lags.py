@@ -26,7 +26,10 @@ def late_by(signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
 
 
 def mixed(signal: np.ndarray, time: np.ndarray, scale: float, weights: np.ndarray) -> np.ndarray:
-    """The sum (n, k) of those, with `weights` (n, 4, k), whose first and last axis may have a length of 1."""
+    """The sum (n, k) of those, with `weights` (n, 4, k), whose last axis may have a length of 1.
+
+    Weights (n / m, 4, k) are those of m signals each, one after the other.
+    """
     found = np.empty(signal.shape)
     _sum(np.ascontiguousarray(signal), *_factors(time, scale), np.ascontiguousarray(weights), found)
     return found
@@ -46,6 +49,11 @@ def lag_points(finer: int) -> np.ndarray:
 def dead_times(signal: np.ndarray, time: np.ndarray, scale: float) -> list[np.ndarray]:
     """What sensors of a `signal` (n, k) read too much that are late by a dead time, (n, k) for each of the lags."""
     return [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags_about(scale)]
+
+
+def add_dead_times(found: np.ndarray, signal: np.ndarray, time: np.ndarray, scale: float, sizes: np.ndarray) -> None:
+    """Add the sum of those with `sizes` (4,) to `found` (n, k), which is contiguous."""
+    _add_late(np.ascontiguousarray(signal), lags_about(scale) / (time[1] - time[0]), sizes, found)
 
 
 def _factors(time: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
@@ -73,11 +81,12 @@ def _each(signal, left, added, found):  # type: ignore[no-untyped-def]
 @njit(nogil=True, cache=True, error_model="numpy")
 def _sum(signal, left, added, weights, found):  # type: ignore[no-untyped-def]
     n, k = signal.shape
+    each = n // len(weights)
     # Four numbers each, which stay in registers: an array takes twice the time.
     left0, left1, left2, left3 = left
     added0, added1, added2, added3 = added
     for i in range(n):
-        own = i if len(weights) > 1 else 0
+        own = i // each
         w0, w1, w2, w3 = weights[own, 0, 0], weights[own, 1, 0], weights[own, 2, 0], weights[own, 3, 0]
         change0 = change1 = change2 = change3 = 0.0
         found[i, 0] = 0.0
@@ -90,3 +99,19 @@ def _sum(signal, left, added, weights, found):  # type: ignore[no-untyped-def]
             if weights.shape[2] > 1:
                 w0, w1, w2, w3 = weights[own, 0, t], weights[own, 1, t], weights[own, 2, t], weights[own, 3, t]
             found[i, t] = w0 * change0 + w1 * change1 + w2 * change2 + w3 * change3
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_late(signal, late, sizes, found):  # type: ignore[no-untyped-def]
+    n, k = signal.shape
+    for i in range(n):
+        for each in range(len(late)):
+            whole = int(np.ceil(late[each]))
+            later = sizes[each] * (whole - late[each])  # of two samples
+            earlier = sizes[each] - later
+            begin = min(whole, k)
+            for t in range(begin):
+                found[i, t] += sizes[each] * (signal[i, 0] - signal[i, t])
+            for t in range(begin, k):
+                found[i, t] += (earlier * signal[i, t - whole] + later * signal[i, t - whole + 1]
+                                - sizes[each] * signal[i, t])

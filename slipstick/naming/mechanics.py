@@ -18,8 +18,6 @@ TORQUE_GAIN = "output torque sensor", "gain"
 """The pair of a gain error of the sensor that drives both blocks."""
 _ROUNDS = 6
 """Rounds in which the torque under errors of its sensor is found: an error of 30 % is then known to 0.02 %."""
-_STEP = 1e-4
-"""Step of the finite difference of an error of the torque sensor, over the largest torque."""
 _FEW = 4
 """Engagements that a stated level needs on average, to have an error of its own."""
 
@@ -76,10 +74,8 @@ def steepness(scene: Scene, torque: np.ndarray, laws: Sequence[tuple[Pair, np.nd
     It is that of the gain errors among `laws`. What a law adds to an error moves the true torque, and the error there.
     """
     gains = [(pair, c) for pair, c in laws if pair == TORQUE_GAIN]
-    h = _STEP * sensor_errors.largest(scene, TORQUE_GAIN[0])
-    lower, higher = (sensor_errors.error(scene, torque + step, gains, TORQUE_GAIN[0], finer) for step in (0.0, h))
-    slipping = scene.time < scene.recordings.measured_time[:, None]
-    return np.asarray(1 + slipping * (higher - lower) / h)
+    read = sensor_errors.as_read(scene, np.ones(torque.shape)[:, None], torque, gains, TORQUE_GAIN[0], finer)[:, 0]
+    return np.where(scene.time < scene.recordings.measured_time[:, None], read, 1.0)
 
 
 def with_walk(predicted: np.ndarray, measured: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:

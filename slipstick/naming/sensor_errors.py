@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slipstick.naming.bases import between_knots, doubled, from_zero, gain_basis, gain_points, hats
+from slipstick.naming.bases import between_knots, doubled, from_zero, gain_basis, gain_points, hats, slope
 from slipstick.naming.scene import TYPICAL, WITHIN, Pair, Scene
-from slipstick.naming.sensor_lags import late_columns, read_late
-from slipstick.threads import mapped
+from slipstick.naming.sensor_lags import change_read_late, late_columns, read_late
 
 _FAULTS = ("offset", "gain", "lag", "run order", "time")
 _FURTHER = (*WITHIN, "motor speed")
@@ -19,8 +18,8 @@ _ERRORS_OVER: dict[str, tuple[str, ...]] = {
 pressed by what they are mounted in, read other signals too."""
 NOT_TOLD_FROM_GAIN = ("pressure sensor",)
 """Sensors whose constant gain error a parameter of their block replaces: only that it changes with the signal shows."""
-_OF_SIGNAL, _STEP = ("gain", "lag"), 1e-4
-"""Errors of a sensor that depend on its own signal, and the step of finite differences in it."""
+_OF_SIGNAL = "gain", "lag"
+"""Errors of a sensor that depend on its own signal."""
 
 
 def pairs_of(scene: Scene, rare: bool, *sensors: str) -> list[Pair]:
@@ -68,8 +67,7 @@ def read_too_much(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.
     if on == "lag":
         return read_late(scene, signal, size, c, finer)
     if on == "gain":
-        c = np.concatenate([[0.0], c]) if sensor in NOT_TOLD_FROM_GAIN else c
-        share = np.abs(signal) / size
+        c, share = _of_gain(sensor, c), np.abs(signal) / size
         return np.asarray(signal * (np.interp(share, gain_points(finer), c) if finer else c[0] + c[1] * share))
     if on in WITHIN:
         values = c if on == "time" else np.concatenate([[0.0], c])
@@ -91,16 +89,28 @@ def as_read(scene: Scene, change: np.ndarray, signal: np.ndarray, laws: Sequence
 
     Where its error depends on the signal, columns without it would lead a fit astray.
     """
-    errors = [(pair, c) for pair, c in laws if pair[0] == sensor and pair[1] in _OF_SIGNAL]
-    if not errors or not change.shape[1]:
-        return change
-    if all(pair[1] == "lag" and not finer.get(pair, 0) for pair, _ in errors):  # it is linear
-        rows = change.reshape(-1, change.shape[-1])
-        return np.asarray(change + error(scene, rows, errors, sensor, finer).reshape(change.shape))
-    now = error(scene, signal, errors, sensor, finer)
-    moved = mapped(lambda one: error(scene, signal + _STEP * one, errors, sensor, finer),
-                   list(change.transpose(1, 0, 2)))
-    return np.asarray(change + np.stack([(one - now) / _STEP for one in moved], axis=1))
+    found = change
+    for (its, on), c in laws:
+        if its == sensor and on in _OF_SIGNAL:
+            found = found + _along(scene, sensor, on, signal, c, finer.get((its, on), 0), change)
+    return found
+
+
+def _along(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.ndarray, finer: int,
+           change: np.ndarray) -> np.ndarray:
+    """Changes (n, m, k) of what `read_too_much` gives with those of the signal, `change` (n, m, k)."""
+    size = largest(scene, sensor)
+    if on == "lag":
+        return change_read_late(scene, signal, size, c, finer, change)
+    c, share = _of_gain(sensor, c), np.abs(signal) / size
+    points = gain_points(finer)
+    steepness = (np.interp(share, points, c) + share * slope(share, points, c)) if finer else c[0] + 2 * c[1] * share
+    return np.asarray(steepness[:, None] * change)
+
+
+def _of_gain(sensor: str, c: np.ndarray) -> np.ndarray:
+    """Coefficients of the whole `gain_basis` from those of a `sensor`, which may be without the first."""
+    return np.concatenate([[0.0], c]) if sensor in NOT_TOLD_FROM_GAIN else c
 
 
 def error_knots(scene: Scene, on: str, finer: int = 0) -> np.ndarray:

@@ -1,9 +1,11 @@
 """Lags of sensors: mixtures of four first-order lags, which may change with the signal, the time and the run order."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from slipstick.naming.bases import between, gain_points, hats
-from slipstick.naming.lags import dead_times, lag_points, lags_about, late_by, mixed, modulated
+from slipstick.naming.bases import between, gain_points, hats, slope
+from slipstick.naming.lags import add_dead_times, dead_times, lag_points, lags_about, late_by, mixed, modulated
 from slipstick.naming.scene import Scene
 
 
@@ -38,15 +40,55 @@ def read_late(scene: Scene, signal: np.ndarray, largest: float, c: np.ndarray, f
     time, scale = scene.time, lag_scale(scene)
     if not finer:
         return mixed(signal, time, scale, c[None, :, None])
-    points, times = lag_points(finer), _times(scene, finer)
-    of_each_lag = c.reshape(-1, len(lags_about(scale)))
-    dead, over_signal, over_time, over_runs = np.split(of_each_lag, np.cumsum([1, len(points), len(times) - 1]))
-    share = np.abs(signal) / largest
-    weights = np.stack([np.interp(share, points, at_signal) + np.interp(time, times, [0.0, *at_time])
-                        for at_signal, at_time in zip(over_signal.T, over_time.T, strict=True)], axis=1)
-    weights += np.einsum("nm,ml->nl", sizes_over_runs(scene, finer)[:, :, 0], over_runs)[:, :, None]
-    delayed = [weight * its for weight, its in zip(dead[0], dead_times(signal, time, scale), strict=True)]
-    return np.asarray(mixed(signal, time, scale, weights) + np.sum(delayed, axis=0))
+    its = _Sizes.of(scene, c, finer)
+    found = mixed(signal, time, scale, its.at(np.abs(signal) / largest))
+    add_dead_times(found, signal, time, scale, its.dead)
+    return found
+
+
+def change_read_late(scene: Scene, signal: np.ndarray, largest: float, c: np.ndarray, finer: int,
+                     change: np.ndarray) -> np.ndarray:
+    """Changes (n, m, k) of that error with those of the signal, `change` (n, m, k): its derivative along them."""
+    time, scale, rows = scene.time, lag_scale(scene), change.reshape(-1, change.shape[-1])
+    if not finer:
+        return mixed(rows, time, scale, c[None, :, None]).reshape(change.shape)
+    its, share = _Sizes.of(scene, c, finer), np.abs(signal) / largest
+    found = mixed(rows, time, scale, its.at(share))
+    add_dead_times(found, rows, time, scale, its.dead)
+    steeper = (its.slopes(share) * late_by(signal, time, scale)).sum(axis=1) * np.sign(signal) / largest
+    return np.asarray(found.reshape(change.shape) + steeper[:, None] * change)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sizes:
+    """Sizes of the lags (4,) of a `finer` lag: of `dead` times, and of first-order ones, (m, 4) each, at `points`.
+
+    The latter are over the share of the largest signal, (4, k) over the time, and (n, 4) over the run order.
+    """
+
+    points: np.ndarray
+    dead: np.ndarray
+    over_signal: np.ndarray
+    over_time: np.ndarray
+    over_runs: np.ndarray
+
+    @classmethod
+    def of(cls, scene: Scene, c: np.ndarray, finer: int) -> "_Sizes":
+        """From coefficients `c` of the `late_columns`."""
+        points = lag_points(finer)
+        dead, signal, time, runs = np.split(c.reshape(-1, len(lags_about(lag_scale(scene)))),
+                                            np.cumsum([1, len(points), len(points) - 1]))
+        over_time = np.array([np.interp(scene.time, _times(scene, finer), [0.0, *one]) for one in time.T])
+        return cls(points, dead[0], signal, over_time, sizes_over_runs(scene, finer)[:, :, 0] @ runs)
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Weights (n, 4, k) of the first-order lags at shares (n, k) of the largest signal."""
+        over_signal = np.stack([np.interp(share, self.points, one) for one in self.over_signal.T], axis=1)
+        return np.asarray(over_signal + self.over_time + self.over_runs[:, :, None])
+
+    def slopes(self, share: np.ndarray) -> np.ndarray:
+        """Slopes (n, 4, k) of the weights over the share (n, k)."""
+        return np.stack([slope(share, self.points, one) for one in self.over_signal.T], axis=1)
 
 
 def _times(scene: Scene, finer: int) -> np.ndarray:

@@ -33,6 +33,7 @@ def chosen_beside(monkeypatch: pytest.MonkeyPatch, rises: dict[Pair, np.ndarray]
         return Tried(one, rises[one.pair] * gain.get(one.pair, 1.0) ** times, its, times)
 
     monkeypatch.setattr(choice, "tried", tried)
+    monkeypatch.setattr(choice, "to_the_end", lambda fits, one: one)
     monkeypatch.setattr(choice, "is_enough_with", lambda fits, its, one, settings: is_enough(one.gain, settings))
     monkeypatch.setattr(full_fits, "expected_of", lambda *_: None)
     block = SimpleNamespace(finer={}, fine=17, scene=SimpleNamespace(channels=(), settings=SETTINGS))

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.benches import BENCHES
+from slipstick.naming.block import Pair
+from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import fit
+from slipstick.naming.full_fits import to_the_end, tried
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.shaft import InputBlock
@@ -14,6 +17,8 @@ from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings
 from tests.validation.hidden import cases, files
 from tests.validation.hidden.truths import truth
+
+STRONG: Pair = ("line pressure", "time")
 
 
 def good_runs(folder: Path, which: str, identity: str) -> Scene:
@@ -37,3 +42,14 @@ def test_a_fit_that_goes_on_gains_nothing(tmp_path: Path, identity: str) -> None
     found = fit(InputBlock(good_runs(tmp_path, "outlying", identity)))
     again = fit(found.block, start=found)
     assert again.fitted.posterior == pytest.approx(found.fitted.posterior, abs=1.0)
+
+
+def test_a_pair_is_compared_roughly_and_then_fitted_to_the_end(tmp_path: Path) -> None:
+    bare = fit(ValveBlock(good_runs(tmp_path, "alpine", "z033")))
+    one = gains([table(bare, [STRONG])], (), [STRONG])[0]
+    rough = tried({"valve": bare}, one, 0)
+    done = to_the_end({"valve": bare}, rough)
+    again = to_the_end({"valve": bare}, done)
+    assert again.nats == pytest.approx(done.nats, abs=1.0)
+    assert 1.0 < done.nats - rough.nats < 1e-3 * done.nats
+    assert done.its["valve"].points == pytest.approx(again.its["valve"].points, abs=1e-3)
