@@ -88,8 +88,12 @@ class Choice:
         return self.known[one.pair]
 
     def _finest(self, one: Tried) -> Tried:
-        """A pair with as many knots as gain more than a share, where it leaves something in its blocks."""
-        if any(is_unexplained(one.its[name].chi2, self.fits[name].chi2, self.settings) for name in one.one.blocks):
+        """A pair with as many knots as gain more than a share, where it leaves something in its blocks.
+
+        One of few numbers has been tried with more already.
+        """
+        if not has_few_numbers(one.one.pair) and any(
+                is_unexplained(one.its[name].chi2, self.fits[name].chi2, self.settings) for name in one.one.blocks):
             most = finest(self.fits[one.one.blocks[0]].block, one.one.pair)
             self.known[one.one.pair] = finer_while(one, most, self._doubled, self.settings.nats, self.settings.further)
         return self.known[one.one.pair]

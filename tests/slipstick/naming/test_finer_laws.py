@@ -11,7 +11,9 @@ import pytest
 
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
+from slipstick.naming import forward as forward_module
 from slipstick.naming import full_fits, mechanics, sensor_errors
+from slipstick.naming.asked import Asked
 from slipstick.naming.block import Pair, finest
 from slipstick.naming.choice import uneven
 from slipstick.naming.fit import fit
@@ -32,6 +34,9 @@ OVER_SPEED, GAIN = ("load torque", "output speed"), ("output torque sensor", "ga
 AT = np.linspace(0, 52, 16)  # most points of a law of the simulator
 WAVE = MeasuredLaw(*OVER_SPEED, tuple(AT), tuple(30.0 * np.sin(AT * 2 * np.pi / 16)), relative=False)
 
+WEAK = 3.0
+"""Half the range of a drift in N m that gains far less than a further law must."""
+
 
 @cache
 def plain() -> Scene:
@@ -49,6 +54,17 @@ def test_what_few_knots_leave_of_a_law_is_not_another_one(monkeypatch: pytest.Mo
     assert findings(model) == [OVER_SPEED]
     monkeypatch.setattr(full_fits, "finest", lambda block, pair: 0)
     assert len(findings(model)) > 1
+
+
+@pytest.mark.parametrize(("promise", "is_tried"), [(0.0, True), (forward_module._PROMISE, False)])
+def test_a_further_pair_that_promises_far_too_little_is_not_fitted(
+        monkeypatch: pytest.MonkeyPatch, promise: float, is_tried: bool) -> None:
+    drift = MeasuredLaw("load torque", "run order", (0.0, 23.0), (-WEAK, WEAK), relative=False)
+    block = block_of("load", scene_of(HEAVY, Model(HEAVY.physics).with_law(WAVE).with_law(drift), COUNT, SEED))
+    monkeypatch.setattr(forward_module, "_PROMISE", promise)
+    asked = list[Asked]()
+    assert [one.pair for one in forward({"load": fit(block)}, SETTINGS, asked.append)[1]] == [OVER_SPEED]
+    assert any(one.tries == ("load torque", "run order") for one in asked) == is_tried
 
 
 def test_two_laws_are_still_two() -> None:
