@@ -21,10 +21,6 @@ from slipstick.naming.selection import (
 from slipstick.naming.settings import NamingSettings
 from slipstick.threads import mapped
 
-_PROMISE = 0.1
-"""Share of what a further pair must gain, below which in the linear model it is not fitted in full. Of 9 further pairs
-that gained enough the linear model promised a sixth of what they gained, or more."""
-
 
 def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None, step: Step = "laws",
             closed: Collection[str] = ()) -> tuple[dict[str, BlockFit], list[Finding]]:
@@ -59,7 +55,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
             if touched & {block for one in (best, *near) for block in one.blocks}:
                 continue
-            if len(best.blocks) == 1 and best.nats.sum() < _PROMISE * _least(best.blocks, findings, settings):
+            own = all(set(one.blocks) <= set(best.blocks) for one in near)
+            if own and _left([fits[name] for name in best.blocks]) < _least(best.blocks, findings, settings):
                 finer = finer_fits(fits, best.blocks, settings, best.nats)
                 touched |= set(finer or best.blocks)
                 fits |= finer or {}
@@ -86,6 +83,13 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
 def _least(blocks: Collection[str], findings: Sequence[Finding], settings: NamingSettings) -> float:
     """Nats that a further pair in some `blocks` must gain: a share of what the best one there has gained."""
     return settings.further * max((one.nats for one in findings if set(one.blocks) & set(blocks)), default=0.0)
+
+
+def _left(fits: Sequence[BlockFit]) -> float:
+    """Nats that a law would gain in some blocks that left nothing but noise."""
+    freedom = [one.block.counted.sum(axis=1) - len(one.block.random) for one in fits]
+    return 0.5 * sum(float(np.maximum(one.fitted.squares - its, 0.0).sum())
+                     for one, its in zip(fits, freedom, strict=True))
 
 
 def lacks_something(fit: BlockFit, settings: NamingSettings) -> bool:

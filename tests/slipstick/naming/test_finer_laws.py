@@ -56,15 +56,16 @@ def test_what_few_knots_leave_of_a_law_is_not_another_one(monkeypatch: pytest.Mo
     assert len(findings(model)) > 1
 
 
-@pytest.mark.parametrize(("promise", "is_tried"), [(0.0, True), (forward_module._PROMISE, False)])
-def test_a_further_pair_that_promises_far_too_little_is_not_fitted(
-        monkeypatch: pytest.MonkeyPatch, promise: float, is_tried: bool) -> None:
+@pytest.mark.parametrize("is_known", [False, True])
+def test_no_further_pair_is_fitted_where_too_little_is_left_for_one(
+        monkeypatch: pytest.MonkeyPatch, is_known: bool) -> None:
     drift = MeasuredLaw("load torque", "run order", (0.0, 23.0), (-WEAK, WEAK), relative=False)
     block = block_of("load", scene_of(HEAVY, Model(HEAVY.physics).with_law(WAVE).with_law(drift), COUNT, SEED))
-    monkeypatch.setattr(forward_module, "_PROMISE", promise)
+    if not is_known:
+        monkeypatch.setattr(forward_module, "_left", lambda _: np.inf)
     asked = list[Asked]()
     assert [one.pair for one in forward({"load": fit(block)}, SETTINGS, asked.append)[1]] == [OVER_SPEED]
-    assert any(one.tries == ("load torque", "run order") for one in asked) == is_tried
+    assert any(one.tries == ("load torque", "run order") for one in asked) != is_known
 
 
 def test_two_laws_are_still_two() -> None:
