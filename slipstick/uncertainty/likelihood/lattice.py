@@ -16,7 +16,6 @@ An optimizer keeps the lattice of its start, because a change of the lattice wou
 expansions of a search are smooth, and are summed over a single lattice whose step follows from the narrowest ridge.
 """
 
-import functools
 import math
 from collections.abc import Iterator
 
@@ -74,12 +73,9 @@ def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, 
 
 def trimmed(problem: InferenceProblem, candidate: Candidate, lattice: Lattice, box: np.ndarray) -> Lattice:
     """The lattice without the points whose terms are negligible for all conditions of a candidate."""
-    scores = lattice.normals @ candidate.inputs.factor.T
-    inside = np.all((scores >= box[:, 0]) & (scores <= box[:, 1]), axis=1)
-    normals = lattice.normals[inside]
-    times = problem.model(candidate.inputs.at_scores(scores[inside]), problem.conditions)
-    beyond = _beyond(np.ascontiguousarray(times), problem.measured_time, candidate.output_std,
-                     np.einsum("ij,ij->i", normals, normals))
+    scores, normals, distances = _inside(lattice.normals, candidate.inputs.factor, box)
+    times = problem.model(candidate.inputs.at_scores(scores), problem.conditions)
+    beyond = _beyond(np.ascontiguousarray(times), problem.measured_time, candidate.output_std, distances)
     return Lattice(normals[beyond < -2 * math.log(_LEAST)], lattice.size)
 
 
@@ -143,12 +139,8 @@ class _Sums:
 
     def add(self, candidate: Candidate, normals: np.ndarray, box: np.ndarray) -> None:
         """Add the points u (m, d) inside the box."""
-        scores = normals @ candidate.inputs.factor.T
-        within = (scores >= box[:, 0]) & (scores <= box[:, 1])
-        inside = np.flatnonzero(functools.reduce(np.logical_and, within.T))  # a third of the time of `all` over columns
-        scores, normals = scores.take(inside, axis=0), normals.take(inside, axis=0)
+        scores, normals, distances = _inside(normals, candidate.inputs.factor, box)
         monomials = _monomials(normals) if len(self.rows) > 1 else np.empty((len(normals), 0))
-        distances = np.einsum("ij,ij->i", normals, normals)
         for first in range(0, len(scores), _BLOCK):
             block = slice(first, first + _BLOCK)
             times = self.problem.model(candidate.inputs.at_scores(scores[block]), self.problem.conditions)
@@ -193,18 +185,41 @@ def _refinements(direction: np.ndarray, step: float, radius: float,
         shift, size = cell.sum(axis=1) / 2, size / 2
 
 
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _disc(cell: np.ndarray, shift: np.ndarray, radius: float) -> np.ndarray:
-    """The points shift + cell k with integers k that are at most `radius` from the origin: shape (m, d)."""
-    points = shift + _integers(int(radius / np.linalg.norm(cell[:, 0])) + 1, len(cell)) @ cell.T
-    disc: np.ndarray = points.take(np.flatnonzero(np.einsum("ij,ij->i", points, points) <= radius**2), axis=0)
-    return disc
+    """The points shift + cell k with integers k that are at most `radius` from the origin: shape (m, d), d < 3."""
+    d = len(shift)
+    most = int(radius / math.sqrt(np.sum(cell[:, 0] ** 2))) + 1
+    others = most if d == 2 else 0
+    points, m = np.empty(((2 * most + 1) * (2 * others + 1), d)), 0
+    for i in range(-most, most + 1):
+        for j in range(-others, others + 1):
+            square = 0.0
+            for axis in range(d):
+                points[m, axis] = shift[axis] + cell[axis, 0] * i + cell[axis, d - 1] * j
+                square += points[m, axis] ** 2
+            if square <= radius * radius:
+                m += 1
+    return points[:m]
 
 
-@functools.lru_cache(maxsize=64)
-def _integers(most: int, dimension: int) -> np.ndarray:
-    """All vectors of integers from -`most` to `most`, shape (m, d), as floats."""
-    reach = np.arange(-most, most + 1.0)
-    return np.stack(np.meshgrid(*[reach] * dimension, indexing="ij"), axis=-1).reshape(-1, dimension)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _inside(normals: np.ndarray, factor: np.ndarray, box: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Those of the points u (m, d) whose scores `factor` u are inside the box: scores, points, and |u|^2."""
+    d, m = normals.shape[1], 0
+    scores, points, squares = np.empty(normals.shape), np.empty(normals.shape), np.empty(len(normals))
+    for k in range(len(normals)):
+        is_inside, squares[m] = True, 0.0
+        for i in range(d):
+            score = 0.0
+            for j in range(d):
+                score += factor[i, j] * normals[k, j]
+            scores[m, i], points[m, i] = score, normals[k, i]
+            squares[m] += normals[k, i] ** 2
+            is_inside &= box[i, 0] <= score <= box[i, 1]
+        if is_inside:
+            m += 1
+    return scores[:m], points[:m], squares[:m]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

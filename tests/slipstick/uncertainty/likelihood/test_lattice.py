@@ -249,6 +249,20 @@ def test_refinements_are_nested_lattices_of_half_the_cell(direction: np.ndarray)
         np.testing.assert_allclose(multiples, multiples.round(), atol=1e-9)
 
 
+@pytest.mark.parametrize("d", [1, 2])
+def test_the_points_inside_a_box_of_scores_are_those_of_numpy(d: int) -> None:
+    random = np.random.default_rng(4)
+    normals, factor = random.standard_normal((200, d)), random.standard_normal((d, d))
+    box = np.array([[-0.7, 1.2], [-0.4, 0.9]])[:d]
+    every = normals @ factor.T
+    is_inside = np.all((every >= box[:, 0]) & (every <= box[:, 1]), axis=1)
+    scores, points, squares = lattice._inside(normals, factor, box)
+    assert 10 < len(points) < 190
+    np.testing.assert_array_equal(points, normals[is_inside])
+    np.testing.assert_allclose(scores, every[is_inside], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(squares, (points**2).sum(axis=1), rtol=1e-14)
+
+
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
 def test_the_sum_is_compiled_to_vector_instructions() -> None:
     """A loss of vectorization is silent, and costs a factor of about eight."""
