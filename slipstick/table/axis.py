@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -43,11 +42,4 @@ class Axis:
 
 def box(axes: Sequence[Axis]) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest multiplier of each axis, two arrays of shape (d,)."""
-    return _box(tuple(axes))
-
-
-@lru_cache(maxsize=256)
-def _box(axes: tuple[Axis, ...]) -> tuple[np.ndarray, np.ndarray]:
-    lower, upper = np.array([axis.lower for axis in axes]), np.array([axis.upper for axis in axes])
-    lower.flags.writeable = upper.flags.writeable = False  # callers share them
-    return lower, upper
+    return np.array([axis.lower for axis in axes]), np.array([axis.upper for axis in axes])

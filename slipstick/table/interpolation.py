@@ -6,7 +6,6 @@ bit for bit and a NaN corner affects only the points at which its weight is not 
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import combinations, product
 
 import numba
@@ -25,8 +24,8 @@ def interpolate(axes: Sequence[Axis], values: np.ndarray, points: np.ndarray, ou
     """
     clipped, inside = clip_points(axes, points, outside)
     result = np.empty((len(points), values.shape[-1]))
-    _interpolate(*_knots(tuple(axes)), np.ascontiguousarray(values).reshape(-1, values.shape[-1]),
-                 np.ascontiguousarray(clipped), result)
+    _interpolate(np.concatenate([axis.values for axis in axes]), np.array([len(axis.values) for axis in axes]),
+                 np.ascontiguousarray(values).reshape(-1, values.shape[-1]), np.ascontiguousarray(clipped), result)
     if outside == "nan":
         result[~inside] = np.nan
     return result
@@ -63,12 +62,6 @@ def derivatives(axes: Sequence[Axis], values: np.ndarray, point: np.ndarray) -> 
         hessian[:, first, second] = hessian[:, second, first] = contracted(first, second)
     jacobian = np.column_stack([contracted(axis) for axis in range(d)])
     return Derivatives(contracted(), jacobian, hessian)
-
-
-@lru_cache(maxsize=256)
-def _knots(axes: tuple[Axis, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """The values of all axes, one after another, and how many each has."""
-    return np.concatenate([axis.values for axis in axes]), np.array([len(axis.values) for axis in axes])
 
 
 @numba.njit(cache=True, nogil=True)
