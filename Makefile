@@ -4,8 +4,7 @@ BENCH ?= tables/heavy.toml
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
-# Tests run in parallel themselves: threads that wait for each other would only slow them down. What they share is
-# compiled before, beside ruff and mypy, so that they do not compile it at the same time.
+# Tests run in parallel themselves: threads that wait for each other would only slow them down.
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
 .PHONY: help setup demo demo-stop test test-slow fuzz lint audit picture bench study-blind clean
@@ -33,6 +32,7 @@ demo: setup ## build tables, calibrate, fit, and study the shipped recordings; l
 demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop
 
+# What tests share is compiled before, so that they do not compile it at the same time.
 test: setup ## ruff, mypy and the tests (at most six minutes on two cores)
 	@$(BIN)/python -m worker.rehearsal & $(MAKE) --no-print-directory lint && wait
 	@$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10

@@ -64,7 +64,7 @@ def _second_order(demand, steps, out):  # type: ignore[no-untyped-def]
     for i in range(out.shape[0]):
         turn = wave(steps[i])
         # A step is linear in pressure, rate and the demands at both ends. Four columns at a time, none of which waits
-        # for another one, take half the time.
+        # for another one, take a quarter to a half of the time.
         xx, vx = _advanced(1.0, 0.0, steps[i], turn, 0.0, 0.0)
         xv, vv = _advanced(0.0, 1.0, steps[i], turn, 0.0, 0.0)
         xn, vn = _advanced(0.0, 0.0, steps[i], turn, 1.0, 0.0)

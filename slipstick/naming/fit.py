@@ -92,10 +92,20 @@ class BlockFit:
         """Reduced chi-square (n,) of the engagements."""
         return reduced(self.block, self.fitted.squares)
 
+    @property
+    def excess(self) -> np.ndarray:
+        """By how much the squared residuals (n,) of the engagements exceed those of noise."""
+        return np.asarray(np.maximum(self.fitted.squares - _freedom(self.block), 0.0))
+
+
+def _freedom(block: Block) -> np.ndarray:
+    """Degrees of freedom (n,) of the engagements beside their own parameters."""
+    return np.asarray(block.counted.sum(axis=1) - len(block.random))
+
 
 def reduced(block: Block, squares: np.ndarray) -> np.ndarray:
     """Reduced chi-square (n,) of sums of squares (n,), 1 for engagements of which too few samples count to tell."""
-    freedom = block.counted.sum(axis=1) - len(block.random)
+    freedom = _freedom(block)
     return np.asarray(np.where(freedom < _FEW, 1.0, squares / np.maximum(freedom, 1)))
 
 

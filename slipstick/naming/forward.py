@@ -55,21 +55,18 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
             if touched & {block for one in (best, *near) for block in one.blocks}:
                 continue
-            own = all(set(one.blocks) <= set(best.blocks) for one in near)
-            if own and _left([fits[name] for name in best.blocks]) < _least(best.blocks, findings, settings):
-                finer = finer_fits(fits, best.blocks, settings, best.nats)
-                touched |= set(finer or best.blocks)
-                fits |= finer or {}
-                closed |= set() if finer else set(best.blocks)
-                continue
-            finding, its = choice.settled(best, near)
-            finer = finer_fits(fits, finding.blocks, settings, finding.gain)
+            blocks, gain, its, finding = best.blocks, best.nats, dict[str, BlockFit](), None
+            own = all(set(one.blocks) <= set(blocks) for one in near)
+            if not own or _left([fits[name] for name in blocks]) >= _least(blocks, findings, settings):
+                finding, its = choice.settled(best, near)
+                blocks, gain = finding.blocks, finding.gain
+            finer = finer_fits(fits, blocks, settings, gain)
             touched |= set(best.blocks) | set(finer or its)
             if finer is not None:
                 fits |= finer
                 continue
-            enough = is_enough_with(fits, its, finding, settings)
-            if not enough or finding.nats < _least(finding.blocks, findings, settings):
+            if finding is None or not is_enough_with(fits, its, finding, settings) or (
+                    finding.nats < _least(blocks, findings, settings)):
                 closed |= set(best.blocks)
                 continue
             findings.append(finding)
@@ -87,9 +84,7 @@ def _least(blocks: Collection[str], findings: Sequence[Finding], settings: Namin
 
 def _left(fits: Sequence[BlockFit]) -> float:
     """Nats that a law would gain in some blocks that left nothing but noise."""
-    freedom = [one.block.counted.sum(axis=1) - len(one.block.random) for one in fits]
-    return 0.5 * sum(float(np.maximum(one.fitted.squares - its, 0.0).sum())
-                     for one, its in zip(fits, freedom, strict=True))
+    return 0.5 * sum(float(one.excess.sum()) for one in fits)
 
 
 def lacks_something(fit: BlockFit, settings: NamingSettings) -> bool:
