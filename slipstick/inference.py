@@ -89,7 +89,8 @@ class _Fixed:
     columns: list[int]
 
     def __call__(self, points: np.ndarray, conditions: Any, /) -> np.ndarray:
-        all_inputs = np.tile(self.values, (len(points), 1))
+        all_inputs = np.empty((len(points), len(self.values)))
+        all_inputs[:] = self.values
         all_inputs[:, self.columns] = points
         return self.model(all_inputs, conditions)
 

@@ -9,11 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 from types import CellType, FunctionType
 
+from slipstick import wide_vectors
 from slipstick.bench import converter
 from slipstick.clutch import driver, effects, loading
 from slipstick.clutch.fastmath import allocating
 
-_SOURCES = [*sorted(Path(__file__).parent.rglob("*.py")), Path(converter.__file__)]
+_SOURCES = [*sorted(Path(__file__).parent.rglob("*.py")), Path(converter.__file__), Path(wide_vectors.__file__)]
 _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
 _KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES) + _CATALOGUE.encode()).hexdigest()
 

@@ -16,6 +16,7 @@ from slipstick.clutch.lanes import (
     FORCE,
     FORCE_LAST,
     FORCE_MIDDLE,
+    INVERSE_STIFFNESS,
     LANES,
     MIDPOINT,
     PISTON_FROM_PRESSURE,
@@ -29,7 +30,6 @@ from slipstick.clutch.lanes import (
     PRESSURE_BIAS,
     PRESSURE_CHANGE,
     PRESSURE_DAMPING,
-    PRESSURE_GAIN,
     PRESSURE_RATE,
     PRESSURE_STIFFNESS,
     SEGMENT_CURRENT,
@@ -39,6 +39,8 @@ from slipstick.clutch.lanes import (
     START,
     STEP,
     TIME,
+    VALVE_DELAY,
+    VALVE_GAIN,
 )
 
 
@@ -51,11 +53,11 @@ def _decayed(b, i, duration, e1, e2):
     stiffness, decay = b[PRESSURE_STIFFNESS + i], 0.5 * b[PRESSURE_DAMPING + i]
     x = -0.25 * decay * duration  # e^4x by the series of e^x
     p = 1.0 + x * (1.0 + x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x * (1 / 5040 + x * (
-        1 / 40320 + x / 362880))))))))
+        1 / 40320 + 1 / 362880 * x))))))))
     damped = p * p * p * p
     y = -0.5 * decay * decay * duration * duration  # minus the square of the angle
-    cosine = 1.0 + y * (1 / 2 + y * (1 / 24 + y * (1 / 720 + y * (1 / 40320 + y * (1 / 3628800 + y / 479001600)))))
-    sine = duration * (1.0 + y * (1 / 6 + y * (1 / 120 + y * (1 / 5040 + y * (1 / 362880 + y / 39916800)))))
+    cosine = 1.0 + y * (1 / 2 + y * (1 / 24 + y * (1 / 720 + y * (1 / 40320 + y * (1 / 3628800 + 1 / 479001600 * y)))))
+    sine = duration * (1.0 + y * (1 / 6 + y * (1 / 120 + y * (1 / 5040 + y * (1 / 362880 + 1 / 39916800 * y)))))
     return (damped * ((cosine + decay * sine) * e1 + sine * e2),
             damped * ((cosine - decay * sine) * e2 - stiffness * sine * e1))
 
@@ -65,7 +67,7 @@ def _returned(b, i, duration, g, held, rise):
     """The rest g of the piston state after a `duration` in s, driven by `held` and its `rise` per s."""
     z = b[PISTON_RETURN + i] * duration  # second = (e^-z - 1 + z) / z^2, without a division by a weak spring
     second = 1 / 2 - z * (1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z * (
-        1 / 362880 - z / 3628800)))))))
+        1 / 362880 - 1 / 3628800 * z)))))))
     first = 1.0 - z * second
     return (1.0 - z * first) * g + duration * (first * held + duration * second * rise)
 
@@ -73,13 +75,11 @@ def _returned(b, i, duration, g, held, rise):
 @inlined
 def _after(b, i, duration, time, pressure, pressure_rate, piston_state):
     """The three states of lane i a `duration` in s after they have been given ones at a `time` in s."""
-    stiffness, damping = b[PRESSURE_STIFFNESS + i], b[PRESSURE_DAMPING + i]
     own, of_rate = b[PISTON_FROM_PRESSURE + i], b[PISTON_FROM_RATE + i]
     current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (time - b[SEGMENT_TIME + i])
-    gain = b[PRESSURE_GAIN + i] / stiffness
-    rise = gain * b[SEGMENT_SLOPE + i]
-    steady = (gain * (current - b[CURRENT_BIAS + i]) - 4.0 * rise / damping
-              + (b[FORCE + LANES + i] + damping * b[FORCE + i]) / stiffness)
+    rise = b[VALVE_GAIN + i] * b[SEGMENT_SLOPE + i]
+    steady = (b[VALVE_GAIN + i] * (current - b[CURRENT_BIAS + i]) - b[VALVE_DELAY + i] * rise
+              + (b[FORCE + LANES + i] + b[PRESSURE_DAMPING + i] * b[FORCE + i]) * b[INVERSE_STIFFNESS + i])
     steady_rate = rise - b[FORCE + i]
     e1, e2 = pressure - steady, pressure_rate - steady_rate
     f1, f2 = _decayed(b, i, duration, e1, e2)
@@ -164,7 +164,7 @@ def store_change(b, stage):
 def finish_change(b):
     """Add the integral of the change of the force to the states in the middle and at the end of the step."""
     for i in range(LANES):
-        sixth = b[STEP + i] / 6.0
+        sixth = 1 / 6 * b[STEP + i]
         x1, x2, x3 = _carried(b, i, b[FORCE_MIDDLE + i], b[FORCE_MIDDLE + LANES + i], b[FORCE_MIDDLE + 2 * LANES + i])
         b[END + i] += sixth * (2.0 * x1 + b[FORCE_LAST + i])
         b[END + LANES + i] += sixth * (2.0 * x2 + b[FORCE_LAST + LANES + i])

@@ -90,6 +90,7 @@ MEMORY_INPUT = _row(len(MEMORIES))
 
 # Parameters of the engagement, in the form used by the equations.
 PRESSURE_STIFFNESS, PRESSURE_DAMPING, CURRENT_BIAS, PRESSURE_GAIN, SLOPE_GAIN = (_row() for _ in range(5))
+VALVE_GAIN, VALVE_DELAY, INVERSE_STIFFNESS = (_row() for _ in range(3))
 PISTON_PRESSURE, PISTON_PRESSURE_RATE, PISTON_RETURN, PRESSURE_BIAS = (_row() for _ in range(4))
 TEMPERATURE_GAIN, CONTACT_POSITION, CONTACT_FACTOR = _row(), _row(), _row()
 VALVE_TIME, EFFECT_TIME = _row(), _row()
@@ -98,7 +99,7 @@ STIFFNESS = _row()
 """Rate in 1/s of the fastest decay of the speeds, as the last step showed it."""
 PISTON_FROM_PRESSURE, PISTON_FROM_RATE = _row(), _row()
 """Parts of the deviations of pressure (m/bar) and pressure rate (m s/bar) in the piston state (`flow`)."""
-INVERSE_RAMP_WIDTH, FILM_COEFFICIENT, FRICTION_COEFFICIENT = _row(), _row(), _row()
+RAMP_WIDTH, INVERSE_RAMP_WIDTH, FILM_COEFFICIENT, FRICTION_COEFFICIENT = (_row() for _ in range(4))
 GEAR, INVERSE_GEAR, INPUT_COULOMB, INPUT_VISCOUS, OUTPUT_VISCOUS = (_row() for _ in range(5))
 INPUT_INERTIA, INVERSE_INPUT_INERTIA, INVERSE_LOAD_INERTIA, INVERSE_TOTAL_INERTIA = (_row() for _ in range(4))
 BRAKE, MOTOR_SPEED, INVERSE_MOTOR_SPEED, INPUT_TORQUE, RUN = (_row() for _ in range(5))

@@ -5,23 +5,22 @@ function in the tenth level of calls is optimized and emitted ten times. Here no
 intermediate code that is linked into that of its callers. An entry point contains everything, is optimized as a whole,
 and computes the same.
 
-`pipeline_class` is numba's documented way to change its passes. The library of a function is internal to numba: where
-a version of numba lacks what is used of it here, functions are compiled as usual.
+Where a version of numba lacks what is used of its libraries here, functions are compiled as usual.
 """
 
 from typing import Any
 
 from llvmlite import binding
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import LoweringPass, PassManager, register_pass
-from numba.core.typed_passes import AnnotateTypes
+from numba.core.compiler_machinery import register_pass
+
+from slipstick.wide_vectors import ChooseLibrary, LibraryCompiler, WideLibrary
 
 _ENVIRONMENT = "_ZN08NumbaEnv"
 """How names of variables begin that point to the environment of a function, into which numba writes that address."""
 
 
-class _Library(JITCodeLibrary):
+class _Library(WideLibrary):
     """The intermediate code of a function."""
 
     def _optimize_final_module(self) -> None:
@@ -39,28 +38,15 @@ class _Library(JITCodeLibrary):
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
-class _ChooseLibrary(LoweringPass):
-    """Create the library for lowering, which would create a usual one if there were none."""
-
-    _name = "choose_library"
-
-    def __init__(self) -> None:
-        super().__init__()
-
-    def run_pass(self, state: Any) -> bool:
-        state.library = _Library(state.targetctx.codegen(), state.func_id.func_qualname)
-        return False
+class _ChooseLinked(ChooseLibrary):
+    _name = "choose_linked_library"
+    library = _Library
 
 
-class Linked(CompilerBase):
+class Linked(LibraryCompiler):
     """The compiler."""
 
-    def define_pipelines(self) -> list[PassManager]:
-        """The usual passes, and the choice of the library in front of lowering."""
-        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        manager.add_pass_after(_ChooseLibrary, AnnotateTypes)
-        manager.finalize()
-        return [manager]
+    choice = _ChooseLinked
 
 
 _USED = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",

@@ -27,6 +27,7 @@ from slipstick.clutch.lanes import (
     INVERSE_LOAD_INERTIA,
     INVERSE_MOTOR_SPEED,
     INVERSE_RAMP_WIDTH,
+    INVERSE_STIFFNESS,
     INVERSE_TOTAL_INERTIA,
     LANES,
     MOTOR_SPEED,
@@ -41,6 +42,7 @@ from slipstick.clutch.lanes import (
     PRESSURE_DAMPING,
     PRESSURE_GAIN,
     PRESSURE_STIFFNESS,
+    RAMP_WIDTH,
     RUN,
     SEGMENT_CURRENT,
     SEGMENT_DIRECTION,
@@ -58,6 +60,8 @@ from slipstick.clutch.lanes import (
     STIFFNESS,
     TEMPERATURE_GAIN,
     TIME,
+    VALVE_DELAY,
+    VALVE_GAIN,
     VALVE_TIME,
 )
 
@@ -114,6 +118,7 @@ def load(b, i, vectors, coefficients, active_effects, point, conditions, conditi
     b[PRESSURE_DAMPING + i] = 4.0 / tau
     b[PRESSURE_GAIN + i] = 6.0 * vectors[point, _GAIN] / (tau * tau)
     b[SLOPE_GAIN + i] = 2.0 * vectors[point, _GAIN] / tau
+    b[VALVE_GAIN + i], b[VALVE_DELAY + i], b[INVERSE_STIFFNESS + i] = vectors[point, _GAIN], tau, tau * tau / 6.0
     b[CURRENT_BIAS + i] = vectors[point, _BIAS]
     b[VALVE_TIME + i] = min(tau, vectors[point, _C2] / abs(vectors[point, _D2]))
     b[EFFECT_TIME + i] = active_effects.shortest_time_constant[point]
@@ -129,7 +134,8 @@ def load(b, i, vectors, coefficients, active_effects, point, conditions, conditi
     b[TEMPERATURE_GAIN + i] = vectors[point, _TEMPERATURE]
     b[CONTACT_POSITION + i] = vectors[point, _CONTACT]
     b[CONTACT_FACTOR + i] = 1.0 / (vectors[point, _CONTACT] - vectors[point, _BETA])
-    b[INVERSE_RAMP_WIDTH + i] = 1.0 / (vectors[point, _EPS] * vectors[point, _CONTACT])
+    b[RAMP_WIDTH + i] = vectors[point, _EPS] * vectors[point, _CONTACT]
+    b[INVERSE_RAMP_WIDTH + i] = 1.0 / b[RAMP_WIDTH + i]
     b[FILM_COEFFICIENT + i] = vectors[point, _GAMMA]
     b[FRICTION_COEFFICIENT + i] = vectors[point, _ALPHA]
     b[GEAR + i] = gear

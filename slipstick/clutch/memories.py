@@ -73,7 +73,7 @@ def finish_step(b, active):
         if active[_FLAGS[s - STATE_SIZE]]:
             for i in range(LANES):
                 k = s * LANES + i
-                b[END + k] = b[START + k] + b[STEP + i] / 6.0 * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
+                b[END + k] = b[START + k] + 1 / 6 * b[STEP + i] * (b[FIRST + k] + 2.0 * b[MIDDLE + k] + b[RATE + k])
 
 
 @kernel

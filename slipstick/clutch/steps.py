@@ -16,7 +16,6 @@ from slipstick.clutch.lanes import (
     FIRST,
     FORCE,
     INVERSE_GEAR,
-    INVERSE_RAMP_WIDTH,
     LANES,
     LAW_FLAG,
     PISTON_GAIN,
@@ -24,9 +23,9 @@ from slipstick.clutch.lanes import (
     PISTON_PRESSURE_RATE,
     PISTON_RETURN,
     PRESSURE_DAMPING,
-    PRESSURE_GAIN,
     PRESSURE_STIFFNESS,
     QUANTITY_FLAG,
+    RAMP_WIDTH,
     SEGMENT_END,
     SEGMENT_SLOPE,
     SLIPPING,
@@ -34,6 +33,7 @@ from slipstick.clutch.lanes import (
     STEP,
     STIFFNESS,
     TIME,
+    VALVE_GAIN,
     VALVE_TIME,
 )
 
@@ -75,13 +75,13 @@ def _in_transient(b, i, has_laws, is_open):
     1 / (lambda h) steps, with lambda^2 = 6/tau^2. No torque follows the pressure while the plates are open.
     """
     stiffness = b[PRESSURE_STIFFNESS + i]
-    steady = b[PRESSURE_GAIN + i] / stiffness * b[SEGMENT_SLOPE + i]
+    steady = b[VALVE_GAIN + i] * b[SEGMENT_SLOPE + i]
     size = abs(b[FIRST + LANES + i]) + 0.5 * b[PRESSURE_DAMPING + i] * abs(b[FIRST + i] - steady)
     # The share of what effects add to pressure and piston rate, which changes as the pressure does.
     valve, piston = abs(b[FORCE + LANES + i]), abs(b[FORCE + 2 * LANES + i])
     added = max(valve / (valve + stiffness * (abs(b[START + i]) + 1.0)),
                 piston / (piston + abs(b[FIRST + 2 * LANES + i]) + 1e-9))
-    share = (0.0 if is_open else 1 / 2880) + (1.0 if has_laws else added) / 120
+    share = (0.0 if is_open else 1 / 2880) + 1 / 120 * (1.0 if has_laws else added)
     return math.sqrt(math.sqrt(PRESSURE_ERROR / (share * size * stiffness + 1e-12)))
 
 
@@ -122,7 +122,7 @@ def choose_steps(b, active, fine, coarse):
     is_unpredicted = has_laws & (active[_CLEARANCE] | active[_GAIN])
     most = fine if is_unpredicted else 0.5 * coarse if has_laws else coarse
     for i in range(LANES):
-        width = 1.0 / b[INVERSE_RAMP_WIDTH + i]
+        width = b[RAMP_WIDTH + i]
         position = b[PISTON_GAIN + i] * b[START + 2 * LANES + i] - b[CLEARANCE_CHANGE + i]
         onset = b[CONTACT_POSITION + i] - width
         longest = min(most, _in_transient(b, i, has_laws, position < onset))

@@ -15,14 +15,13 @@ from slipstick.clutch.lanes import (
     LINE_PRESSURE,
     PRESSURE_CHANGE,
     PRESSURE_DAMPING,
-    PRESSURE_GAIN,
     PRESSURE_RATE,
-    PRESSURE_STIFFNESS,
     SEGMENT_CURRENT,
     SEGMENT_SLOPE,
     SEGMENT_TIME,
     STAGE_TIME,
     START,
+    VALVE_GAIN,
 )
 from slipstick.clutch.law_kernels import evaluate_laws
 
@@ -34,14 +33,12 @@ def valve(b, active):
     """Compute c in bar, and x2 from w. At t = 0, where x2 is zero, initialize w."""
     for i in range(LANES):
         b[CURRENT + i] = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (b[STAGE_TIME + i] - b[SEGMENT_TIME + i])
-        gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]
-        b[PRESSURE_CHANGE + i] = gain * (b[CURRENT + i] - b[CURRENT_BIAS + i])
+        b[PRESSURE_CHANGE + i] = b[VALVE_GAIN + i] * (b[CURRENT + i] - b[CURRENT_BIAS + i])
     if active[LAW_FLAG]:
         evaluate_laws(b)
     _current_effects(b, active)
     for i in range(LANES):
-        gain = b[PRESSURE_GAIN + i] / b[PRESSURE_STIFFNESS + i]
-        b[LINE_PRESSURE + i] = gain * (b[CURRENT + i] - b[CURRENT_BIAS + i])
+        b[LINE_PRESSURE + i] = b[VALVE_GAIN + i] * (b[CURRENT + i] - b[CURRENT_BIAS + i])
     _line_pressure_effects(b, active)
     for i in range(LANES):
         change = b[LINE_PRESSURE + i] - b[PRESSURE_CHANGE + i]

@@ -20,6 +20,6 @@ def exponential(x: float) -> float:
     n = shifted - _TO_INTEGER
     r = (x - n * _LN2_HIGH) - n * _LN2_LOW
     p = 1 + r * (1 + r * (1 / 2 + r * (1 / 6 + r * (1 / 24 + r * (1 / 120 + r * (1 / 720 + r * (1 / 5040 + r * (
-        1 / 40320 + r * (1 / 362880 + r * (1 / 3628800 + r * (1 / 39916800 + r / 479001600)))))))))))
+        1 / 40320 + r * (1 / 362880 + r * (1 / 3628800 + r * (1 / 39916800 + 1 / 479001600 * r)))))))))))
     bits = np.int64((np.int64(np.float64(shifted).view(np.int64)) + 1023) << 52)
     return p * np.float64(bits.view(np.float64))

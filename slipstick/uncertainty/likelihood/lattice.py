@@ -25,6 +25,7 @@ import numpy as np
 from slipstick.uncertainty.likelihood.exponential import exponential
 from slipstick.uncertainty.likelihood.lines import Moments
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, Lattice
+from slipstick.wide_vectors import WideCompiler
 
 _TURN = math.pi / 8
 _COARSEST = 0.8  # step of the first lattice in stds
@@ -241,40 +242,69 @@ def _beyond(times: np.ndarray, measured: np.ndarray, noise: float, distances: np
     return found
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)
 def _add(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.ndarray, monomials: np.ndarray,
          peaks: np.ndarray, squares: np.ndarray, sums: np.ndarray) -> None:
     """Add the terms exp(-(|u|^2 + ((t - y) / s)^2) / 2) of the points to `sums` (see `_Sums`).
 
     `distances` (m,) are |u|^2. A term for which the time is NaN is negligible.
     """
-    m, n = times.shape
-    scale = math.sqrt(0.5) / noise
-    factors, halves = peaks.copy(), np.empty(n)
-    for k in range(m):
-        for i in range(n):
+    scale, before = math.sqrt(0.5) / noise, peaks.copy()
+    _raise_peaks(times, measured, scale, distances, peaks, squares)
+    for i in range(len(peaks)):
+        factor = math.exp(before[i] - peaks[i]) if before[i] < peaks[i] else 1.0
+        for row in range(sums.shape[0]):
+            sums[row, i] *= factor
+    if sums.shape[0] == 1:
+        _add_terms(times, measured, scale, distances, peaks, sums[0])
+    else:
+        _add_moments(times, measured, scale, distances, monomials, peaks, sums)
+
+
+# Factors of a point are read before the loop over the conditions: LLVM makes vector instructions of it only then.
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)
+def _raise_peaks(times: np.ndarray, measured: np.ndarray, scale: float, distances: np.ndarray, peaks: np.ndarray,
+                 squares: np.ndarray) -> None:
+    for k in range(times.shape[0]):
+        distance = distances[k]
+        for i in range(times.shape[1]):
             residual = scale * (measured[i] - times[k, i])
-            term = -0.5 * distances[k] - residual * residual
+            term = -0.5 * distance - residual * residual
             is_larger = term > peaks[i]  # false for NaN
             peaks[i] = term if is_larger else peaks[i]
-            squares[i] = distances[k] if is_larger else squares[i]
-    for i in range(n):
-        factors[i] = math.exp(factors[i] - peaks[i]) if factors[i] < peaks[i] else 1.0
-    for row in range(sums.shape[0]):
-        for i in range(n):
-            sums[row, i] *= factors[i]
-    terms = factors
-    for k in range(m):
+            squares[i] = distance if is_larger else squares[i]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)
+def _add_terms(times: np.ndarray, measured: np.ndarray, scale: float, distances: np.ndarray, peaks: np.ndarray,
+               total: np.ndarray) -> None:
+    for k in range(times.shape[0]):
+        exponent = -0.5 * distances[k]
+        for i in range(times.shape[1]):
+            residual = scale * (measured[i] - times[k, i])
+            square = residual * residual
+            term = exponential(exponent - square - peaks[i])
+            total[i] += term if square >= 0.0 else 0.0  # 0 for NaN
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)
+def _add_moments(times: np.ndarray, measured: np.ndarray, scale: float, distances: np.ndarray, monomials: np.ndarray,
+                 peaks: np.ndarray, sums: np.ndarray) -> None:
+    n = len(peaks)
+    terms, halves = np.empty(n), np.empty(n)
+    for k in range(times.shape[0]):
+        exponent = -0.5 * distances[k]
         for i in range(n):
             residual = scale * (measured[i] - times[k, i])
             square = residual * residual
-            term = exponential(-0.5 * distances[k] - square - peaks[i])
-            terms[i], halves[i] = term, term * square if square >= 0.0 else 0.0  # 0 for NaN
+            term = exponential(exponent - square - peaks[i])
+            terms[i], halves[i] = (term, term * square) if square >= 0.0 else (0.0, 0.0)  # 0 for NaN
         for i in range(n):
             sums[0, i] += terms[i]
-        if sums.shape[0] > 1:
+            sums[1, i] += halves[i]
+        for column in range(monomials.shape[1]):
+            factor = monomials[k, column]
             for i in range(n):
-                sums[1, i] += halves[i]
-            for column in range(monomials.shape[1]):
-                for i in range(n):
-                    sums[2 + column, i] += monomials[k, column] * terms[i]
+                sums[2 + column, i] += factor * terms[i]
