@@ -20,11 +20,12 @@ MAY_IMPORT = {
     "slipstick.errors": "",
     "slipstick.matrix_product": "numpy numba slipstick.register_tile",
     "slipstick.register_tile": "numba llvmlite",
+    "slipstick.wide_vectors": "numba",
     "slipstick.quantities": "numpy pint",
     "slipstick.threads": "numba threadpoolctl",
     "slipstick.bench": "numpy slipstick.errors slipstick.quantities slipstick.storage.sheet",
-    "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.threads slipstick.bench "
-                        "slipstick.clutch.effects",
+    "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.threads slipstick.wide_vectors "
+                        "slipstick.bench slipstick.clutch.effects",
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
@@ -62,8 +63,8 @@ MAY_IMPORT = {
     "slipstick.uncertainty.inputs": "numpy slipstick.errors slipstick.uncertainty.chaos",
     "slipstick.uncertainty.outside": "numpy scipy slipstick.uncertainty.inputs",
     "slipstick.uncertainty.likelihood": "numpy scipy numba slipstick.errors slipstick.matrix_product "
-                                        "slipstick.uncertainty.chaos slipstick.uncertainty.inputs "
-                                        "slipstick.uncertainty.sampling",
+                                        "slipstick.wide_vectors slipstick.uncertainty.chaos "
+                                        "slipstick.uncertainty.inputs slipstick.uncertainty.sampling",
     "slipstick.uncertainty.fit": "numpy scipy slipstick.errors slipstick.matrix_product slipstick.uncertainty.chaos "
                                  "slipstick.uncertainty.likelihood slipstick.uncertainty.outside "
                                  "slipstick.uncertainty.sampling",
