@@ -66,35 +66,54 @@ class LoadBlock:
         self._spike = lock_spike(scene)
         self._kick = scene.smooth["output_torque"].max() / self.inertia  # rad/s^2
         self._moving = np.ones((len(scene), len(scene.time) - 1), bool)
+        self._shared = np.zeros(len(self.fixed))
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
         self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
         self._speed = self.clean(np.zeros((len(scene), len(self.random))))
 
+    def at(self, shared: np.ndarray) -> None:
+        """Set what engagements share, (p,): delay of the clock in s, errors of stated inertias and brake torques."""
+        self._shared = shared
+
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """Output speed (n, k) in rad/s at `points` (n, 5)."""
-        torque = self.torque - (self.brake * (1 + points[:, 1]))[:, None]
+        """Output speed (n, k) in rad/s at `points` (n, 5), and at what engagements share."""
+        torque = self.torque - self._braking(points)[:, None]
         self._speed = reference = self.clean(points, laws)
         self._read = true_torque(self.scene, laws, self.finer)
         self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
             if not _is_reading(pair):
                 torque = torque + coefficients @ self._torque(pair)
-        inertia = self.inertia / (1 + points[:, 2])
-        speed = relaxed(self.scene.time, torque / inertia[:, None], self.viscous * (1 + points[:, 0]) / inertia,
-                        np.zeros(len(torque)), least=0.0)
+        speed = self._driven(points, torque)
         self._moving = speed[:, 1:] > 0
         speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
+        speed = speed + self._shared[0] * bases.late(reference, self.scene.time)
         return np.asarray(speed + np.einsum("nq,nqk->nk", points[:, 3:], self._kicks(points)))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without kicks.
         """
-        torque = true_torque(self.scene, laws, self.finer)
+        return self._driven(points, self._net(points, laws))
+
+    def _driven(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        return relaxed(self.scene.time, torque * self._inverse(points)[:, None], self._rates(points)[:, 0],
+                       np.zeros(len(points)), least=0.0)
+
+    def _net(self, points: np.ndarray, laws: Laws) -> np.ndarray:
+        """The torque (n, k) in N m that drives the load, without noise and without viscous losses."""
+        torque = true_torque(self.scene, laws, self.finer) - self._braking(points)[:, None]
         for pair, coefficients in laws:
             if pair[0] in _AGAINST:
                 torque = torque + coefficients @ self._torque(pair)
-        net = (torque - (self.brake * (1 + points[:, 1]))[:, None]) / self.inertia[:, None] * (1 + points[:, 2:3])
-        return relaxed(self.scene.time, net, self._rates(points)[:, 0], np.zeros(len(points)), least=0.0)
+        return np.asarray(torque)
+
+    def _inverse(self, points: np.ndarray) -> np.ndarray:
+        """1 / J (n,) in 1/(kg m^2)."""
+        return np.asarray((1 + points[:, 2] + self.level_errors(self._shared)["load_inertia"]) / self.inertia)
+
+    def _braking(self, points: np.ndarray) -> np.ndarray:
+        """Brake torque (n,) in N m."""
+        return np.asarray(self.brake * (1 + points[:, 1] + self.level_errors(self._shared)["brake_torque"]))
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the speed sensor, and that of the torque sensor integrated while the load moves."""
@@ -113,8 +132,9 @@ class LoadBlock:
         speed = self._speed
         viscous = -self.viscous * speed
         brake = np.broadcast_to(-self.brake[:, None], speed.shape)
-        net = self.scene.smooth["output_torque"] - self.brake[:, None] - self.viscous * speed
-        own = self._respond(points, np.stack([viscous, brake, net], axis=1))
+        net = self._net(points, laws) + viscous * (1 + points[:, :1])
+        of_inertia = net / (self.inertia * self._inverse(points))[:, None]
+        own = self._respond(points, np.stack([viscous, brake, of_inertia], axis=1))
         own = sensor_errors.as_read(self.scene, own, speed, laws, SENSOR, self.finer)
         clock = bases.late(speed, self.scene.time)
         fixed = np.concatenate([clock[:, None], own[:, 2:3] * self._inertias[:, :, None],
@@ -191,19 +211,33 @@ class LoadBlock:
 
     def _rates(self, points: np.ndarray) -> np.ndarray:
         """b_ov / J (n, k - 1) in 1/s."""
-        return np.repeat((self.viscous * (1 + points[:, 0]) / self.inertia)[:, None], len(self.scene.time) - 1, 1)
+        rates = self.viscous * (1 + points[:, 0]) * self._inverse(points)
+        return np.repeat(rates[:, None], len(self.scene.time) - 1, 1)
 
     def _respond(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Change (n, p, k) in rad/s under further torques (n, p, k) in N m; a load that rests stays at rest."""
-        return first_order(self.scene.time, torque / self.inertia[:, None, None], self._rates(points), self._moving)
+        return first_order(self.scene.time, torque * self._inverse(points)[:, None, None], self._rates(points),
+                           self._moving)
 
     def _kicks(self, points: np.ndarray) -> np.ndarray:
         """Changes (n, 2, k) in rad/s by the largest torque over one sample, at lock-up and at breakaway."""
         start = np.zeros_like(self._spike)
-        first = np.argmax(self._moving, axis=1)
-        start[np.arange(len(first)), np.minimum(first + 1, start.shape[1] - 1)] = 1
+        start[np.arange(len(start)), np.minimum(_begins(self._moving) + 1, start.shape[1] - 1)] = 1
         return first_order(self.scene.time, np.stack([self._spike, start], axis=1) * self._kick[:, None, None],
                            self._rates(points), self._moving)
+
+
+def _begins(moving: np.ndarray) -> np.ndarray:
+    """Where the longest motion (n,) of each row of `moving` (n, k) begins.
+
+    Noise of the torque may move a load for a few samples before it breaks away, and a kick there is forgotten at rest.
+    """
+    begins = np.empty(len(moving), int)
+    for i, row in enumerate(moving):
+        rests = np.flatnonzero(~row)
+        ends = np.concatenate([[-1], rests, [len(row)]])
+        begins[i] = ends[np.argmax(np.diff(ends))] + 1
+    return begins
 
 
 def _is_reading(pair: Pair) -> bool:

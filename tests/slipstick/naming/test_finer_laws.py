@@ -128,10 +128,11 @@ def test_a_finer_lag_follows_one_that_changes_over_the_runs_or_the_time(
     assert value == pytest.approx(lag(scene.run, scene.time)[:, len(scene.time) // 2].mean(), abs=0.006)
 
 
-@pytest.mark.parametrize(("rounds", "right"), [(mechanics._ROUNDS, True), (0, False)])
+@pytest.mark.parametrize("right", [True, False])
 def test_a_strong_gain_error_of_the_torque_sensor_is_a_function_of_the_true_torque(
-        monkeypatch: pytest.MonkeyPatch, rounds: int, right: bool) -> None:
-    monkeypatch.setattr(mechanics, "_ROUNDS", rounds)
+        monkeypatch: pytest.MonkeyPatch, right: bool) -> None:
+    if not right:
+        monkeypatch.setattr(mechanics, "_without_gain", lambda scene, read, laws, finer: read)
     scene = plain()
     torque, signals = scene.smooth["output_torque"], scene.signals
     error = 0.3 * torque / torque.max()

@@ -1,0 +1,67 @@
+"""The load that breaks away: kicks, and columns that are derivatives at any values of what engagements share."""
+
+import numpy as np
+import pytest
+
+from slipstick.clutch.model import Model
+from slipstick.naming import load
+from slipstick.naming.block import Pair
+from slipstick.naming.linear_model import columns_of, predict
+from slipstick.naming.load import LoadBlock
+from slipstick.naming.scene import Scene
+from tests.benches import HEAVY
+from tests.slipstick.naming.engagements import scene_of
+
+COUNT, STEP = 13, 1e-3
+GAIN: Pair = ("output speed sensor", "gain")
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return scene_of(HEAVY, Model(HEAVY.physics), COUNT)
+
+
+@pytest.mark.parametrize(("moving", "begins"), [
+    ("0011111", 2), ("1111111", 0), ("0100111", 4), ("0011100", 2), ("1101110", 3), ("0000000", 0)])
+def test_a_load_breaks_away_where_its_longest_motion_begins(moving: str, begins: int) -> None:
+    assert load._begins(np.array([[one == "1" for one in moving]])).tolist() == [begins]
+
+
+def test_a_motion_for_a_moment_does_not_take_the_kick_with_it(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    block, points = LoadBlock(scene), np.zeros((COUNT, 5))
+    points[:, 4] = 0.3
+    still = block.base(points).copy()
+    first = int(np.argmax(block._moving[0]))
+    block.torque = block.torque.copy()
+    block.torque[0, 3] = 2 * block.brake[0] + 10
+    flicker = block.base(points)
+    assert block._moving[0].argmax() < 5 < first - 1
+    assert not block._moving[0, first - 1]  # it came to rest again
+    kick = block._kicks(points)[0, 1].max()
+    assert np.abs(flicker - still)[0, first + 3:].max() < 0.1 * 0.3 * kick
+    monkeypatch.setattr(load, "_begins", lambda moving: np.argmax(moving, axis=1))  # as it was
+    assert np.abs(block.base(points) - still)[0, first + 3:].max() > 0.5 * 0.3 * kick
+
+
+def test_columns_are_derivatives_where_conditions_and_clock_are_off(scene: Scene) -> None:
+    block, points = LoadBlock(scene), np.zeros((COUNT, 5))
+    shared = np.concatenate([[1.5 * scene.step], np.full(len(block.fixed) - 1, 0.02)])
+    laws: dict[Pair, np.ndarray] = {GAIN: np.full(2, 0.1), ("load torque", "output speed"): np.full(9, 0.1)}
+    held = list(laws.items())
+    predicted = predict(block, points, shared, held)
+    columns = columns_of(block, points, shared, held, predicted, list(laws))
+
+    def off(column: np.ndarray, changed: np.ndarray) -> float:
+        change = (changed - predicted)[block.counted] / STEP
+        return float(np.linalg.norm(column[block.counted] - change) / np.linalg.norm(change))
+
+    for j, step in enumerate(STEP * np.eye(len(shared))):
+        step = step * (scene.step if j == 0 else 1.0)
+        column = columns.fixed[:, j] * (scene.step if j == 0 else 1.0)
+        assert off(column, predict(block, points, shared + step, held)) < 0.02
+    for pair, c in held:
+        for j in (0, len(c) - 1):
+            changed = {**laws, pair: c + STEP * np.eye(len(c))[j]}
+            assert off(columns.of_laws[pair][:, j], predict(block, points, shared, list(changed.items()))) < 0.03
+    for j in range(3):
+        assert off(columns.own[:, j], predict(block, points + STEP * np.eye(5)[j], shared, held)) < 0.03
