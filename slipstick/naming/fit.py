@@ -6,6 +6,7 @@ law are fitted together.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -164,8 +165,9 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
                                for block, start in zip(blocks, starts, strict=True)])
     widest = np.concatenate([block.widest for block in blocks])
     noises: list[BlockNoise | None] = [None if start is None else start.noise for start in starts]
-    best: tuple[float, _State, list[BlockFit]] | None = None
-    is_best, promised, halvings = True, np.inf, 0
+    best: tuple[float, _State] | None = None
+    likeliest: tuple[float, list[BlockFit]] | None = None
+    is_last, promised, halvings = True, np.inf, 0
     begun = sum(start.fitted.posterior for start in starts if start is not None)
     for _ in range(iterations):
         each = zip(blocks, laws, now.points, now.shared, noises, strict=True)
@@ -174,9 +176,9 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         joint = joined(parts, everything)
         now = now.complete(joint.places)
         # At the variances for which the step was made: with others the likelihood may rise or fall without a step.
-        reached = estimate(joint.gram, variance, fixed=True).at(now.common).posterior
-        is_best = best is None or reached > best[0] - _SETTLED
-        if not is_best and best is not None:
+        reached = estimate(joint.gram, variance, fixed=True).at(now.common)
+        is_last = False
+        if best is not None and reached.posterior <= best[0] - _SETTLED:
             if promised < _PROMISED or halvings == _HALVINGS:
                 break
             now, halvings = now.halfway(best[1]), halvings + 1
@@ -186,17 +188,21 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         here = fitted.at(now.common)
         rise = np.inf if best is None else abs(here.posterior - best[0])
         promised = fitted.posterior - here.posterior
-        alone = [here] if len(parts) == 1 else _alone(parts, joint, here)
-        best = here.posterior, now, _fits(blocks, laws, places, now.values, alone)
+        best = here.posterior, now
+        # Variances are those of what a step promises: where it does not keep it, those before are more likely.
+        likelier = max(here, reached, key=attrgetter("posterior"))
+        if is_last := likeliest is None or likelier.posterior > likeliest[0] - _SETTLED:
+            alone = [likelier] if len(parts) == 1 else _alone(parts, joint, likelier)
+            likeliest = likelier.posterior, _fits(blocks, laws, places, now.values, alone)
         if min(rise, promised) < max(_SETTLED, rough * (here.posterior - begun)):
             break
         halvings = 0
         now = now.stepped(fitted, [one.gram.random for one in parts], joint.places)
-    assert best is not None
-    if not is_best:
-        for its in best[2]:
+    assert likeliest is not None
+    if not is_last:
+        for its in likeliest[1]:
             predict(its.block, its.points, its.shared, its.held)  # the block holds what was predicted last
-    return best[2]
+    return likeliest[1]
 
 
 @dataclass(frozen=True, eq=False)

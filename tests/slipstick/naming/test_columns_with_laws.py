@@ -14,7 +14,7 @@ from slipstick.naming.scene import Scene
 from slipstick.naming.shaft import InputBlock
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
-from tests.slipstick.naming.test_together import FIRST, Line, two
+from tests.slipstick.naming.test_together import FIRST, TIME, Line, two
 
 COUNT, STEP = 13, 1e-3
 GAIN: Pair = ("output torque sensor", "gain")
@@ -114,6 +114,27 @@ def test_a_fit_whose_columns_are_wrong_does_not_end_below_its_start() -> None:
     # What is stated is what the block leaves at the stated values.
     left = line.measured - line.base(found.points, found.held)
     assert found.chi2.mean() == pytest.approx((left**2).sum(axis=1).mean() / 0.05**2 / (left.shape[1] - 1), rel=0.01)
+
+
+class Empty(Line):
+    """The column of a law promises the slopes of the engagements, and the prediction does not contain it."""
+
+    def base(self, points: np.ndarray, laws: Any = ()) -> np.ndarray:
+        return super().base(points)
+
+    def basis(self, pair: Pair, points: np.ndarray, laws: Any, predicted: np.ndarray) -> np.ndarray:
+        slopes = np.linalg.lstsq(TIME[:, None], self.measured.T)[0][0] - 1
+        return np.asarray(slopes[:, None, None] * TIME)
+
+
+def test_a_fit_of_which_no_step_leads_anywhere_is_as_likely_as_its_start() -> None:
+    """Its variances are not those that a step promised, with which slopes that it did not explain would be noise."""
+    line = two({}, {})["a"]
+    empty = Empty(**{name: getattr(line, name) for name in ("name", "measured", "offered")})
+    plain = fit(empty)
+    found = fit(empty, (FIRST,), plain)
+    assert found.fitted.posterior == pytest.approx(plain.fitted.posterior, abs=1.0)
+    assert found.fitted.variance == pytest.approx(plain.fitted.variance, rel=0.1)
 
 
 def test_engagements_without_samples_have_no_chi_square() -> None:

@@ -71,8 +71,12 @@ def test_no_further_pair_is_fitted_where_too_little_is_left_for_one(
 def test_two_laws_are_still_two() -> None:
     drag = MeasuredLaw(*OVER_SPEED, (0.0, 25.0, 50.0), (0.0, 20.0, -20.0), relative=False)
     drift = MeasuredLaw("load torque", "run order", (0.0, 23.0), (-20.0, 20.0), relative=False)
-    found = findings(Model(HEAVY.physics).with_law(drag).with_law(drift))
-    assert sorted(found) == [OVER_SPEED, ("load torque", "run order")]
+    block = block_of("load", scene_of(HEAVY, Model(HEAVY.physics).with_law(drag).with_law(drift), COUNT, SEED))
+    first, second = forward({"load": fit(block)}, SETTINGS)[1]
+    assert first.pair == OVER_SPEED
+    # This block alone does not tell a torque that drifts from an error of the torque sensor that does.
+    alike = {second.pair, *(rival.pair for rival in second.rivals)}
+    assert alike == {("load torque", "run order"), ("output torque sensor", "run order")}
 
 
 @pytest.mark.parametrize(("pair", "times"), [
