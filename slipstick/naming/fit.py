@@ -25,8 +25,8 @@ it."""
 _PROMISED = 1.0
 """Nats below which a step that lowers the likelihood is not halved: columns are not exact, and no decision depends on
 it."""
-_HALVINGS = 4
-"""Times that a step is halved at most: columns of which a sixteenth of a step still leads down lead nowhere."""
+_HALVINGS = 6
+"""Times that a step is halved at most. A lag of the converter that sets in with the slip needs six."""
 _FEW = 10
 """Degrees of freedom below which an engagement has no chi-square. Engagements that never come to full contact had one
 of 0 there, which hid what the others left."""

@@ -47,6 +47,8 @@ _STEPS = 2
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
 _CHANGING_LAG = "converter lag"
+_ON_SHAFT = ("input torque", "converter torque")
+"""Quantities whose laws drive the shaft."""
 SENSOR = "input speed sensor"
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
 _OF_CONVERTER = ("lag", "run order")
@@ -126,17 +128,21 @@ class InputBlock:
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without a kick.
         """
+        speed = self._integrated(points, self._against(laws))
+        # The lagging torque is that at the speed that it leads to, which is found by iteration.
+        for _ in range(_ROUNDS if any(_is_lag(pair) for pair, _ in laws) else 0):
+            speed = self._integrated(points, self._against(laws, speed))
+        return speed
+
+    def _against(self, laws: Laws, speed: np.ndarray | None = None) -> np.ndarray:
+        """The torque (n, k) in N m against the motion, without noise and losses; at a `speed`, the converter lags."""
         torque = true_torque(self.scene, laws, self.finer) / self.scene.gear
         for pair, coefficients in laws:
-            if pair[0] == "input torque":
+            if not _is_lag(pair) and pair[0] in _ON_SHAFT:
                 torque = torque - coefficients @ self._given_by(pair)
-        speed = self._integrated(points, torque)
-        lags = [(pair, c) for pair, c in laws if _is_lag(pair)]
-        # The lagging torque is that at the speed that it leads to, which is found by iteration.
-        for _ in range(_ROUNDS if lags else 0):
-            late = sum(self._lagging(pair, speed, coefficients) for pair, coefficients in lags)
-            speed = self._integrated(points, torque - late)
-        return speed
+            elif _is_lag(pair) and speed is not None:
+                torque = torque - self._lagging(pair, speed, coefficients)
+        return np.asarray(torque)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the speed sensor, and the integrated one of the torque sensor, where `base` was called last."""
@@ -152,10 +158,10 @@ class InputBlock:
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
         speed, about, one = self._speed, self._about, np.ones(self.torque.shape)
-        net = (about.converter.torque + self.scene.given_torque[:, None] - self.coulomb - self.viscous * speed
-               - self.scene.smooth["output_torque"] / self.scene.gear)
-        own = self._respond(np.stack([-net, -self.coulomb * one, -self.viscous * speed, about.converter.motor,
-                                      self._kick * self._spike], axis=1))
+        losses = self.coulomb * (1 + points[:, 1:2]) + self.viscous * (1 + points[:, 2:3]) * speed
+        net = about.converter.torque + self.scene.given_torque[:, None] - losses - self._against(laws, speed)
+        own = self._respond(np.stack([-net / (1 + points[:, :1]), -self.coulomb * one, -self.viscous * speed,
+                                      about.converter.motor, self._kick * self._spike], axis=1))
         decay = np.exp(-np.cumsum(about.rate * self.scene.step, axis=1))
         start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
         own[:, 3] += start  # the shaft turns with the motor before the plates meet

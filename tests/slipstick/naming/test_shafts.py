@@ -1,4 +1,4 @@
-"""The load that breaks away: kicks, and columns that are derivatives at any values of what engagements share."""
+"""Load and input shaft: breakaway, and columns that are derivatives at any values of what engagements share."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,11 @@ from slipstick.naming.block import Pair
 from slipstick.naming.linear_model import columns_of, predict
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.scene import Scene
+from slipstick.naming.shaft import InputBlock
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
 
-COUNT, STEP = 13, 1e-3
-GAIN: Pair = ("output speed sensor", "gain")
+COUNT, STEP, CLOSE = 13, 1e-3, 0.1
 
 
 @pytest.fixture(scope="module")
@@ -43,10 +43,20 @@ def test_a_motion_for_a_moment_does_not_take_the_kick_with_it(scene: Scene, monk
     assert np.abs(block.base(points) - still)[0, first + 3:].max() > 0.5 * 0.3 * kick
 
 
-def test_columns_are_derivatives_where_conditions_and_clock_are_off(scene: Scene) -> None:
-    block, points = LoadBlock(scene), np.zeros((COUNT, 5))
+LOADED: dict[Pair, np.ndarray] = {("output speed sensor", "gain"): np.full(2, 0.1),
+                                  ("load torque", "output speed"): np.full(9, 0.1)}
+DRIVEN: dict[Pair, np.ndarray] = {("input speed sensor", "gain"): np.full(2, 0.1),
+                                  ("input torque", "input speed"): np.full(9, 0.1),
+                                  ("converter torque", "run order"): np.full(3, 0.2)}
+
+
+@pytest.mark.parametrize(("kind", "laws", "moved"), [(LoadBlock, LOADED, 3), (InputBlock, DRIVEN, 4)])
+def test_columns_are_derivatives_where_parameters_and_conditions_are_off(
+        scene: Scene, kind: type[LoadBlock | InputBlock], laws: dict[Pair, np.ndarray], moved: int) -> None:
+    """The noise of the torque, which columns do not contain, is none here."""
+    block = kind(scene)
+    points = np.tile([*[0.05] * moved, *[0.0] * (len(block.random) - moved)], (COUNT, 1))
     shared = np.concatenate([[1.5 * scene.step], np.full(len(block.fixed) - 1, 0.02)])
-    laws: dict[Pair, np.ndarray] = {GAIN: np.full(2, 0.1), ("load torque", "output speed"): np.full(9, 0.1)}
     held = list(laws.items())
     predicted = predict(block, points, shared, held)
     columns = columns_of(block, points, shared, held, predicted, list(laws))
@@ -56,12 +66,12 @@ def test_columns_are_derivatives_where_conditions_and_clock_are_off(scene: Scene
         return float(np.linalg.norm(column[block.counted] - change) / np.linalg.norm(change))
 
     for j, step in enumerate(STEP * np.eye(len(shared))):
-        step = step * (scene.step if j == 0 else 1.0)
-        column = columns.fixed[:, j] * (scene.step if j == 0 else 1.0)
-        assert off(column, predict(block, points, shared + step, held)) < 0.02
+        unit = scene.step if j == 0 else 1.0
+        assert off(columns.fixed[:, j] * unit, predict(block, points, shared + step * unit, held)) < CLOSE
     for pair, c in held:
         for j in (0, len(c) - 1):
             changed = {**laws, pair: c + STEP * np.eye(len(c))[j]}
-            assert off(columns.of_laws[pair][:, j], predict(block, points, shared, list(changed.items()))) < 0.03
-    for j in range(3):
-        assert off(columns.own[:, j], predict(block, points + STEP * np.eye(5)[j], shared, held)) < 0.03
+            assert off(columns.of_laws[pair][:, j], predict(block, points, shared, list(changed.items()))) < CLOSE
+    for j in range(moved):
+        step = STEP * np.eye(len(block.random))[j]
+        assert off(columns.own[:, j], predict(block, points + step, shared, held)) < CLOSE
