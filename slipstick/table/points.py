@@ -23,7 +23,7 @@ def clip_points(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> t
         raise InvalidValue(f"The points have shape {points.shape}, not (m, {len(axes)})",
                            f"Give one multiplier per axis: {', '.join(axis.name for axis in axes)}")
     lower, upper = box(axes)
-    clipped, inside, are_finite = _clipped(points, lower, upper)
+    clipped, inside, are_finite = _clipped(np.ascontiguousarray(points, float), lower, upper)
     if not are_finite:
         row, column = np.argwhere(~np.isfinite(points))[0]
         raise InvalidValue(f"Point {row} is not finite in {axes[column].name}", "Give finite multipliers")
