@@ -45,7 +45,7 @@ def allocating(function: Function, cache: bool = False) -> Function:
 
 
 def _compile(function: Function, **options: Any) -> Function:
-    options |= {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
+    options |= {"error_model": "numpy", "nogil": True}
     return njit(**options)(function)  # type: ignore[no-any-return]
 
 
