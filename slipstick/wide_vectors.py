@@ -10,8 +10,7 @@ from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import LoweringPass, PassManager, register_pass
-from numba.core.typed_passes import AnnotateTypes
+from numba.core.compiler_machinery import PassManager
 
 _WIDTH = '"prefer-vector-width"="512"'
 
@@ -26,42 +25,13 @@ class WideLibrary(JITCodeLibrary):
         super().add_ir_module(ir_module)
 
 
-class ChooseLibrary(LoweringPass):
-    """Create the library of a function before lowering, which would create a usual one if there were none."""
+class WideCompiler(CompilerBase):
+    """The usual passes with a `library`, for which lowering would create a usual one if there were none."""
 
-    _name = "choose_library"
-    library: type[JITCodeLibrary]
-
-    def __init__(self) -> None:
-        super().__init__()
-
-    def run_pass(self, state: Any) -> bool:
-        """Create the library, whose machine code can be cached."""
-        state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
-        state.library.enable_object_caching()
-        return False
-
-
-class LibraryCompiler(CompilerBase):
-    """The usual passes, and the choice of the library in front of lowering."""
-
-    choice: type[ChooseLibrary]
+    library: type[JITCodeLibrary] = WideLibrary
 
     def define_pipelines(self) -> list[PassManager]:
-        """The passes."""
-        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        manager.add_pass_after(self.choice, AnnotateTypes)
-        manager.finalize()
-        return [manager]
-
-
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _ChooseWide(ChooseLibrary):
-    _name = "choose_wide_library"
-    library = WideLibrary
-
-
-class WideCompiler(LibraryCompiler):
-    """The compiler."""
-
-    choice = _ChooseWide
+        """The passes, and the library in which they leave the code, which can be cached."""
+        self.state.library = self.library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library.enable_object_caching()
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]

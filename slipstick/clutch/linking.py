@@ -12,9 +12,8 @@ from typing import Any
 
 from llvmlite import binding
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler_machinery import register_pass
 
-from slipstick.wide_vectors import ChooseLibrary, LibraryCompiler, WideLibrary
+from slipstick.wide_vectors import WideCompiler, WideLibrary
 
 _ENVIRONMENT = "_ZN08NumbaEnv"
 """How names of variables begin that point to the environment of a function, into which numba writes that address."""
@@ -37,16 +36,10 @@ class _Library(WideLibrary):
         self._finalized = True
 
 
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _ChooseLinked(ChooseLibrary):
-    _name = "choose_linked_library"
-    library = _Library
-
-
-class Linked(LibraryCompiler):
+class Linked(WideCompiler):
     """The compiler."""
 
-    choice = _ChooseLinked
+    library = _Library
 
 
 _USED = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals",

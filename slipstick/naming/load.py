@@ -78,8 +78,8 @@ class LoadBlock:
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Output speed (n, k) in rad/s at `points` (n, 5), and at what engagements share."""
         torque = self.torque - self._braking(points)[:, None]
-        self._speed = reference = self.clean(points, laws)
         self._read = true_torque(self.scene, laws, self.finer)
+        self._speed = reference = self._driven(points, self._net(points, laws, self._read))
         self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
             if not _is_reading(pair):
@@ -93,15 +93,15 @@ class LoadBlock:
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without kicks.
         """
-        return self._driven(points, self._net(points, laws))
+        return self._driven(points, self._net(points, laws, true_torque(self.scene, laws, self.finer)))
 
     def _driven(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
         return relaxed(self.scene.time, torque * self._inverse(points)[:, None], self._rates(points)[:, 0],
                        np.zeros(len(points)), least=0.0)
 
-    def _net(self, points: np.ndarray, laws: Laws) -> np.ndarray:
-        """The torque (n, k) in N m that drives the load, without noise and without viscous losses."""
-        torque = true_torque(self.scene, laws, self.finer) - self._braking(points)[:, None]
+    def _net(self, points: np.ndarray, laws: Laws, true: np.ndarray) -> np.ndarray:
+        """The torque (n, k) in N m that drives the load under the `true` one of the clutch, without viscous losses."""
+        torque = true - self._braking(points)[:, None]
         for pair, coefficients in laws:
             if pair[0] in _AGAINST:
                 torque = torque + coefficients @ self._torque(pair)
@@ -132,7 +132,7 @@ class LoadBlock:
         speed = self._speed
         viscous = -self.viscous * speed
         brake = np.broadcast_to(-self.brake[:, None], speed.shape)
-        net = self._net(points, laws) + viscous * (1 + points[:, :1])
+        net = self._net(points, laws, self._read) + viscous * (1 + points[:, :1])
         of_inertia = net / (self.inertia * self._inverse(points))[:, None]
         own = self._respond(points, np.stack([viscous, brake, of_inertia], axis=1))
         own = sensor_errors.as_read(self.scene, own, speed, laws, SENSOR, self.finer)

@@ -111,9 +111,9 @@ class InputBlock:
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
-        self._speed = reference = self.clean(points, laws)
         torque = self.torque / self.scene.gear
         self._read = true_torque(self.scene, laws, self.finer)
+        self._speed = reference = self._turned(points, laws, self._read)
         self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
             if _is_lag(pair):
@@ -128,21 +128,29 @@ class InputBlock:
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without a kick.
         """
-        speed = self._integrated(points, self._against(laws))
+        return self._turned(points, laws, true_torque(self.scene, laws, self.finer))
+
+    def _turned(self, points: np.ndarray, laws: Laws, true: np.ndarray) -> np.ndarray:
+        """The speed (n, k) in rad/s under the `true` torque (n, k) in N m behind the gear."""
+        torque = self._against(laws, true)
+        speed = self._integrated(points, torque)
         # The lagging torque is that at the speed that it leads to, which is found by iteration.
         for _ in range(_ROUNDS if any(_is_lag(pair) for pair, _ in laws) else 0):
-            speed = self._integrated(points, self._against(laws, speed))
+            speed = self._integrated(points, torque - self._late(laws, speed))
         return speed
 
-    def _against(self, laws: Laws, speed: np.ndarray | None = None) -> np.ndarray:
-        """The torque (n, k) in N m against the motion, without noise and losses; at a `speed`, the converter lags."""
-        torque = true_torque(self.scene, laws, self.finer) / self.scene.gear
+    def _against(self, laws: Laws, true: np.ndarray) -> np.ndarray:
+        """The torque (n, k) in N m against the motion, without losses and lags of the converter."""
+        torque = true / self.scene.gear
         for pair, coefficients in laws:
             if not _is_lag(pair) and pair[0] in _ON_SHAFT:
                 torque = torque - coefficients @ self._given_by(pair)
-            elif _is_lag(pair) and speed is not None:
-                torque = torque - self._lagging(pair, speed, coefficients)
         return np.asarray(torque)
+
+    def _late(self, laws: Laws, speed: np.ndarray) -> np.ndarray:
+        """The torque (n, k) in N m by which those of the laws that are lags drive the shaft more, at `speed` (n, k)."""
+        late = [self._lagging(pair, speed, coefficients) for pair, coefficients in laws if _is_lag(pair)]
+        return np.asarray(np.sum(late, axis=0)) if late else np.zeros(speed.shape)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the speed sensor, and the integrated one of the torque sensor, where `base` was called last."""
@@ -159,7 +167,8 @@ class InputBlock:
         """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
         speed, about, one = self._speed, self._about, np.ones(self.torque.shape)
         losses = self.coulomb * (1 + points[:, 1:2]) + self.viscous * (1 + points[:, 2:3]) * speed
-        net = about.converter.torque + self.scene.given_torque[:, None] - losses - self._against(laws, speed)
+        against = self._against(laws, self._read) - self._late(laws, speed)
+        net = about.converter.torque + self.scene.given_torque[:, None] - losses - against
         own = self._respond(np.stack([-net / (1 + points[:, :1]), -self.coulomb * one, -self.viscous * speed,
                                       about.converter.motor, self._kick * self._spike], axis=1))
         decay = np.exp(-np.cumsum(about.rate * self.scene.step, axis=1))
