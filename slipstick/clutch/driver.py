@@ -3,7 +3,7 @@
 import numpy as np
 
 from slipstick.clutch.driveline import driveline
-from slipstick.clutch.events import DIVERGES, LOCKS, NO_EVENT, apply_event, locate_event, mark_events
+from slipstick.clutch.events import DIVERGES, LOCKS, NO_EVENT, SEGMENT_ENDS, apply_event, locate_event, mark_events
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.hydraulics import hydraulics
 from slipstick.clutch.integrator import accept_step, first_stage, other_stages
@@ -61,14 +61,14 @@ def drive(b, lanes, first, stop, conditions_per_point, vectors, coefficients, ac
     engagements, profile, segment, sampled = lanes[0], lanes[1], lanes[2], lanes[3]
     following, busy_lanes = first, 0
     for i in range(LANES):
-        b[EVENT + i], engagements[i] = 1.0, -1  # every lane is to be loaded
+        b[EVENT + i], engagements[i] = SEGMENT_ENDS, -1  # every lane is to be loaded
     while True:
         for i in range(LANES):
             if b[EVENT + i] == 0.0 and (count == 0 or sampled[i] < count):
                 continue
             engagement = engagements[i]
             if engagement >= 0:
-                event, fraction = locate_event(b, i) if b[EVENT + i] > 1.0 else (NO_EVENT, 0.0)
+                event, fraction = locate_event(b, i) if b[EVENT + i] > SEGMENT_ENDS else (NO_EVENT, 0.0)
                 if event == LOCKS and status[engagement] == NEVER_LOCKED and segment[i] < last_segment:
                     times[engagement], status[engagement] = b[TIME + i] + fraction * b[STEP + i], LOCKED
                 elif event == DIVERGES:
@@ -106,7 +106,7 @@ def drive(b, lanes, first, stop, conditions_per_point, vectors, coefficients, ac
         if count > 0:
             for i in range(LANES):
                 if engagements[i] >= 0:
-                    event, fraction = locate_event(b, i) if b[EVENT + i] > 1.0 else (NO_EVENT, 1.0)
+                    event, fraction = locate_event(b, i) if b[EVENT + i] > SEGMENT_ENDS else (NO_EVENT, 1.0)
                     if event != DIVERGES:
                         sampled[i] = sample(b, i, state_size, sample_times, sampled[i],
                                             b[TIME + i] + fraction * b[STEP + i], engagements[i] - first, samples)

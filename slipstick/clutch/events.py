@@ -1,5 +1,7 @@
 """Events within a step: what ends a discrete state is located, and the lane continues from there."""
 
+from functools import partial
+
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.flow import flow_to
 from slipstick.clutch.lanes import (
@@ -21,7 +23,6 @@ from slipstick.clutch.lanes import (
     SEGMENT_END,
     SLIPPING,
     START,
-    STATE_SIZE,
     STEP,
     TIME,
 )
@@ -29,15 +30,15 @@ from slipstick.clutch.lanes import (
 DIVERGENCE_LIMIT = 1e9
 """The solution has diverged where the sum of the absolute states exceeds this or is NaN."""
 
-NO_EVENT, LOCKS, STOPS, STARTS, RELEASES, DIVERGES = range(6)
+NO_EVENT = 0
+SEGMENT_ENDS, LOCKS, RELEASES, STOPS, STARTS, DIVERGES = (1 << bit for bit in range(6))
+"""What a step may contain, as bits of EVENT: the end of a segment of the current, where it ends, and located events, of
+which one follows from a bit: those end a discrete state, or mark divergence."""
 
 
 @kernel
 def mark_events(b):
-    """Set EVENT to 1 where a step ends at a breakpoint of the current, and to 2 where it contains a located event.
-
-    Located events end a discrete state, or mark divergence.
-    """
+    """Set EVENT to the sum of what the steps contain."""
     for i in range(LANES):
         input_speed, output_speed = b[END + 3 * LANES + i], b[END + 4 * LANES + i]
         slip = input_speed * b[INVERSE_GEAR + i] - output_speed
@@ -47,9 +48,10 @@ def mark_events(b):
         stops = moving & (output_speed < 0.0)
         starts = (not moving) & (b[BREAKAWAY + i] > 0.0)
         size = abs(input_speed) + abs(output_speed) + abs(b[END + i]) + abs(b[END + LANES + i])
-        is_bounded = size + abs(b[END + 2 * LANES + i]) < DIVERGENCE_LIMIT
-        mark = 2.0 if (locks | releases | stops | starts | (not is_bounded)) else 0.0
-        b[EVENT + i] = max(mark, 1.0) if b[END_TIME + i] >= b[SEGMENT_END + i] else mark
+        diverges = not (size + abs(b[END + 2 * LANES + i]) < DIVERGENCE_LIMIT)
+        ends = b[END_TIME + i] >= b[SEGMENT_END + i]
+        b[EVENT + i] = (ends * SEGMENT_ENDS + locks * LOCKS + releases * RELEASES + stops * STOPS + starts * STARTS
+                        + diverges * DIVERGES)
 
 
 @kernel
@@ -65,12 +67,13 @@ def dense_output(b, k, fraction):
     return b[START + k] + b[STEP + k % LANES] * (first * b[FIRST + k] + middle * b[MIDDLE + k] + last * b[RATE + k])
 
 
-@kernel
+@partial(kernel, fastmath=False)
 def speed_crossing(b, i, input_factor):
     """Fraction of the step of lane i at which input_factor * Omega - omega crosses zero, or 1 if it does not.
 
     Newton's method on the cubic dense output, within the bracket of the crossing; convergence is quadratic, so that the
-    error is the square of the last change.
+    error is the square of the last change. There are no fused operations, with which the slip of plates that have just
+    locked is not exactly 0: they would lock at the start of every step, without end.
     """
     speed, load, step = 3 * LANES + i, 4 * LANES + i, b[STEP + i]
     value = input_factor * b[START + speed] - b[START + load]
@@ -103,24 +106,24 @@ def linear_crossing(before, after):
 
 @kernel
 def locate_event(b, i):
-    """First event of lane i in this step, and the fraction of the step at which it occurs."""
-    size = 0.0
-    for s in range(STATE_SIZE):
-        size += abs(b[END + s * LANES + i])
-    if not size < DIVERGENCE_LIMIT:
+    """First event of lane i in this step, and the fraction of the step at which it occurs.
+
+    It follows what `mark_events` found: conditions that are computed twice may be rounded differently, and an event
+    that is marked and not found would be looked for without end.
+    """
+    marks = int(b[EVENT + i])
+    if marks & DIVERGES:
         return DIVERGES, 1.0
     event, fraction = NO_EVENT, 1.0
-    if b[SLIPPING + i] > 0.0:
-        slip = b[END + 3 * LANES + i] * b[INVERSE_GEAR + i] - b[END + 4 * LANES + i]
-        if slip * b[DIRECTION + i] <= 0.0:
-            event, fraction = LOCKS, speed_crossing(b, i, b[INVERSE_GEAR + i])
-    elif b[RELEASE + i] > 0.0:
+    if marks & LOCKS:
+        event, fraction = LOCKS, speed_crossing(b, i, b[INVERSE_GEAR + i])
+    elif marks & RELEASES:
         event, fraction = RELEASES, linear_crossing(b[RELEASE_FIRST + i], b[RELEASE + i])
-    if b[MOVING + i] > 0.0 and b[END + 4 * LANES + i] < 0.0:
+    if marks & STOPS:
         at = speed_crossing(b, i, 0.0)
         if at <= fraction:
             event, fraction = STOPS, at
-    elif b[MOVING + i] == 0.0 and b[BREAKAWAY + i] > 0.0:
+    elif marks & STARTS:
         at = linear_crossing(b[BREAKAWAY_FIRST + i], b[BREAKAWAY + i])
         if at <= fraction:
             event, fraction = STARTS, at

@@ -45,8 +45,8 @@ def allocating(function: Function, cache: bool = False) -> Function:
 
 
 def _compile(function: Function, **options: Any) -> Function:
-    options |= {"error_model": "numpy", "nogil": True}
-    return njit(**options)(function)  # type: ignore[no-any-return]
+    usual = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
+    return njit(**usual | options)(function)  # type: ignore[no-any-return]
 
 
 def inserted(function: Function) -> Function:

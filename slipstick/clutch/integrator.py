@@ -9,6 +9,7 @@ step, and the lane continues from there (`events`). Lanes are independent of eac
 
 from slipstick.clutch import memories
 from slipstick.clutch.driveline import driveline
+from slipstick.clutch.events import SEGMENT_ENDS
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.flow import change_stage, finish_change, flow, store_change, store_force
 from slipstick.clutch.hydraulics import hydraulics
@@ -122,9 +123,9 @@ def accept_step(b, active):
         for i in range(LANES):
             k = s * LANES + i
             start, end = b[START + k], b[END + k]
-            b[START + k] = start if b[EVENT + i] > 1.0 else end
+            b[START + k] = start if b[EVENT + i] > SEGMENT_ENDS else end
     if active[MEMORY_FLAG]:
         memories.accept_step(b, active)
     for i in range(LANES):
         start, end = b[TIME + i], b[END_TIME + i]
-        b[TIME + i] = start if b[EVENT + i] > 1.0 else end
+        b[TIME + i] = start if b[EVENT + i] > SEGMENT_ENDS else end

@@ -3,6 +3,7 @@
 import numpy as np
 
 from slipstick.clutch import effects
+from slipstick.clutch.events import SEGMENT_ENDS
 from slipstick.clutch.fastmath import kernel
 from slipstick.clutch.lanes import (
     END,
@@ -84,4 +85,4 @@ def accept_step(b, active):
             for i in range(LANES):
                 k = s * LANES + i
                 start, end = b[START + k], b[END + k]
-                b[START + k] = start if b[EVENT + i] > 1.0 else end
+                b[START + k] = start if b[EVENT + i] > SEGMENT_ENDS else end
