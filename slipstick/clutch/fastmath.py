@@ -45,7 +45,7 @@ def allocating(function: Function, cache: bool = False) -> Function:
 
 
 def _compile(function: Function, **options: Any) -> Function:
-    usual = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
+    usual: dict[str, Any] = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
     return njit(**usual | options)(function)  # type: ignore[no-any-return]
 
 
