@@ -17,7 +17,7 @@ from slipstick.inference import table_problem
 from slipstick.storage import versions
 from slipstick.storage.library import Library
 from slipstick.table import interpolation
-from slipstick.uncertainty.likelihood import InferenceProblem, lattice, pieces
+from slipstick.uncertainty.likelihood import InferenceProblem, lattice_terms, pieces
 from tests.service.conftest import Serving
 
 SLOW = ("chaospy", "scipy.special", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage",
@@ -27,7 +27,7 @@ LOADED = f"import sys; print([name for name in {SLOW} if name in sys.modules])"
 
 def test_what_a_likelihood_needs_is_compiled_ahead() -> None:
     warm()
-    for function in (interpolation._interpolate, lattice._add, pieces.sum_pieces):
+    for function in (interpolation._interpolate, lattice_terms.add, pieces.sum_pieces):
         assert function.signatures
 
 

@@ -12,7 +12,16 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from slipstick.uncertainty import Inputs
-from slipstick.uncertainty.likelihood import TOLERANCE, Candidate, InferenceProblem, converged, exact, lattice
+from slipstick.uncertainty.likelihood import (
+    TOLERANCE,
+    Candidate,
+    InferenceProblem,
+    converged,
+    exact,
+    lattice,
+    lattice_points,
+    lattice_terms,
+)
 from slipstick.uncertainty.likelihood.likelihood import by_lattice, density_and_moments, optimizer_lattice, precise
 
 KNOTS = (np.linspace(0.5, 1.5, 21), np.linspace(0.5, 1.5, 16))
@@ -221,7 +230,7 @@ def test_the_compiled_sum_is_that_of_scipy() -> None:
     for noise in (0.002, 0.05):
         peaks, squares, sums = np.full(21, -np.inf), np.zeros(21), np.zeros((4, 21))
         for part in (slice(0, 100), slice(100, None)):
-            lattice._add(times[part], measured, noise, distances[part], monomials[part], peaks, squares, sums)
+            lattice_terms.add(times[part], measured, noise, distances[part], monomials[part], peaks, squares, sums)
         terms = norm.logpdf(measured, times, noise) - norm.logpdf(0, 0, noise) - 0.5 * distances[:, None]
         terms = np.where(np.isnan(terms), -np.inf, terms)
         weights = np.exp(terms - logsumexp(terms, axis=0))
@@ -234,7 +243,7 @@ def test_the_compiled_sum_is_that_of_scipy() -> None:
 @pytest.mark.parametrize("direction", [np.ones(1), np.array([0.6, 0.8])])
 def test_refinements_are_nested_lattices_of_half_the_cell(direction: np.ndarray) -> None:
     """All points so far, of each refinement, are the integer multiples of two (one) of them, within the disc."""
-    refinements = lattice._refinements(direction, 0.5, 4.0, lattice.MOST)
+    refinements = lattice_points.refinements(direction, 0.5, 4.0, lattice.MOST)
     points, size = next(refinements)
     for _ in range(4):
         added, half = next(refinements)
@@ -256,7 +265,7 @@ def test_the_points_inside_a_box_of_scores_are_those_of_numpy(d: int) -> None:
     box = np.array([[-0.7, 1.2], [-0.4, 0.9]])[:d]
     every = normals @ factor.T
     is_inside = np.all((every >= box[:, 0]) & (every <= box[:, 1]), axis=1)
-    scores, points, squares = lattice._inside(normals, factor, box)
+    scores, points, squares = lattice_points.inside(normals, factor, box)
     assert 10 < len(points) < 190
     np.testing.assert_array_equal(points, normals[is_inside])
     np.testing.assert_allclose(scores, every[is_inside], rtol=1e-12, atol=1e-15)
@@ -266,7 +275,8 @@ def test_the_points_inside_a_box_of_scores_are_those_of_numpy(d: int) -> None:
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
 def test_the_sum_is_compiled_to_vector_instructions() -> None:
     """A loss of vectorization is silent, and costs a factor of about eight."""
-    add = numba.njit(error_model="numpy", fastmath={"contract"})(lattice._add.py_func)  # a cached one has no assembly
+    plain = lattice_terms.add.py_func  # a cached one has no assembly
+    add = numba.njit(error_model="numpy", fastmath={"contract"})(plain)
     add(np.zeros((2, 9)), np.zeros(9), 1.0, np.zeros(2), np.zeros((2, 0)), np.zeros(9), np.zeros(9), np.zeros((1, 9)))
     packed = re.findall(r"v?(?:add|sub|mul|f\w+)pd\s", "".join(add.inspect_asm().values()))
     assert len(packed) > 16  # the exp alone has a polynomial of degree 12
