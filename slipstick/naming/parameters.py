@@ -6,9 +6,9 @@ import numpy as np
 
 from slipstick.bench.converter import Converter
 from slipstick.naming.fit import BlockFit
+from slipstick.naming.input import InputBlock
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.piston import ClutchBlock
-from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 
 _KICKS = ("lock_up", "breakaway", "start")

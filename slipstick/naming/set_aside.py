@@ -6,11 +6,11 @@ import numpy as np
 
 from slipstick.naming.block import Block
 from slipstick.naming.fit import BlockFit, fit_together
+from slipstick.naming.input import InputBlock
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
 from slipstick.threads import mapped

@@ -1,41 +1,25 @@
-"""The input block: measured torque -> input speed in rad/s.
+"""The input shaft between converter and plates, against a torque of the plates: its speed, and changes of it.
 
-    J w' = T_conv(w, m) + T_given - b_iv w - T_ic - torque / g,   T_conv = t(w/m) (m / c(w/m))^2
+    J w' = T_conv(w, m) + T_given - b_iv w - T_ic - torque,   T_conv = t(w/m) (m / c(w/m))^2
 
-with the motor speed m, the gear ratio g, the torque ratio t and the capacity factor c of the converter. The motor may
-be slower than stated, and slower still under the torque of the pump, and the converter's torque is off by a factor over
-the speed ratio. These errors are integrated with the speed, because near a ratio of 1 the curve is so steep that what a
-percent of motor speed changes is far from linear. Columns are responses of the linearisation about them to torques,
-computed without noise.
+with the motor speed m, the torque ratio t and the capacity factor c of the converter. The motor may be slower than
+stated, and slower still under the torque of the pump, and the converter's torque is off by a factor over the speed
+ratio. These errors are integrated with the speed, because near a ratio of 1 the curve is so steep that a percent of
+motor speed changes the torque far from linearly.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from slipstick.bench.converter import Converter
-from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch.ensemble import initial_input_speed
-from slipstick.naming import bases, sensor_errors
-from slipstick.naming.block import Laws, Pair, fineness
-from slipstick.naming.converter_lag import lag_columns, lag_unit, lagging, mean_lag
+from slipstick.naming import bases
 from slipstick.naming.drive import KNOTS, AtSpeed, Drive
 from slipstick.naming.filters import first_order
-from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
-from slipstick.naming.mechanics import (
-    CONDITIONS_WITHIN,
-    KNOWN,
-    TORQUE_GAIN,
-    drifting_columns,
-    lock_spike,
-    steepness,
-    true_torque,
-    with_walk,
-)
-from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
+from slipstick.naming.mechanics import CONDITIONS_WITHIN, drifting_columns, lock_spike
+from slipstick.naming.scene import Scene
 from slipstick.naming.shaft_kernel import turn
-from slipstick.naming.varying_lag import OVER, trailing, trailing_columns, with_constant_lag
 from slipstick.threads import mapped, parts_of
 
 CONVERTER_WITHIN = 0.05
@@ -44,17 +28,6 @@ _SAG_WITHIN = 0.03
 """Standard deviation of the share of its speed that the motor loses under the largest torque of the pump."""
 _STEPS = 2
 """Runge-Kutta steps in a sample; four change the speed by less than a hundredth of the sensor's noise."""
-_LAG, _ROUNDS = ("converter torque", "lag"), 4
-"""The pair of a lag of the converter, and rounds in which the speed under it is found."""
-_CHANGING_LAG = "converter lag"
-_ON_SHAFT = ("input torque", "converter torque")
-"""Quantities whose laws drive the shaft."""
-SENSOR = "input speed sensor"
-_SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
-_OF_CONVERTER = ("lag", "run order")
-"""What the torque of the converter depends on, as a share of it."""
-_FROM_ZERO = ("output speed", "pressure", "slip", *OF_PLATES)
-"""Signals near whose zero laws change fastest; the knots are closer there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,268 +42,96 @@ class Linearised:
     converter: AtSpeed
 
 
-class InputBlock:
-    """Input speed from the measured torque; parameters are inertia, losses, motor speed, kick at lock-up, and start.
+class Shaft:
+    """The shaft in each engagement. Points (n, 6) are relative to nominal, in the order of `InputBlock.random`.
 
-    `base` linearises about its parameters, and `columns`, `basis` and `noise` refer to its last call.
+    All engagements have in common the `shared` sag of the motor, errors of its levels, and those of the converter.
     """
-
-    name, signal = "input", "input_speed"
-    random: tuple[str, ...] = ("input_inertia", "input_coulomb", "input_viscous", "motor_speed", "lock_up", "start")
 
     def __init__(self, scene: Scene) -> None:
         conditions, physics = scene.recordings.conditions, scene.bench.physics
-        self.scene, self.fine = scene, scene.settings.fine_knots
-        self.finer: Mapping[Pair, int] = {}
-        self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
-        self.counted = scene.slipping | scene.locked  # the torque jumps between
-        self.inertia, self.coulomb, self.viscous = (scene.value(name) for name in self.random[:3])
-        self.motor = conditions.motor_speed
+        self._time, self._step, self._given_torque = scene.time, scene.step, scene.given_torque
+        self._inertia, self._coulomb, self._viscous = (
+            scene.value(name) for name in ("input_inertia", "input_coulomb", "input_viscous"))
+        self._motor = conditions.motor_speed
         initial, column = initial_input_speed(physics.curves, np.tile(scene.base, (len(scene), 1)), conditions)
         self._initial = initial[np.arange(len(scene)), column]
-        self._drive = Drive.of(physics.curves, self.motor, scene.smooth[self.signal])
-        self._levels = drifting_columns(self.motor, scene.run)
-        self.fixed: tuple[str, ...] = ("clock", "sag", *(f"motor {i}" for i in range(self._levels.shape[1])),
-                                       *(f"converter {i}" for i in range(KNOTS)))
-        self.fixed_std = np.array([scene.step, _SAG_WITHIN, *[CONDITIONS_WITHIN] * self._levels.shape[1],
-                                   *[CONVERTER_WITHIN] * KNOTS])
-        self.widest = np.array([0.1, 0.1, 0.1, 0.05, 0.5, 0.05])
-        self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
-        self._spike = lock_spike(scene)
-        self._kick = scene.smooth["output_torque"].max() / scene.gear  # N m
-        self._shared = np.zeros(len(self.fixed))
-        self._torques: dict[tuple[Pair, int], np.ndarray] = {}
-        self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
-        nominal = np.zeros((len(scene), len(self.random)))
-        self._speed = self.clean(nominal)
-        self._about = self._linearised(nominal)
+        self._drive = Drive.of(physics.curves, self._motor, scene.smooth["input_speed"])
+        self._levels = drifting_columns(self._motor, scene.run)
+        count = self._levels.shape[1]
+        self.shared = ("sag", *(f"motor {i}" for i in range(count)), *(f"converter {i}" for i in range(KNOTS)))
+        self.shared_std = (_SAG_WITHIN, *[CONDITIONS_WITHIN] * count, *[CONVERTER_WITHIN] * KNOTS)
+        self._kick = scene.smooth["output_torque"].max() / scene.gear * lock_spike(scene)  # N m
+        self.at(np.zeros(len(self.shared)))
 
     def at(self, shared: np.ndarray) -> None:
-        """Set what engagements share, (p,): delay of the clock in s, sag, errors of motor speeds and converter."""
-        self._shared = shared
+        """Set what engagements share, (p,)."""
+        self._sag, self._level_errors, self._errors = float(shared[0]), shared[1:-KNOTS], shared[-KNOTS:]
 
-    def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
-        torque = self.torque / self.scene.gear
-        self._read = true_torque(self.scene, laws, self.finer)
-        self._speed = reference = self._turned(points, laws, self._read)
-        self._steep = steepness(self.scene, self._read, laws, self.finer)
-        for pair, coefficients in laws:
-            if _is_lag(pair):
-                torque = torque - self._lagging(pair, reference, coefficients)
-            elif not _is_reading(pair):
-                torque = torque - coefficients @ self._given_by(pair)
-        speed = self._integrated(points, torque - points[:, 4, None] * self._kick * self._spike)
-        self._about = self._linearised(points)
-        speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
-        return np.asarray(speed + self._shared[0] * bases.late(reference, self.scene.time))
+    def kick(self, points: np.ndarray) -> np.ndarray:
+        """The torque (n, k) in N m that brakes the shaft at lock-up."""
+        return np.asarray(points[:, 4, None] * self._kick)
 
-    def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without a kick.
-        """
-        return self._turned(points, laws, true_torque(self.scene, laws, self.finer))
-
-    def _turned(self, points: np.ndarray, laws: Laws, true: np.ndarray) -> np.ndarray:
-        """The speed (n, k) in rad/s under the `true` torque (n, k) in N m behind the gear."""
-        torque = self._against(laws, true)
-        speed = self._integrated(points, torque)
-        # The lagging torque is that at the speed that it leads to, which is found by iteration.
-        for _ in range(_ROUNDS if any(_is_lag(pair) for pair, _ in laws) else 0):
-            speed = self._integrated(points, torque - self._late(laws, speed))
-        return speed
-
-    def _against(self, laws: Laws, true: np.ndarray) -> np.ndarray:
-        """The torque (n, k) in N m against the motion, without losses and lags of the converter."""
-        torque = true / self.scene.gear
-        for pair, coefficients in laws:
-            if not _is_lag(pair) and pair[0] in _ON_SHAFT:
-                torque = torque - coefficients @ self._given_by(pair)
-        return np.asarray(torque)
-
-    def _late(self, laws: Laws, speed: np.ndarray) -> np.ndarray:
-        """The torque (n, k) in N m by which those of the laws that are lags drive the shaft more, at `speed` (n, k)."""
-        late = [self._lagging(pair, speed, coefficients) for pair, coefficients in laws if _is_lag(pair)]
-        return np.asarray(np.sum(late, axis=0)) if late else np.zeros(speed.shape)
-
-    def noise(self, points: np.ndarray) -> BlockNoise:
-        """That of the speed sensor, and the integrated one of the torque sensor, where `base` was called last."""
-        (std, rho), (input_std, input_rho) = (self.scene.noise[name] for name in ("input_speed", "output_torque"))
-        step, about = self.scene.step, self._about
-        return BlockNoise(std, rho, input_std / self.scene.gear, input_rho, np.exp(-about.rate * step),
-                          np.broadcast_to(step / about.inertia, about.rate.shape))
-
-    def true_speed(self, predicted: np.ndarray) -> np.ndarray:
-        """The `predicted` speed (n, k) in rad/s without the integrated noise of the torque."""
-        return with_walk(predicted, self.measured, self.counted, self.noise(predicted))
-
-    def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
-        speed, about, one = self._speed, self._about, np.ones(self.torque.shape)
-        losses = self.coulomb * (1 + points[:, 1:2]) + self.viscous * (1 + points[:, 2:3]) * speed
-        against = self._against(laws, self._read) - self._late(laws, speed)
-        net = about.converter.torque + self.scene.given_torque[:, None] - losses - against
-        own = self._respond(np.stack([-net / (1 + points[:, :1]), -self.coulomb * one, -self.viscous * speed,
-                                      about.converter.motor, self._kick * self._spike], axis=1))
-        decay = np.exp(-np.cumsum(about.rate * self.scene.step, axis=1))
-        start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
-        own[:, 3] += start  # the shaft turns with the motor before the plates meet
-        hats = bases.hats(about.converter.ratio, self._drive.knots)
-        factor = 1 + self._shared[-KNOTS:] @ hats
-        now = about.converter
-        sag, converter = -now.motor * now.pump, (now.torque / factor)[:, None] * hats
-        fixed = self._respond(np.concatenate([sag[:, None], converter], axis=1))
-        own = np.concatenate([own, start[:, None]], axis=1)
-        own, fixed = (sensor_errors.as_read(self.scene, one, speed, laws, SENSOR, self.finer) for one in (own, fixed))
-        clock = bases.late(speed, self.scene.time)
-        fixed = np.concatenate([clock[:, None], fixed[:, :1], own[:, 3:4] * self._levels[:, :, None], fixed[:, 1:]],
-                               axis=1)
-        return own, fixed
-
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""
-        return self.columns(points, laws, predicted)[1]
-
-    def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
-        """Relative errors (n,) of the stated motor speeds."""
-        return {"motor_speed": self._levels @ shared[2:2 + self._levels.shape[1]]}
-
-    def converter(self, shared: np.ndarray) -> Converter:
-        """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
-        return self._drive.corrected(float(np.sqrt(np.mean(self.motor**2))), shared[1], shared[-KNOTS:])
-
-    def pairs(self, rare: bool = False) -> list[Pair]:
-        """Laws of torques on the shaft, of the converter, and of both sensors."""
-        signals = dict.fromkeys((*_SIGNALS, *WITHIN)) if rare else _SIGNALS
-        of_converter = (*_OF_CONVERTER, *((*WITHIN, "motor speed") if rare else ()))
-        return [*(("input torque", on) for on in (*signals, *self.scene.channels) if self.scene.knows(on)),
-                *(("converter torque", on) for on in (*of_converter, *self.scene.channels) if self.scene.knows(on)),
-                *((_CHANGING_LAG, on) for on in (OVER if rare else ()) if self.scene.knows(on)),
-                *sensor_errors.pairs_of(self.scene, rare, "input speed sensor", "output torque sensor")]
-
-    def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Changes (n, m, k) in rad/s with the coefficients of a law."""
-        if _is_reading(pair):
-            return self._reading(pair, self._speed)
-        torque = self._torque(pair, self._speed, laws) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
-        return sensor_errors.as_read(self.scene, self._respond(torque), self._speed, laws, SENSOR, self.finer)
-
-    def law(self, pair: Pair) -> LawMap:
-        """The values of a law: an input torque drives the shaft, an error is what a sensor reads too much.
-
-        A law of the converter but its lag is relative.
-        """
-        scene, (quantity, on), finer = self.scene, pair, self.finer.get(pair, 0)
-        if quantity.endswith("sensor"):
-            return of_sensor(pair, scene, finer)
-        if pair == _LAG:
-            return mean_lag(scene, finer)
-        of_converter = quantity == "converter torque"
-        if of_converter and on in scene.of_runs:
-            return over_runs(pair, scene, finer, relative=True)
-        if of_converter:
-            return over(pair, self._knots_of(pair), np.eye(fineness(self, pair)), relative=True)
-        unit = self._unit(quantity)
-        if on in scene.of_runs:
-            return over_runs(pair, scene, finer, unit, centred=False)
-        sign = 1.0 if quantity == _CHANGING_LAG else -1.0
-        return over(pair, self._knots_of(pair), sign * unit * np.eye(fineness(self, pair)))
-
-    def _unit(self, quantity: str) -> float:
-        """Unit of a lag in s, or of an input torque in N m, so that coefficients are about 1."""
-        return lag_unit(self.scene) if quantity == _CHANGING_LAG else self.scene.typical_torque / self.scene.gear
-
-    def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
-        """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
-
-    def _torque(self, pair: Pair, speed: np.ndarray, laws: Laws) -> np.ndarray:
-        """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
-        if pair == _LAG:
-            return lag_columns(self.scene, self._driven_at(speed), self.finer.get(pair, 0))
-        if _is_lag(pair):
-            basis = self._given_by(pair)
-            held = next((c for law, c in laws if law == pair), np.zeros(basis.shape[1]))
-            return trailing_columns(self._driven_at(speed), held @ basis, basis, self.scene.step)
-        return self._given_by(pair)
-
-    def _lagging(self, pair: Pair, speed: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """The torque (n, k) in N m by which a lagging converter drives the shaft more, at `speed` (n, k)."""
-        torque = self._driven_at(speed)
-        if pair == _LAG:
-            return lagging(self.scene, torque, coefficients, self.finer.get(_LAG, 0))
-        return trailing(torque, coefficients @ self._given_by(pair), self.scene.step)
-
-    def _driven_at(self, speed: np.ndarray) -> np.ndarray:
-        """Torque (n, k) in N m of the nominal converter at `speed` (n, k)."""
-        return self._drive.torque(speed, self.motor[:, None])
-
-    def _given_by(self, pair: Pair) -> np.ndarray:
-        """Torques (n, m, k) in N m that do not depend on the speed that they lead to, or lags (n, m, k) in s.
-
-        Most are computed once.
-        """
-        if pair == TORQUE_GAIN:
-            return sensor_errors.reading(self.scene, *pair, self._read, self.finer.get(pair, 0)) / self.scene.gear
-        key = pair, fineness(self, pair)
-        if key not in self._torques:
-            self._torques[key] = self._over_signals(pair)
-        return self._torques[key]
-
-    def _over_signals(self, pair: Pair) -> np.ndarray:
-        scene, (quantity, on) = self.scene, pair
-        measured = scene.smooth["input_speed"]
-        if quantity == "output torque sensor":
-            torque = scene.smooth["output_torque"]
-            return sensor_errors.reading(scene, *pair, torque, self.finer.get(pair, 0)) / scene.gear
-        of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
-        size = (self._drive.torque(measured, self.motor[:, None]) if of_converter
-                else np.full(measured.shape, self._unit(quantity)))
-        if on in scene.of_runs:
-            between = scene.between(on, of_converter, self.finer.get(pair, 0))
-            return np.asarray(size[:, None] * between[:, :, None])
-        hats = bases.hats(scene.abscissa(on), self._knots_of(pair))
-        return np.asarray((-size if quantity == "input torque" else size)[:, None] * hats)
-
-    def _knots_of(self, pair: Pair) -> np.ndarray:
-        """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""
-        x, spaced = self.scene.abscissa(pair[1]), bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
-        return spaced(x, np.ones(x.shape, bool), fineness(self, pair))
-
-    def _motor(self, points: np.ndarray) -> np.ndarray:
-        """Motor speed (n,) in rad/s without sag."""
-        return np.asarray(self.motor * (1 + self._levels @ self._shared[2:-KNOTS]) * (1 + points[:, 3]))
-
-    def _linearised(self, points: np.ndarray) -> Linearised:
-        """The equation about the speed without noise, which would be a bias where the converter's curve bends."""
-        now = self._drive.at(self._speed, self._motor(points)[:, None], self._shared[1], self._shared[-KNOTS:])
-        inertia = (self.inertia * (1 + points[:, 0]))[:, None]
-        rate = (self.viscous * (1 + points[:, 2]))[:, None] / inertia - now.slope / inertia
-        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), now)
-
-    def _integrated(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Speed (n, k) in rad/s against the clutch torque (n, k) in N m on the input side."""
-        speed, drive, motor = np.empty(torque.shape), self._drive, self._motor(points)
-        ratio, tables = drive.ratios, drive.tables(self._shared[-KNOTS:])
-        start = self._initial * motor / self.motor * (1 + points[:, 5])
-        drive_torque = self.scene.given_torque - self.coulomb * (1 + points[:, 1])
-        viscous, inertia = self.viscous * (1 + points[:, 2]), self.inertia * (1 + points[:, 0])
+    def turned(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Speed (n, k) in rad/s against a torque (n, k) in N m."""
+        speed, drive, motor = np.empty(torque.shape), self._drive, self._motor_at(points)
+        ratio, tables = drive.ratios, drive.tables(self._errors)
+        start = self._initial * motor / self._motor * (1 + points[:, 5])
+        drive_torque = self._given_torque - self._coulomb * (1 + points[:, 1])
+        viscous, inertia = self._viscous * (1 + points[:, 2]), self._inertia * (1 + points[:, 0])
 
         def turned(its: slice) -> None:
-            turn(self.scene.time, torque[its], start[its], motor[its], drive_torque[its], viscous[its], inertia[its],
-                 ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]), *tables, self._shared[1] / drive.largest, _STEPS,
+            turn(self._time, torque[its], start[its], motor[its], drive_torque[its], viscous[its], inertia[its],
+                 ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]), *tables, self._sag / drive.largest, _STEPS,
                  speed[its])
 
         mapped(turned, parts_of(len(torque)))
         return speed
 
-    def _respond(self, torque: np.ndarray) -> np.ndarray:
-        """Change (n, p, k) in rad/s under further torques (n, p, k) in N m."""
-        return first_order(self.scene.time, torque / self._about.inertia[:, None], self._about.rate)
+    def about(self, points: np.ndarray, speed: np.ndarray) -> Linearised:
+        """The equation about a `speed` (n, k) in rad/s."""
+        now = self._drive.at(speed, self._motor_at(points)[:, None], self._sag, self._errors)
+        inertia = (self._inertia * (1 + points[:, 0]))[:, None]
+        rate = (self._viscous * (1 + points[:, 2]))[:, None] / inertia - now.slope / inertia
+        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), now)
 
+    def responded(self, torque: np.ndarray, about: Linearised) -> np.ndarray:
+        """Change (n, p, k) in rad/s under torques (n, p, k) in N m that drive the shaft further."""
+        return first_order(self._time, torque / about.inertia[:, None], about.rate)
 
-def _is_reading(pair: Pair) -> bool:
-    return pair[0] == SENSOR
+    def columns(self, points: np.ndarray, speed: np.ndarray, about: Linearised,
+                torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with what engagements share.
 
+        `about` is the equation about the `speed` (n, k) against the `torque` (n, k) in N m.
+        """
+        now, one = about.converter, np.ones(speed.shape)
+        losses = self._coulomb * (1 + points[:, 1:2]) + self._viscous * (1 + points[:, 2:3]) * speed
+        net = now.torque + self._given_torque[:, None] - losses - torque
+        own = self.responded(np.stack([-net / (1 + points[:, :1]), -self._coulomb * one, -self._viscous * speed,
+                                       now.motor, self._kick], axis=1), about)
+        decay = np.exp(-np.cumsum(about.rate * self._step, axis=1))
+        start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
+        own[:, 3] += start  # the shaft turns with the motor before the plates meet
+        hats = bases.hats(now.ratio, self._drive.knots)
+        sag, converter = -now.motor * now.pump, (now.torque / (1 + self._errors @ hats))[:, None] * hats
+        fixed = self.responded(np.concatenate([sag[:, None], converter], axis=1), about)
+        levels = own[:, 3:4] * self._levels[:, :, None]
+        return (np.concatenate([own, start[:, None]], axis=1),
+                np.concatenate([fixed[:, :1], levels, fixed[:, 1:]], axis=1))
 
-def _is_lag(pair: Pair) -> bool:
-    return with_constant_lag(pair) == _LAG
+    def level_errors(self, shared: np.ndarray) -> np.ndarray:
+        """Relative errors (n,) of the stated motor speeds."""
+        return np.asarray(self._levels @ shared[1:-KNOTS])
+
+    def converter(self, shared: np.ndarray) -> Converter:
+        """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
+        return self._drive.corrected(float(np.sqrt(np.mean(self._motor**2))), shared[0], shared[-KNOTS:])
+
+    def driven_at(self, speed: np.ndarray) -> np.ndarray:
+        """Torque (n, k) in N m of the nominal converter at a `speed` (n, k)."""
+        return self._drive.torque(speed, self._motor[:, None])
+
+    def _motor_at(self, points: np.ndarray) -> np.ndarray:
+        """Motor speed (n,) in rad/s without sag."""
+        return np.asarray(self._motor * (1 + self._levels @ self._level_errors) * (1 + points[:, 3]))

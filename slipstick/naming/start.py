@@ -19,6 +19,7 @@ from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.forward import forward, lacks_something
+from slipstick.naming.input import InputBlock
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.parameters import converter_of, parameters_of
@@ -28,7 +29,6 @@ from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, is_unexplained
-from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.needed import open_blocks
 

@@ -10,13 +10,13 @@ from slipstick.clutch.effects.effect import SENSORS
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Block
 from slipstick.naming.contact import ContactBlock
+from slipstick.naming.input import InputBlock
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.piston_laws import of_plates
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS

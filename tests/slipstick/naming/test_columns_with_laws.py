@@ -10,8 +10,8 @@ from slipstick.clutch.model import Model
 from slipstick.naming import mechanics, sensor_errors
 from slipstick.naming.block import Block, Pair
 from slipstick.naming.fit import fit
+from slipstick.naming.input import InputBlock
 from slipstick.naming.scene import Scene
-from slipstick.naming.shaft import InputBlock
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 from tests.slipstick.naming.test_together import FIRST, TIME, Line, two

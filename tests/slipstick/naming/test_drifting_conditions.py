@@ -7,9 +7,9 @@ import pytest
 
 from slipstick.clutch.model import Model
 from slipstick.naming.fit import fit
+from slipstick.naming.input import InputBlock
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.scene import Scene
-from slipstick.naming.shaft import InputBlock
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
 

@@ -10,9 +10,9 @@ from slipstick.naming.block import Pair
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import fit
 from slipstick.naming.full_fits import to_the_end, tried
+from slipstick.naming.input import InputBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.shaft import InputBlock
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings import Recordings
 from tests.validation.hidden import cases, files

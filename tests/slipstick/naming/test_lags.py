@@ -6,8 +6,8 @@ import pytest
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.naming.converter_lag import lag_columns, lagging
+from slipstick.naming.input import InputBlock
 from slipstick.naming.lags import late_by, mixed
-from slipstick.naming.shaft import InputBlock
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 

@@ -8,8 +8,8 @@ import scipy
 from slipstick.clutch.model import Model
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import BlockFit, fit
+from slipstick.naming.input import InputBlock
 from slipstick.naming.scene import Scene
-from slipstick.naming.shaft import InputBlock
 from slipstick.naming.start import _first
 from tests.benches import COMPACT
 from tests.slipstick.naming.engagements import scene_of

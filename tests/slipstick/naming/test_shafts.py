@@ -6,10 +6,10 @@ import pytest
 from slipstick.clutch.model import Model
 from slipstick.naming import load
 from slipstick.naming.block import Pair
+from slipstick.naming.input import InputBlock
 from slipstick.naming.linear_model import columns_of, predict
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.scene import Scene
-from slipstick.naming.shaft import InputBlock
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
 
