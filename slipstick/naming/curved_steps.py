@@ -157,5 +157,6 @@ def _terms_of(block: SearchedBlock, values: Values, variance: np.ndarray, noise:
               rows: np.ndarray) -> np.ndarray:
     """The two terms (n,) of the engagements `rows` (n,); infinite for the others."""
     found = np.full(len(rows), np.inf)
-    found[rows] = squares_of(block, block.part(values.points, values.shared, values.laws, rows), noise, rows)
+    its = slice(None) if rows.all() else rows  # a mask copies the filter of the noise
+    found[its] = squares_of(block, block.part(values.points, values.shared, values.laws, rows), noise, its)
     return np.asarray(found + scatter_of(values, variance))

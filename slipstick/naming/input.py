@@ -17,7 +17,7 @@ from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
 from slipstick.naming.mechanics import KNOWN, TORQUE_GAIN, steepness, true_torque, with_walk
 from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
 from slipstick.naming.shaft import Shaft
-from slipstick.naming.varying_lag import OVER, trailing, trailing_columns, with_constant_lag
+from slipstick.naming.varying_lag import OVER, Trail, trailing, with_constant_lag
 
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
@@ -189,7 +189,7 @@ class InputBlock:
         if _is_lag(pair):
             basis = self._given_by(pair)
             held = next((c for law, c in laws if law == pair), np.zeros(basis.shape[1]))
-            return trailing_columns(self._shaft.driven_at(speed), held @ basis, basis, self.scene.step)
+            return Trail.of(held @ basis, self.scene.step).columns(self._shaft.driven_at(speed), basis)
         return self._given_by(pair)
 
     def _lagging(self, pair: Pair, speed: np.ndarray, coefficients: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ parameters, so that start values are searched (`search`) and its columns are fin
 """
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -19,7 +20,7 @@ from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
 from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
-from slipstick.naming.varying_lag import trailing, trailing_columns
+from slipstick.naming.varying_lag import Trail
 from slipstick.threads import mapped, parts_of
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
@@ -37,6 +38,13 @@ _FACTORS = ("friction", "film")
 _EMPTY = np.zeros(0)
 Late = Callable[[float], np.ndarray]
 """The pressure (n, k) in bar of so many s before each sample."""
+
+
+class _Added(NamedTuple):
+    """What laws add to each quantity of `ADDED`, (n, k), and the lag of the friction, if it has any."""
+
+    sums: dict[str, np.ndarray]
+    lag: Trail | None
 
 
 class ClutchBlock:
@@ -64,7 +72,7 @@ class ClutchBlock:
         self.counted = scene.slipping
         self.in_contact = Contact(*np.zeros((4, *pressure.shape)))
         self.modes: np.ndarray | None = None
-        self._sums: tuple[list[tuple[PistonLaw, bytes]], dict[str, np.ndarray]] | None = None
+        self._sums: tuple[list[tuple[PistonLaw, bytes]], _Added] | None = None
         self._set(0.0)
         self.end = last_of(self.counted)
         self.fixed_std, self.bounds = np.array([scene.step]), np.array([[-np.inf], [np.inf]])
@@ -187,8 +195,8 @@ class ClutchBlock:
                                            parts_of(len(points))))
         elif law.kind == "lag":
             at_once = self._closed(points, [one for one in laws if self._law(one[0]).kind != "lag"], self.end)[0]
-            change = trailing_columns(at_once, self._added(laws)["lag"], bases.delayed(law.basis, late),
-                                      self.scene.step)
+            lag = Trail.of(self._added(laws).sums["lag"], self.scene.step)
+            change = lag.columns(at_once, bases.delayed(law.basis, late))
         else:
             if law.kind in ADDED:
                 moved = mapped(lambda its: self._closed(points, laws, self.end, law.kind, _LAW_STEP * its)[0],
@@ -237,7 +245,7 @@ class ClutchBlock:
         """
         values = np.tile(self._nominal, (len(points), 1))
         values[:, self._own] *= 1 + self._all(points)
-        added = self._added(laws)
+        added, lag = self._added(laws)
         if kind:
             added = {**added, kind: added[kind] + more}
         tables, drag = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0
@@ -254,8 +262,8 @@ class ClutchBlock:
               added["chamber"], added["gain"], added["clearance"], added["friction"], added["film"],
               added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
               torque, position)
-        if added["lag"].any():
-            torque = torque + trailing(torque, added["lag"], self.scene.step)
+        if lag is not None:
+            torque = torque + lag.change(torque)
         return torque, position
 
     def _read(self, torque: np.ndarray, laws: Laws) -> np.ndarray:
@@ -271,20 +279,21 @@ class ClutchBlock:
         its = [(pair, (_SENSOR, pair[1]), c) for pair, c in laws if self._law(pair).kind == "reading"]
         return [(error, c) for _, error, c in its], {error: self.finer.get(pair, 0) for pair, error, _ in its}
 
-    def _added(self, laws: Laws) -> dict[str, np.ndarray]:
-        """What laws add to each quantity of `ADDED`, (n, k): kept, because columns are differences at the same laws."""
+    def _added(self, laws: Laws) -> _Added:
+        """What laws add: kept, because columns are differences at the same laws."""
         its = [(self._law(pair), c) for pair, c in laws]
         its = [(law, c) for law, c in its if law.kind in ADDED]
         key = [(law, c.tobytes()) for law, c in its]
-        sums = self._sums  # which another thread may replace
-        if sums is None or sums[0] != key:
+        known = self._sums  # which another thread may replace
+        if known is None or known[0] != key:
             found, nothing = dict[str, np.ndarray](), np.zeros(self.pressure.shape)
             for law, c in its:
                 found[law.kind] = found.get(law.kind, nothing) + c @ law.basis
             late = self.clock / self.scene.step
             delayed = {kind: bases.delayed(one, late) for kind, one in found.items()}
-            self._sums = sums = key, {**dict.fromkeys(ADDED, nothing), **delayed}
-        return sums[1]
+            lag = Trail.of(delayed["lag"], self.scene.step) if "lag" in delayed and delayed["lag"].any() else None
+            self._sums = known = key, _Added({**dict.fromkeys(ADDED, nothing), **delayed}, lag)
+        return known[1]
 
 
 def _run_length(values: np.ndarray) -> np.ndarray:

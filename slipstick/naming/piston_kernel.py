@@ -17,16 +17,27 @@ NAMES = ("piston_pressure_rate", "piston_pressure", "piston_inertia", "piston_re
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _table(x, at, value):  # type: ignore[no-untyped-def]
-    m = len(at)
+def _table(at, value):  # type: ignore[no-untyped-def]
+    """Points, values and slopes (3, m) of a table, whose division would be what a step waits for."""
+    table = np.zeros((3, len(at)))
+    table[0], table[1] = at, value
+    for j in range(len(at) - 1):
+        table[2, j] = (value[j + 1] - value[j]) / (at[j + 1] - at[j])
+    return table
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _at(x, table, cell):  # type: ignore[no-untyped-def]
+    """The value at x of a table that is constant beyond its ends, and its cell, searched from another one on."""
+    m = table.shape[1]
     if m == 0:
-        return 0.0
-    if x <= at[0]:
-        return value[0]
-    for j in range(1, m):
-        if x < at[j]:
-            return value[j - 1] + (value[j] - value[j - 1]) * (x - at[j - 1]) / (at[j] - at[j - 1])
-    return value[m - 1]
+        return 0.0, 0
+    within = min(max(x, table[0, 0]), table[0, m - 1])
+    while cell < m - 2 and within >= table[0, cell + 1]:
+        cell += 1
+    while within < table[0, cell]:
+        cell -= 1
+    return table[1, cell] + table[2, cell] * (within - table[0, cell]), cell
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -40,58 +51,49 @@ def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change,
     position (`place`) at some points; or the `drag` in m/s. A sample has `sub` steps. A signal at a sample is that of
     `late` s before: the piston leaves its initial position, which it has at the command, that much later.
     """
-    k = pressure.shape[1]
-    driven, extra = np.empty(k * sub), np.empty(k * sub)
+    driven, rates, places = np.empty(pressure.shape[1]), _table(rate_at, rate_value), _table(place_at, place_value)
     for i in range(len(p)):
-        last = min(end[i], k)
+        last = min(end[i], len(driven))
         if last == 0:
             continue
-        _inputs(sub, last, p[i, 0] / p[i, 2], p[i, 1] / p[i, 2], p[i, 4], pressure[i], change[i], chamber[i],
-                rate_extra[i], driven, extra)
-        _move(step, sub, late, last, p[i, 7], p[i, 3] / p[i, 2], driven, extra, rate_at, rate_value, place_at,
-              place_value, drag, position[i])
+        a, b = p[i, 0] / p[i, 2], p[i, 1] / p[i, 2]
+        for t in range(last):
+            driven[t] = b * (pressure[i, t] + chamber[i, t] - p[i, 4]) + a * change[i, t]
+        _move(step, sub, late, last, p[i, 7], p[i, 3] / p[i, 2], driven, rate_extra[i], rates, places, drag,
+              position[i])
         _press(last, p[i], pressure[i], slip[i], chamber[i], gain_change[i], clearance[i], friction_change[i],
                film_change[i], torque[i], position[i])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _inputs(sub, last, a, b, bias, pressure, change, chamber, rate_extra, driven, extra):  # type: ignore[no-untyped-def]
-    """Fill the rate that the pressure gives and `extra` at every step, `sub` of them between two samples."""
-    for t in range(last - 1):
-        for j in range(sub):
-            w = j / sub
-            driven[t * sub + j] = b * (pressure[t] * (1 - w) + pressure[t + 1] * w
-                                       + chamber[t] * (1 - w) + chamber[t + 1] * w - bias) \
-                + a * (change[t] * (1 - w) + change[t + 1] * w)
-            extra[t * sub + j] = rate_extra[t] * (1 - w) + rate_extra[t + 1] * w
-    end = (last - 1) * sub
-    driven[end] = b * (pressure[last - 1] + chamber[last - 1] - bias) + a * change[last - 1]
-    extra[end] = rate_extra[last - 1]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _move(step, sub, late, last, x, d, driven, extra, rate_at, rate_value, place_at,  # type: ignore[no-untyped-def]
-          place_value, drag, position):
-    """Fill `position` with x at the samples."""
-    is_linear = drag <= 0 and len(rate_at) == 0 and len(place_at) == 0
+def _move(step, sub, late, last, x, d, driven, extra, rates, places, drag, position):  # type: ignore[no-untyped-def]
+    """Fill `position` with x at the samples, between which the rate that the pressure gives and `extra` are linear."""
+    is_linear = drag <= 0 and rates.size == 0 and places.size == 0
+    per, rate_cell, place_cell = 1 / sub, 0, 0
     position[0] = x
     for t in range(last - 1):
         # From the command on; where signals are read early, the first step has what lies before it.
-        h = min(max((t + 1) * step - late, 0.0), step if t > 0 else 2 * step) / sub
+        h = per * min(max((t + 1) * step - late, 0.0), step if t > 0 else 2 * step)
         decay, kept = 1 - h * d * (1 - 0.5 * h * d), 1 - h * d
-        for j in range(t * sub, t * sub + sub):
+        rise, more = per * (driven[t + 1] - driven[t]), per * (extra[t + 1] - extra[t])
+        for j in range(sub):
+            now, added = driven[t] + j * rise, extra[t] + j * more
             if is_linear:  # the same step, in which only one product waits for the last one
-                x = decay * x + 0.5 * h * ((driven[j] + extra[j]) * kept + driven[j + 1] + extra[j + 1])
+                x = decay * x + 0.5 * h * ((now + added) * kept + now + rise + added + more)
                 continue
-            v0 = driven[j] - d * x
+            v0 = now - d * x
             if drag > 0:
                 v0 = v0 - drag * v0 / np.sqrt(v0 * v0 + drag * drag)
-            r0 = v0 * (1 + _table(v0, rate_at, rate_value)) + _table(x, place_at, place_value) + extra[j]
+            rate, rate_cell = _at(v0, rates, rate_cell)
+            place, place_cell = _at(x, places, place_cell)
+            r0 = v0 * (1 + rate) + place + added
             y = x + h * r0
-            v1 = driven[j + 1] - d * y
+            v1 = now + rise - d * y
             if drag > 0:
                 v1 = v1 - drag * v1 / np.sqrt(v1 * v1 + drag * drag)
-            r1 = v1 * (1 + _table(v1, rate_at, rate_value)) + _table(y, place_at, place_value) + extra[j + 1]
+            rate, rate_cell = _at(v1, rates, rate_cell)
+            place, place_cell = _at(y, places, place_cell)
+            r1 = v1 * (1 + rate) + place + added + more
             x = x + 0.5 * h * (r0 + r1)
         position[t + 1] = x
 
