@@ -3,6 +3,8 @@
 import numpy as np
 from numba import njit
 
+from slipstick.threads import mapped, parts_of
+
 _OUTERMOST = 0.001
 """Share of the values beyond the outermost knots, so that a few odd samples do not place them."""
 
@@ -123,6 +125,25 @@ def _delay(signal, late, found):  # type: ignore[no-untyped-def]
         for t in range(begin, end):
             found[i, t] = signal[i, t - whole] * (1 - share) + signal[i, t - whole + 1] * share
         found[i, end:] = signal[i, -1]
+
+
+def delayed_times(basis: np.ndarray, late: float, factor: np.ndarray) -> np.ndarray:
+    """`factor` (n, k) times the columns of a `basis` (n, m, k) that are `late` samples, as `delayed` ones are.
+
+    In one pass: the basis of a law with many knots does not fit into a cache.
+    """
+    found = np.empty(basis.shape)
+    mapped(lambda its: _delay_times(basis[its], late, factor[its], found[its]), parts_of(len(basis)))
+    return found
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _delay_times(basis, late, factor, found):  # type: ignore[no-untyped-def]
+    for i in range(basis.shape[0]):
+        _delay(basis[i], late, found[i])
+        for j in range(basis.shape[1]):
+            for t in range(basis.shape[2]):
+                found[i, j, t] *= factor[i, t]
 
 
 def late(signal: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from slipstick.naming.piston_kernel import NAMES, close
 from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.varying_lag import Trail
-from slipstick.threads import mapped, parts_of
+from slipstick.threads import mapped
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
        "film_coefficient", "ramp_share")
@@ -191,8 +191,7 @@ class ClutchBlock:
         if law.kind in _FACTORS:
             # The torque is proportional to the factor of the friction, or of the film, that the law changes.
             factor = self._closed(points, laws, self.end, law.kind, np.ones(torque.shape))[0] - torque
-            change = np.concatenate(mapped(lambda its: factor[its, None] * bases.delayed(law.basis[its], late),
-                                           parts_of(len(points))))
+            change = bases.delayed_times(law.basis, late, factor)
         elif law.kind == "lag":
             at_once = self._closed(points, [one for one in laws if self._law(one[0]).kind != "lag"], self.end)[0]
             lag = Trail.of(self._added(laws).sums["lag"], self.scene.step)
