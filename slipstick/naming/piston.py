@@ -5,7 +5,7 @@ parameters, so that start values are searched (`search`) and its columns are fin
 """
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -19,6 +19,7 @@ from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
 from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
+from slipstick.naming.piston_tangent import KINDS, respond
 from slipstick.naming.scene import Scene
 from slipstick.naming.varying_lag import Trail
 from slipstick.threads import mapped
@@ -119,7 +120,8 @@ class ClutchBlock:
     def contact(self, points: np.ndarray) -> Contact:
         """How long the plates of each engagement have touched, and what heats them."""
         torque, position = self._closed(points, (), self.end)
-        film, _ = self._closed(points, (), self.end, "friction", -np.ones(torque.shape))
+        nothing = self._added(()).sums
+        film, _ = self._at_once(points, (), self.end, {**nothing, "friction": nothing["friction"] - 1})
         stroke, step = self.scene.value("contact_position"), self.scene.step
         width = stroke * self.scene.value("ramp_share") * (1 + self._all(points)[:, OWN.index("ramp_share"), None])
         beyond = np.arange(position.shape[1]) >= self.end[:, None]  # where the plates, once locked, still touch
@@ -186,24 +188,27 @@ class ClutchBlock:
             return sensor_errors.reading(self.scene, _SENSOR, pair[1], self.base(at, laws), self.finer.get(pair, 0))
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
-        torque = self._closed(points, laws, self.end)[0]
-        late = self.clock / self.scene.step
-        if law.kind in _FACTORS:
-            # The torque is proportional to the factor of the friction, or of the film, that the law changes.
-            factor = self._closed(points, laws, self.end, law.kind, np.ones(torque.shape))[0] - torque
-            change = bases.delayed_times(law.basis, late, factor)
-        elif law.kind == "lag":
-            at_once = self._closed(points, [one for one in laws if self._law(one[0]).kind != "lag"], self.end)[0]
-            lag = Trail.of(self._added(laws).sums["lag"], self.scene.step)
-            change = lag.columns(at_once, bases.delayed(law.basis, late))
-        else:
-            if law.kind in ADDED:
-                moved = mapped(lambda its: self._closed(points, laws, self.end, law.kind, _LAW_STEP * its)[0],
-                               list(bases.delayed(law.basis, late).transpose(1, 0, 2)))
+        torque, late = self._closed(points, laws, self.end)[0], self.clock / self.scene.step
+        added, lag = self._added(laws)
+        if law.kind == "lag":
+            at_once, _ = self._at_once(points, laws, self.end, added)
+            change = Trail.of(added["lag"], self.scene.step).columns(at_once, bases.delayed(law.basis, late))
+        elif law.kind in ADDED:
+            if law.kind in _FACTORS:
+                # The torque is proportional to the factor of the friction, or of the film, that the law changes.
+                more = {**added, law.kind: added[law.kind] + 1}
+                factor = np.subtract(*(self._at_once(points, laws, self.end, one)[0] for one in (more, added)))
+                change = bases.delayed_times(law.basis, late, factor)
             else:
-                held = known.get(pair, np.zeros(law.size))
-                moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
-                               list(_LAW_STEP * np.eye(law.size)))
+                basis = np.ascontiguousarray(bases.delayed(law.basis, late))
+                change = np.empty(basis.shape)
+                respond(*self._arguments(points, laws, self.end, added, KINDS.index(law.kind), basis, change))
+            if lag is not None:
+                change += np.stack([lag.change(one) for one in change.transpose(1, 0, 2)], axis=1)
+        else:
+            held = known.get(pair, np.zeros(law.size))
+            moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
+                           list(_LAW_STEP * np.eye(law.size)))
             change = np.stack([(one - torque) / _LAW_STEP for one in moved], axis=1)
         errors, finer = self._errors(laws)
         return sensor_errors.as_read(self.scene, change, torque, errors, _SENSOR, finer)
@@ -236,17 +241,25 @@ class ClutchBlock:
     def _loading(self) -> Loading:
         return Loading(self.scene, self.pressure, self.in_contact, self.counted, self.fine, self.finer)
 
-    def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray, kind: str = "",
-                more: np.ndarray = _EMPTY) -> tuple[np.ndarray, np.ndarray]:
-        """Torque in N m, as it is, and piston position in m, (n, k) each, up to the samples `end` (n,).
+    def _closed(self, points: np.ndarray, laws: Laws, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Torque in N m, as it is, and piston position in m, (n, k) each, up to the samples `end` (n,)."""
+        added, lag = self._added(laws)
+        torque, position = self._at_once(points, laws, end, added)
+        return torque if lag is None else torque + lag.change(torque), position
 
-        Beside what `laws` add, `more` (n, k) is added to the input of this `kind`.
+    def _at_once(self, points: np.ndarray, laws: Laws, end: np.ndarray,
+                 added: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """The same where the friction does not lag, and `added` is added to the quantities of `ADDED`."""
+        torque, position = np.zeros((2, *self.pressure.shape))
+        close(*self._arguments(points, laws, end, added, torque, position))
+        return torque, position
+
+    def _arguments(self, points: np.ndarray, laws: Laws, end: np.ndarray, added: Mapping[str, np.ndarray],
+                   *others: Any) -> tuple[Any, ...]:
+        """Those of the kernels: the piston up to the samples `end` (n,), with `laws` and what is `added`, and `others`.
         """
         values = np.tile(self._nominal, (len(points), 1))
         values[:, self._own] *= 1 + self._all(points)
-        added, lag = self._added(laws)
-        if kind:
-            added = {**added, kind: added[kind] + more}
         tables, drag = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0
         for pair, c in laws:
             law = self._law(pair)
@@ -255,15 +268,9 @@ class ClutchBlock:
                 tables[law.kind] = law.basis, np.concatenate([[0.0], c * unit])
             elif law.kind == "drag":
                 drag = max(0.0, float(c[0])) * float(law.basis[0])
-        torque, position = np.zeros(self.pressure.shape), np.zeros(self.pressure.shape)
-        pressure, change, slip = self._inputs
-        close(self.scene.step, _SUB, self.clock, end, pressure, change, slip, values,
-              added["chamber"], added["gain"], added["clearance"], added["friction"], added["film"],
-              added["rate_extra"], tables["rate"][0], tables["rate"][1], tables["place"][0], tables["place"][1], drag,
-              torque, position)
-        if lag is not None:
-            torque = torque + lag.change(torque)
-        return torque, position
+        signals = (added[one] for one in ("chamber", "gain", "clearance", "friction", "film", "rate_extra"))
+        return (self.scene.step, _SUB, self.clock, end, *self._inputs, values, *signals, *tables["rate"],
+                *tables["place"], drag, *others)
 
     def _read(self, torque: np.ndarray, laws: Laws) -> np.ndarray:
         """What the sensor reads of a torque (n, k) in N m, with errors that are among the laws."""

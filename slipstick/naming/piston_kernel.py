@@ -17,27 +17,42 @@ NAMES = ("piston_pressure_rate", "piston_pressure", "piston_inertia", "piston_re
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _table(at, value):  # type: ignore[no-untyped-def]
+def table(at, value):  # type: ignore[no-untyped-def]
     """Points, values and slopes (3, m) of a table, whose division would be what a step waits for."""
-    table = np.zeros((3, len(at)))
-    table[0], table[1] = at, value
+    found = np.zeros((3, len(at)))
+    found[0], found[1] = at, value
     for j in range(len(at) - 1):
-        table[2, j] = (value[j + 1] - value[j]) / (at[j + 1] - at[j])
-    return table
+        found[2, j] = (value[j + 1] - value[j]) / (at[j + 1] - at[j])
+    return found
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _at(x, table, cell):  # type: ignore[no-untyped-def]
+def at(x, its, cell):  # type: ignore[no-untyped-def]
     """The value at x of a table that is constant beyond its ends, and its cell, searched from another one on."""
-    m = table.shape[1]
+    m = its.shape[1]
     if m == 0:
         return 0.0, 0
-    within = min(max(x, table[0, 0]), table[0, m - 1])
-    while cell < m - 2 and within >= table[0, cell + 1]:
+    within = min(max(x, its[0, 0]), its[0, m - 1])
+    while cell < m - 2 and within >= its[0, cell + 1]:
         cell += 1
-    while within < table[0, cell]:
+    while within < its[0, cell]:
         cell -= 1
-    return table[1, cell] + table[2, cell] * (within - table[0, cell]), cell
+    return its[1, cell] + its[2, cell] * (within - its[0, cell]), cell
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def rate_of(driven, extra, x, d, drag, rates, places, rate_cell, place_cell):  # type: ignore[no-untyped-def]
+    """The rate of x, its derivatives with x and with the rate that the pressure gives, and the cells of the tables."""
+    v, turn = driven - d * x, 1.0
+    if drag > 0:
+        size = np.sqrt(v * v + drag * drag)
+        v, turn = v * (1 - drag / size), 1 - drag**3 / size**3
+    rate, rate_cell = at(v, rates, rate_cell)
+    place, place_cell = at(x, places, place_cell)
+    bend = rates[2, rate_cell] if rates.size > 0 and rates[0, 0] < v < rates[0, -1] else 0.0
+    spring = places[2, place_cell] if places.size > 0 and places[0, 0] < x < places[0, -1] else 0.0
+    steep = turn * (1 + rate + v * bend)
+    return v * (1 + rate) + place + extra, spring - d * steep, steep, rate_cell, place_cell
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -51,7 +66,7 @@ def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change,
     position (`place`) at some points; or the `drag` in m/s. A sample has `sub` steps. A signal at a sample is that of
     `late` s before: the piston leaves its initial position, which it has at the command, that much later.
     """
-    driven, rates, places = np.empty(pressure.shape[1]), _table(rate_at, rate_value), _table(place_at, place_value)
+    driven, rates, places = np.empty(pressure.shape[1]), table(rate_at, rate_value), table(place_at, place_value)
     for i in range(len(p)):
         last = min(end[i], len(driven))
         if last == 0:
@@ -81,19 +96,9 @@ def _move(step, sub, late, last, x, d, driven, extra, rates, places, drag, posit
             if is_linear:  # the same step, in which only one product waits for the last one
                 x = decay * x + 0.5 * h * ((now + added) * kept + now + rise + added + more)
                 continue
-            v0 = now - d * x
-            if drag > 0:
-                v0 = v0 - drag * v0 / np.sqrt(v0 * v0 + drag * drag)
-            rate, rate_cell = _at(v0, rates, rate_cell)
-            place, place_cell = _at(x, places, place_cell)
-            r0 = v0 * (1 + rate) + place + added
-            y = x + h * r0
-            v1 = now + rise - d * y
-            if drag > 0:
-                v1 = v1 - drag * v1 / np.sqrt(v1 * v1 + drag * drag)
-            rate, rate_cell = _at(v1, rates, rate_cell)
-            place, place_cell = _at(y, places, place_cell)
-            r1 = v1 * (1 + rate) + place + added + more
+            r0, _, _, rate_cell, place_cell = rate_of(now, added, x, d, drag, rates, places, rate_cell, place_cell)
+            r1, _, _, rate_cell, place_cell = rate_of(now + rise, added + more, x + h * r0, d, drag, rates, places,
+                                                      rate_cell, place_cell)
             x = x + 0.5 * h * (r0 + r1)
         position[t + 1] = x
 
