@@ -121,7 +121,9 @@ ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENT
                | OF_NINETEENTH)
 
 
-@pytest.mark.parametrize(("place", "effect"), list(enumerate(OF_EACH_QUANTITY.values())), ids=list(OF_EACH_QUANTITY))
+@pytest.mark.parametrize(("place", "effect"), [
+    pytest.param(place, effect, id=quantity, marks=[pytest.mark.slow] * (place % 4 > 0))
+    for place, (quantity, effect) in enumerate(OF_EACH_QUANTITY.items())])
 def test_an_unseen_effect_is_visible(place: int, effect: Effect) -> None:
     bench = "brisk" if effect in FOURTH else ITS_BENCHES.get(effect.name, ("heavy", "compact"))[place % 2]
     changed = few(bench, **{effect.name: effect.typical})

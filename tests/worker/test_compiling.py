@@ -82,6 +82,7 @@ def test_a_fit_by_simulation_simulates_once_before_its_search(shelf: Path) -> No
     assert seen == []
 
 
+@pytest.mark.slow
 def test_the_image_has_what_jobs_run() -> None:
     _, after = (ROOT / "Dockerfile").read_text().split("NUMBA_CACHE_DIR")
     command = next(line for line in after.splitlines() if "worker.rehearsal" in line).removeprefix("RUN python").split()
