@@ -58,9 +58,10 @@ bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five 
 	@$(BIN)/python -m benchmarks
 
 LISTS := polar austral boreal
-study-blind: setup ## what is named in recordings with hidden effects (some two hours; resumable; LISTS="NAME ...", DASK=ADDRESS)
+EVERY := 3
+study-blind: setup ## what is named in recordings with hidden effects (some two hours; resumable; LISTS="NAME ...", EVERY=1, DASK=ADDRESS)
 	@for list in $(LISTS); do \
-	  $(ONE_THREAD) $(BIN)/python -m benchmarks.naming $$list --again $(if $(DASK),--dask $(DASK)) || exit 1; \
+	  $(ONE_THREAD) $(BIN)/python -m benchmarks.naming $$list $(EVERY) --again $(if $(DASK),--dask $(DASK)) || exit 1; \
 	done
 
 clean: ## remove the environment, the results of the demo, and caches

@@ -86,8 +86,9 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
     while len(found) < _MOST:
         tried = _tried(block, now, settings, ask)
         enough = _enough(tried, now, settings)
-        if enough and not is_unexplained(now.chi2, now.chi2, settings):
-            tried = _best_of([*tried, *_tried(block, now, settings, ask, changing_lags(block))])
+        lags = changing_lags(block, now)
+        if enough and lags and not is_unexplained(now.chi2, now.chi2, settings):
+            tried = _best_of([*tried, *_tried(block, now, settings, ask, lags)])
             enough = _enough(tried, now, settings)
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.

@@ -18,7 +18,7 @@ from slipstick.naming.restarts import annealed, evidence_of, from_common, regain
 from slipstick.naming.selection import is_unexplained
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.torque_lag import OF_FRICTION
-from slipstick.naming.varying_lag import CONSTANT
+from slipstick.naming.varying_lag import CONSTANT, with_constant_lag
 from slipstick.threads import mapped
 
 One = TypeVar("One")
@@ -34,24 +34,29 @@ def shows_closing(pair: Pair) -> bool:
     return pair[0] in _QUANTITIES or pair == OF_FRICTION  # the lag of the torque sensor is the same there
 
 
-def changing_lags(block: Block) -> list[Pair]:
-    """The pairs of lags that change within an engagement, which are asked for where something is missing."""
-    return [pair for pair in block.pairs(rare=True) if pair[0] in CONSTANT]
+def changing_lags(block: Block, now: CurvedFit) -> list[Pair]:
+    """The pairs of lags that change within an engagement, which are asked for where something is missing.
+
+    Beside another law they only follow what few numbers leave of that.
+    """
+    return [] if now.laws else [pair for pair in block.pairs(rare=True) if pair[0] in CONSTANT]
 
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
                     pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> list[tuple[Gain, CurvedFit]]:
     """The fits with the best of the `pairs` that promise something, from `now` and common points.
 
-    By default they are all usual ones, and lags that change where something is missing. Each comes with what its pair
-    gains in the linear model.
+    By default they are all usual ones, but the constant lag beside one that changes, which is the same effect; and lags
+    that change where something is missing. Each comes with what its pair gains in the linear model.
 
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it. A
     parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
     """
     strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
     if pairs is None:
-        pairs = [*filter(shows_closing, block.pairs()), *(changing_lags(block) if lacks else ())]
+        known = {with_constant_lag(law) for law in now.laws} - {*now.laws}
+        usual = [pair for pair in block.pairs() if shows_closing(pair) and pair not in known]
+        pairs = [*usual, *(changing_lags(block, now) if lacks else ())]
     about = table(now, pairs)
     promising = gains([about], list(now.laws), list(about.further))
     if not (strained or lacks):

@@ -1,6 +1,6 @@
 """Whole studies of recordings of the independent bench: the gap closes by the right effect, and by no other.
 
-test_naming_on_hidden_effects.py has more of naming alone, and `make study-blind` all of its cases.
+test_naming_on_hidden_effects.py has more of naming alone, and `make study-blind EVERY=1` all of its cases.
 """
 
 from pathlib import Path
