@@ -8,7 +8,7 @@ import numpy as np
 from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask
 from slipstick.naming.block import Pair, finest
-from slipstick.naming.closing_fits import changing_lags, fits_with_pairs
+from slipstick.naming.closing_fits import fits_with_pairs, lags_beside
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.law_map import refined
@@ -86,7 +86,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
     while len(found) < _MOST:
         tried = _tried(block, now, settings, ask)
         enough = _enough(tried, now, settings)
-        lags = changing_lags(block, now)
+        lags = lags_beside(block, now)
         if enough and lags and not is_unexplained(now.chi2, now.chi2, settings):
             tried = _best_of([*tried, *_tried(block, now, settings, ask, lags)])
             enough = _enough(tried, now, settings)

@@ -34,12 +34,15 @@ def shows_closing(pair: Pair) -> bool:
     return pair[0] in _QUANTITIES or pair == OF_FRICTION  # the lag of the torque sensor is the same there
 
 
-def changing_lags(block: Block, now: CurvedFit) -> list[Pair]:
-    """The pairs of lags that change within an engagement, which are asked for where something is missing.
+def changing_lags(block: Block) -> list[Pair]:
+    """The pairs of lags that change within an engagement."""
+    return [pair for pair in block.pairs(rare=True) if pair[0] in CONSTANT]
 
-    Beside another law they only follow what few numbers leave of that.
+
+def lags_beside(block: Block, now: CurvedFit) -> list[Pair]:
+    """Those that are asked for where something is missing: beside another law they follow what few numbers leave of it.
     """
-    return [] if now.laws else [pair for pair in block.pairs(rare=True) if pair[0] in CONSTANT]
+    return [] if now.laws else changing_lags(block)
 
 
 def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
@@ -56,7 +59,7 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     if pairs is None:
         known = {with_constant_lag(law) for law in now.laws} - {*now.laws}
         usual = [pair for pair in block.pairs() if shows_closing(pair) and pair not in known]
-        pairs = [*usual, *(changing_lags(block, now) if lacks else ())]
+        pairs = [*usual, *(lags_beside(block, now) if lacks else ())]
     about = table(now, pairs)
     promising = gains([about], list(now.laws), list(about.further))
     if not (strained or lacks):

@@ -76,7 +76,7 @@ def clutch(latest: float) -> tuple[ClutchBlock, CurvedFit]:
 def gains(latest: float) -> dict[tuple[str, str], tuple[float, CurvedFit]]:
     """Rises of the evidence with each lag of the friction, and with air in the oil."""
     block, plain = clutch(latest)
-    pairs = [*changing_lags(block, plain), OF_FRICTION, ("clearance", "pressure")]
+    pairs = [*changing_lags(block), OF_FRICTION, ("clearance", "pressure")]
     return {linear.pair: (evidence_of(one) - evidence_of(plain), one)
             for linear, one in fits_with_pairs(block, plain, SETTINGS, pairs)}
 
