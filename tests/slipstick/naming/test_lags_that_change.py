@@ -1,5 +1,6 @@
 """Lags of friction and converter that change within an engagement: the kernel, and what is found with it."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.naming.answer import answer, next_best
-from slipstick.naming.closing_fits import changing_lags, fits_with_pairs
+from slipstick.naming.closing_fits import changing_lags, fits_with_pairs, lags_beside
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.evidence import gains as in_linear_model
 from slipstick.naming.evidence import table
@@ -91,6 +92,12 @@ def test_a_lag_of_the_friction_is_found_over_what_it_depends_on_and_measured() -
     assert law.x is not None
     assert law.change[law.x > 1.5 * FROM].mean() == pytest.approx(LATEST, rel=0.2)
     assert np.abs(law.change[law.x < 0.5 * FROM]).max() < 0.3 * LATEST
+
+
+def test_lags_that_change_are_not_asked_for_beside_another_law() -> None:
+    block, plain = clutch(LATEST)
+    assert OVER_SPEED in lags_beside(block, plain)
+    assert lags_beside(block, replace(plain, laws=(("clearance", "pressure"),))) == []
 
 
 def test_no_lag_gains_where_nothing_is_missing() -> None:
