@@ -181,23 +181,24 @@ class ClutchBlock:
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in N m with the coefficients of a law, forward: a drag has no negative coefficient."""
-        law, known = self._law(pair), dict(laws)
+        law = self._law(pair)
         if law.kind == "reading":
             # At the mean parameters, because a column with an engagement's own scatter would explain that.
             at = points if pair[1] == "lag" else np.tile(points.mean(axis=0), (len(points), 1))
             return sensor_errors.reading(self.scene, _SENSOR, pair[1], self.base(at, laws), self.finer.get(pair, 0))
         if law.size == 0:  # over what is the same in all engagements
             return np.zeros((len(points), 0, self.pressure.shape[1]))
-        torque, late = self._closed(points, laws, self.end)[0], self.clock / self.scene.step
-        added, lag = self._added(laws)
+        (added, lag), late = self._added(laws), self.clock / self.scene.step
+        at_once, _ = self._at_once(points, laws, self.end, added)
+        torque = at_once if lag is None else at_once + lag.change(at_once)
         if law.kind == "lag":
-            at_once, _ = self._at_once(points, laws, self.end, added)
-            change = Trail.of(added["lag"], self.scene.step).columns(at_once, bases.delayed(law.basis, late))
+            lag = lag or Trail.of(added["lag"], self.scene.step)
+            change = lag.columns(at_once, bases.delayed(law.basis, late))
         elif law.kind in ADDED:
             if law.kind in _FACTORS:
                 # The torque is proportional to the factor of the friction, or of the film, that the law changes.
                 more = {**added, law.kind: added[law.kind] + 1}
-                factor = np.subtract(*(self._at_once(points, laws, self.end, one)[0] for one in (more, added)))
+                factor = self._at_once(points, laws, self.end, more)[0] - at_once
                 change = bases.delayed_times(law.basis, late, factor)
             else:
                 basis = np.ascontiguousarray(bases.delayed(law.basis, late))
@@ -206,6 +207,7 @@ class ClutchBlock:
             if lag is not None:
                 change += np.stack([lag.change(one) for one in change.transpose(1, 0, 2)], axis=1)
         else:
+            known = dict(laws)
             held = known.get(pair, np.zeros(law.size))
             moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
                            list(_LAW_STEP * np.eye(law.size)))

@@ -56,6 +56,14 @@ def rate_of(driven, extra, x, d, drag, rates, places, rate_cell, place_cell):  #
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
+def drive(last, p, pressure, change, chamber, driven):  # type: ignore[no-untyped-def]
+    """Fill the rate that the pressure gives at the samples, without the return of the piston."""
+    a, b = p[0] / p[2], p[1] / p[2]
+    for t in range(last):
+        driven[t] = b * (pressure[t] + chamber[t] - p[4]) + a * change[t]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change, clearance,  # type: ignore[no-untyped-def]
           friction_change, film_change, rate_extra, rate_at, rate_value, place_at, place_value, drag, torque, position):
     """Fill `torque` (n, k) in N m and `position` (n, k) in m up to the samples `end` (n,); both stay 0 beyond.
@@ -71,9 +79,7 @@ def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change,
         last = min(end[i], len(driven))
         if last == 0:
             continue
-        a, b = p[i, 0] / p[i, 2], p[i, 1] / p[i, 2]
-        for t in range(last):
-            driven[t] = b * (pressure[i, t] + chamber[i, t] - p[i, 4]) + a * change[i, t]
+        drive(last, p[i], pressure[i], change[i], chamber[i], driven)
         _move(step, sub, late, last, p[i, 7], p[i, 3] / p[i, 2], driven, rate_extra[i], rates, places, drag,
               position[i])
         _press(last, p[i], pressure[i], slip[i], chamber[i], gain_change[i], clearance[i], friction_change[i],

@@ -7,10 +7,11 @@ state, so that a column takes three products in a sample instead of the whole pi
 import numpy as np
 from numba import njit
 
-from slipstick.naming.piston_kernel import rate_of, table
+from slipstick.naming.piston_kernel import drive, rate_of, table
 
 KINDS = ("chamber", "rate_extra", "gain", "clearance")
 """What a law may add to, by its number in the kernel."""
+_CHAMBER, _RATE, _GAIN, _CLEARANCE = range(len(KINDS))
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -28,12 +29,11 @@ def respond(step, sub, late, end, pressure, change, slip, p, chamber, gain_chang
     for i in range(n):
         last = min(end[i], k)
         if last > 0:
-            a, b, d = p[i, 0] / p[i, 2], p[i, 1] / p[i, 2], p[i, 3] / p[i, 2]
-            for t in range(last):
-                driven[t] = b * (pressure[i, t] + chamber[i, t] - p[i, 4]) + a * change[i, t]
+            drive(last, p[i], pressure[i], change[i], chamber[i], driven)
             x[0] = p[i, 7]
-            _follow(step, sub, late, last, d, driven, rate_extra[i], rates, places, drag, b if kind == 0 else 0.0,
-                    1.0 if kind == 1 else 0.0, x, kept, before, after)
+            to_drive, to_rate = p[i, 1] / p[i, 2] if kind == _CHAMBER else 0.0, 1.0 if kind == _RATE else 0.0
+            _follow(step, sub, late, last, p[i, 3] / p[i, 2], driven, rate_extra[i], rates, places, drag, to_drive,
+                    to_rate, x, kept, before, after)
             _press(kind, last, p[i], pressure[i], slip[i], chamber[i], gain_change[i], clearance[i],
                    friction_change[i], film_change[i], x, of_state, of_law)
         for j in range(m):
@@ -91,10 +91,10 @@ def _press(kind, last, p, pressure, slip, chamber, gain_change, clearance, frict
         gap = (1 - 4 * s) * per_width * per_width if s > 0 else 1 / ((contact - z) * (contact - z))
         of_place = friction * (bent * z + share) + film * gap if moves else 0.0
         of_state[t] = of_place * gain * (1 + gain_change[t])
-        if kind == 0:
-            of_law[t] = p[11] * p[10] * (1 + friction_change[t]) * per_travel * share * z if (
-                pressure[t] + chamber[t] > 0) else 0.0
-        elif kind == 1:
-            of_law[t] = 0.0
-        else:
-            of_law[t] = of_place * gain * x[t] if kind == 2 else -of_place
+        of_law[t] = 0.0
+        if kind == _CHAMBER and pressure[t] + chamber[t] > 0:
+            of_law[t] = p[11] * p[10] * (1 + friction_change[t]) * per_travel * share * z
+        elif kind == _GAIN:
+            of_law[t] = of_place * gain * x[t]
+        elif kind == _CLEARANCE:
+            of_law[t] = -of_place

@@ -16,7 +16,7 @@ _TURN = math.pi / 8
 
 
 def refinements(direction: np.ndarray, step: float, radius: float,
-                 most: int) -> Iterator[tuple[np.ndarray, float]]:
+                most: int) -> Iterator[tuple[np.ndarray, float]]:
     """The points (m, d) of the first lattice and then those that each refinement adds, with the size of the cells.
 
     Ends where there would be more than about `most` points in total.
@@ -60,14 +60,14 @@ def inside(normals: np.ndarray, factor: np.ndarray, box: np.ndarray) -> tuple[np
     d, m = normals.shape[1], 0
     scores, points, squares = np.empty(normals.shape), np.empty(normals.shape), np.empty(len(normals))
     for k in range(len(normals)):
-        isinside, squares[m] = True, 0.0
+        is_inside, squares[m] = True, 0.0
         for i in range(d):
             score = 0.0
             for j in range(d):
                 score += factor[i, j] * normals[k, j]
             scores[m, i], points[m, i] = score, normals[k, i]
             squares[m] += normals[k, i] ** 2
-            isinside &= box[i, 0] <= score <= box[i, 1]
-        if isinside:
+            is_inside &= box[i, 0] <= score <= box[i, 1]
+        if is_inside:
             m += 1
     return scores[:m], points[:m], squares[:m]

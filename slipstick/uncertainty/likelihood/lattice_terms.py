@@ -30,7 +30,7 @@ def beyond(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)
 def add(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.ndarray, monomials: np.ndarray,
-         peaks: np.ndarray, squares: np.ndarray, sums: np.ndarray) -> None:
+        peaks: np.ndarray, squares: np.ndarray, sums: np.ndarray) -> None:
     """Add the terms exp(-(|u|^2 + ((t - y) / s)^2) / 2) of the points to `sums` (r, n), in units of exp(`peaks`) (n,).
 
     The rows are the density, half the squared residual in units of the noise, and the `monomials` (m, r - 2) of u, or
