@@ -5,11 +5,14 @@ the block integrates a noisy input, the integrated noise x of that input:
 
     y_t = x_t + v_t,   x_{t+1} = decay_t x_t + onto_t u_t,   x_0 = 0,   v and u stationary, first-order autoregressive
 
+The innovations of its Kalman filter, divided by their standard deviations, are independent with unit variance: products
+of whitened columns are products under the inverse covariance of y (Durbin and Koopman, Time Series Analysis by State
+Space Methods, section 4.3). The filter is linear, so that it is applied to residuals and to the columns of a linear
+model alike.
+
 What is known of an input may also be uncertain along some modes, functions of time that add to y with independent
-standard normal weights: constant states of the same system. The innovations of its Kalman filter, divided by their
-standard deviations, are independent with unit variance: products of whitened columns are products under the inverse
-covariance of y (Durbin and Koopman, Time Series Analysis by State Space Methods, section 4.3). The filter is linear, so
-that it is applied to residuals and to the columns of a linear model alike.
+standard normal weights. With the whitened modes M as rows, whitened rows have the covariance 1 + M'M, and multiplied by
+the inverse of its symmetric root they are independent again.
 """
 
 from dataclasses import dataclass, replace
@@ -19,24 +22,6 @@ from numba import njit
 
 _LANES = 8
 """Columns that are filtered at a time: each step waits for the one before, and those of other columns do not."""
-
-
-@dataclass(frozen=True, eq=False)
-class ModeFilter:
-    """The Kalman filter of the weights of some modes: `modes` (n, r, k) that are whitened as samples are.
-
-    A weight gains `gain` (n, k, r) times the innovation of a sample, which has a standard deviation of 1 / `scale`
-    (n, k).
-    """
-
-    modes: np.ndarray
-    gain: np.ndarray
-    scale: np.ndarray
-
-    def of(self, rows: slice | np.ndarray, samples: int | None = None) -> "ModeFilter":
-        """The filter of some engagements, and of the first `samples`."""
-        return ModeFilter(*(np.ascontiguousarray(one) for one in (
-            self.modes[rows, :, :samples], self.gain[rows, :samples], self.scale[rows, :samples])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,17 +40,12 @@ class BlockNoise:
     decay: np.ndarray | None = None
     onto: np.ndarray | None = None
     modes: np.ndarray | None = None
-    filter: ModeFilter | None = None
 
     def of(self, rows: slice | np.ndarray) -> "BlockNoise":
         """The noise of some of the n engagements."""
         of_each = {name: values[rows] for name in ("decay", "onto", "modes")
                    if (values := getattr(self, name)) is not None}
-        return replace(self, **of_each, filter=None if self.filter is None else self.filter.of(rows))
-
-    def with_filter(self, counted: np.ndarray) -> "BlockNoise":
-        """With the filter of its modes for samples that are `counted` (n, k), which depends on no column."""
-        return self if self.modes is None else replace(self, filter=_filter_of(self.modes, counted, self))
+        return replace(self, **of_each)
 
 
 def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:
@@ -75,11 +55,10 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     """
     n, p, k = columns.shape
     if noise.modes is not None:
-        known = _filter_of(noise.modes[:, :, :k], counted, noise) if noise.filter is None else \
-            noise.filter.of(slice(None), k)
-        out = whitened(columns, counted, replace(noise, modes=None, filter=None))
-        _without_modes(out, counted, known.modes, known.gain, known.scale)
-        return out
+        plain = replace(noise, modes=None)
+        white, modes = whitened(columns, counted, plain), whitened(noise.modes[:, :, :k], counted, plain)
+        _without_modes(white, modes, _share_of(modes))
+        return white
     if noise.correlation == 0 and noise.decay is None:  # the samples are independent already
         return columns * (counted / noise.std)[:, None]
     out = np.zeros((n, p, k))
@@ -97,73 +76,51 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
 def _autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped-def]
     """The filter without integrated noise: the noise of the sensor is known at every sample that is counted."""
     n, p, k = columns.shape
-    known, following = np.zeros(k), 1 / (std * np.sqrt(1 - rho * rho))
+    following = 1 / (std * np.sqrt(1 - rho * rho))
     for i in range(n):
-        left = 0.0  # share of the noise at the last counted sample that is left
-        for t in range(k):
-            known[t] = left
-            left = rho if counted[i, t] else rho * left
-        for j in range(p):
-            before = 0.0
-            for t in range(k):
-                if counted[i, t]:
-                    weight = following if known[t] == rho else 1 / (std * np.sqrt(1 - known[t] * known[t]))
-                    out[i, j, t] = (columns[i, j, t] - known[t] * before) * weight
-                    before = columns[i, j, t]
+        start, last, known = 0, 0, 0.0  # the share of the noise at the `last` sample that is known at one
+        while start < k:
+            if not counted[i, start]:
+                known *= rho
+                start += 1
+                continue
+            end = start + 1
+            while end < k and counted[i, end]:
+                end += 1
+            weight = 1 / (std * np.sqrt(1 - known * known))
+            for j in range(p):
+                out[i, j, start] = (columns[i, j, start] - known * columns[i, j, last]) * weight
+                for t in range(start + 1, end):
+                    out[i, j, t] = (columns[i, j, t] - rho * columns[i, j, t - 1]) * following
+            start, last, known = end, end - 1, rho
 
 
-def _filter_of(modes: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> ModeFilter:
-    n, r, k = modes.shape
-    found = ModeFilter(whitened(modes, counted, replace(noise, modes=None, filter=None)), np.zeros((n, k, r)),
-                       np.zeros((n, k)))
-    _gains(counted, found.modes, found.gain, found.scale)
-    return found
+def _share_of(modes: np.ndarray) -> np.ndarray:
+    """The matrices S (n, r, r) of modes M (n, r, k) for which 1 - M'SM is the inverse root of 1 + M'M."""
+    size, axes = np.linalg.eigh(modes @ modes.transpose(0, 2, 1))
+    root = np.sqrt(1 + np.maximum(size, 0.0))
+    return np.asarray((axes / (root * (1 + root))[:, None]) @ axes.transpose(0, 2, 1))
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
-def _gains(counted, modes, gain, scale):  # type: ignore[no-untyped-def]
-    n, r, k = modes.shape
-    for i in range(n):
-        covariance = np.eye(r)  # of the weights, given the samples so far
-        for t in range(k):
-            if counted[i, t]:
-                variance = 1.0
-                for a in range(r):
-                    for b in range(r):
-                        gain[i, t, a] += covariance[a, b] * modes[i, b, t]
-                    variance += gain[i, t, a] * modes[i, a, t]
-                for a in range(r):
-                    for b in range(r):
-                        covariance[a, b] -= gain[i, t, a] * gain[i, t, b] / variance
-                for a in range(r):
-                    gain[i, t, a] /= variance
-                scale[i, t] = 1 / np.sqrt(variance)
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _without_modes(white, counted, modes, gain, scale):  # type: ignore[no-untyped-def]
-    """Make rows of unit variance of `white` (n, p, k), in which `modes` (n, r, k) of unit variance are left."""
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _without_modes(white, modes, share):  # type: ignore[no-untyped-def]
+    """Take their `share` (n, r, r) of `modes` (n, r, k) off rows `white` (n, p, k), which are of unit variance then."""
     n, p, k = white.shape
     r = modes.shape[1]
-    weight, innovation = np.zeros((r, _LANES)), np.zeros(_LANES)
+    onto = np.zeros(r)
     for i in range(n):
-        for first in range(0, p, _LANES):
-            some = min(_LANES, p - first)
-            weight[:] = 0.0
-            for t in range(k):
-                if counted[i, t]:
-                    for j in range(some):
-                        innovation[j] = white[i, first + j, t]
-                    for a in range(r):
-                        mode = modes[i, a, t]
-                        for j in range(_LANES):
-                            innovation[j] -= weight[a, j] * mode
-                    for a in range(r):
-                        share = gain[i, t, a]
-                        for j in range(_LANES):
-                            weight[a, j] += share * innovation[j]
-                    for j in range(some):
-                        white[i, first + j, t] = innovation[j] * scale[i, t]
+        for j in range(p):
+            for a in range(r):
+                total = 0.0
+                for t in range(k):
+                    total += white[i, j, t] * modes[i, a, t]
+                onto[a] = total
+            for a in range(r):
+                weight = 0.0
+                for b in range(r):
+                    weight += share[i, a, b] * onto[b]
+                for t in range(k):
+                    white[i, j, t] -= weight * modes[i, a, t]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -90,8 +90,8 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         shared = np.zeros(len(block.fixed)) if shared is None else shared
         values = Values(points, points.mean(axis=0), shared, begun)
         variance = np.array([_FIRST_SCATTER, *[_OTHER_SCATTER] * (q - 1)]) ** 2
-    plain = block.noise(values.points)
-    noise, last, damping, best = plain.with_filter(block.counted), np.inf, DAMPING, None
+    noise = block.noise(values.points)
+    last, damping, best = np.inf, DAMPING, None
     for iteration in range(iterations + 1):
         predicted, gram = _linearised(block, values, noise)
         information = gram.products[:, :q, :q]
@@ -105,7 +105,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         evidence = -0.5 * (cost + logdet + prior / n)
         if best is None or evidence.sum() > best.evidence.sum():
             best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients,
-                             estimate(gram, variance, fixed=True), predicted, plain, values.mean, variance, evidence,
+                             estimate(gram, variance, fixed=True), predicted, noise, values.mean, variance, evidence,
                              squares, False)
         settled = max(_SETTLED, _SETTLED_SHARE * np.sqrt(n) * float(evidence.std()))
         at_rest = iteration > 1 and abs(evidence.sum() - last) < settled
