@@ -8,7 +8,7 @@ import numpy as np
 
 from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import closing
+from slipstick.naming.closing import closing, followed
 from slipstick.naming.contact import OnsetBlock
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import BlockFit
@@ -45,6 +45,9 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
         without = _settled(block, contact, places[:1], [law for law in contact.laws if law not in alone])
         if evidence_of(without) > evidence_of(clutch):  # the closing plates contradict what full contact suggests
             clutch, findings = without, [one for one in findings if one.pair not in alone]
+        else:
+            least = settings.further * (evidence_of(clutch) - evidence_of(without))
+            clutch = followed(block, clutch, settings, least)
     if lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, findings
     in_contact = [one for one in findings if "contact" in one.blocks]

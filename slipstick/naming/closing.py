@@ -92,10 +92,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
             enough = _enough(tried, now, settings)
         if enough:
             # A fit without the law may only have stopped early: it begins again where the one with it ended.
-            other = enough[0].fit
-            points = retimed(block, other.points, other.shared, now.held)
-            again = max(fit_curved(block, now.laws, points=points, coefficients=now.coefficients, shared=other.shared),
-                        from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
+            again = _again(block, now, enough[0].fit)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
                 tried = _best_of([*(one.beside(now) for one in enough),
@@ -104,7 +101,7 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
         if enough or is_unexplained(now.chi2, now.chi2, settings):
             finer = _finer(block, now, settings, enough[0].gain if enough else None)
             if finer is not None:
-                now = _followed(block, finer, settings)
+                now = followed(block, finer, settings)
                 continue
         if not enough or enough[0].gain.sum() < settings.further * max(nats, sum(one.nats for one in found)):
             break
@@ -118,6 +115,15 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
         found.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
                              best.expected, best.agreement))
     return _backward(block, now, named, found, settings)
+
+
+def _again(block: ClutchBlock, now: CurvedFit, other: CurvedFit) -> CurvedFit:
+    """The best fit with the laws of `now` that begins where the `other` one, with a further law, ended."""
+    its = {law: other.coefficients[law] for law in now.laws}
+    points = retimed(block, other.points, other.shared, now.held)
+    return max(fit_curved(block, now.laws, points=other.points, coefficients=its, shared=other.shared),
+               fit_curved(block, now.laws, points=points, coefficients=now.coefficients, shared=other.shared),
+               from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
 
 
 def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
@@ -166,9 +172,12 @@ def _plainest(enough: Sequence[_Tried], settings: NamingSettings) -> _Tried:
     return next((one for one in enough if one.pair == _CONTAINED.get(best.pair) and one.nats > NEAR * best.nats), best)
 
 
-def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
-           further: np.ndarray | None = None) -> CurvedFit | None:
-    """The fit with finer laws, if they gain enough, and do as well as a further law that gains `further` (n,)."""
+def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray | None = None,
+           least: float = 0.0) -> CurvedFit | None:
+    """The fit with finer laws, if they gain enough, and do as well as a further law that gains `further` (n,).
+
+    Enough is that of the settings, and the `least` in nats.
+    """
     before = block.finer
     laws = [law for law in now.laws if before.get(law, 0) < finest(block, law)]
     if not laws:
@@ -176,7 +185,7 @@ def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
     found = _resolved(block, now, laws)
     price = np.sum([found.leverage(law) - now.leverage(law) for law in laws], axis=0)
     gain = priced(found.evidence - now.evidence, price)
-    if gain.sum() > settings.nats and (further is None or not leads(further, gain, settings)):
+    if gain.sum() > max(settings.nats, least) and (further is None or not leads(further, gain, settings)):
         return found
     block.finer = before
     return None
@@ -196,6 +205,7 @@ def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], foun
             continue
         others = {law: c for law, c in now.coefficients.items() if law != one.pair}
         without = settled(block, now.points, now.shared, tuple(others), others)
+        now = max(now, _with_law(block, without, one.pair), key=evidence_of)
         gain, expected = priced(now.evidence - without.evidence, now.leverage(one.pair)), now.expected(one.pair)
         if is_finding(gain, expected, one.agreement, without.chi2[None], now.chi2[None], settings):
             kept.append(replace(one, gain=gain, expected=expected))
@@ -204,17 +214,22 @@ def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], foun
     return now, [*kept, *found]
 
 
-def _followed(block: ClutchBlock, now: CurvedFit, settings: NamingSettings) -> CurvedFit:
-    """The fit with as many knots of its laws as the clutch asks for, where finer ones have done better than others.
+def followed(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, least: float = 0.0) -> CurvedFit:
+    """The fit with as many knots of its laws as the clutch asks for, where each doubling gains the `least` in nats.
 
     Those of full contact needed fewer there: it has other samples, of a smaller range.
     """
     while is_unexplained(now.chi2, now.chi2, settings):
-        finer = _finer(block, now, settings)
+        finer = _finer(block, now, settings, least=least)
         if finer is None:
             break
         now = finer
     return now
+
+
+def _with_law(block: ClutchBlock, without: CurvedFit, pair: Pair) -> CurvedFit:
+    """A fit with a further law from that `without` it, than which it is no less likely."""
+    return fit_curved(block, (*without.laws, pair), start=without)
 
 
 def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> CurvedFit:

@@ -98,9 +98,10 @@ def table(fit: BlockFit, pairs: Sequence[Pair], known: Table | None = None) -> T
 def held_out(fitted: Fitted, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Log-likelihood (n,) of each engagement with coefficients from the other `folds` (n,), and these (n, c - 1)."""
     found, coefficients = np.empty(len(folds)), np.empty((len(folds), fitted.marginal.shape[1] - 1))
-    for fold in np.unique(folds):
-        rows = folds == fold
-        coefficients[rows] = others = solve(fitted.gram, fitted.marginal[~rows].sum(axis=0)).coefficients
+    members = [np.flatnonzero(folds == fold) for fold in np.unique(folds)]
+    sums = np.array([fitted.marginal[rows].sum(axis=0) for rows in members])
+    for i, rows in enumerate(members):
+        coefficients[rows] = others = solve(fitted.gram, np.delete(sums, i, axis=0).sum(axis=0)).coefficients
         found[rows] = likelihood(fitted.marginal[rows], fitted.logdet[rows], others)
     return found, coefficients
 

@@ -119,8 +119,8 @@ def marginalise(gram: Gram, variance: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """
     q = gram.random
     spread, logdet = _integrated(gram.products[:, :q, :q], variance)
-    through = gram.products[:, :, :q] @ spread
-    return gram.products - through @ gram.products[:, :q], logdet, spread
+    taken = (gram.products[:, :, :q] @ spread) @ gram.products[:, :q]
+    return np.subtract(gram.products, taken, out=taken), logdet, spread
 
 
 def _integrated(square: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

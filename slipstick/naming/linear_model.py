@@ -166,8 +166,8 @@ class Joint:
         size = max(one.among.shape[1] for one in products)
         end = first + size
         found = np.zeros((len(old), end + 1, end + 1))
-        kept = np.append(np.arange(first), end)
-        found[:, kept[:, None], kept] = old
+        found[:, :first, :first], found[:, :first, end] = old[:, :first, :first], old[:, :first, first]
+        found[:, end, :first], found[:, end, end] = old[:, first, :first], old[:, first, first]
         for one, rows, columns in zip(products, self.rows, self.columns, strict=True):
             its, there = np.arange(first, first + one.among.shape[1]), np.append(rows, end)
             onto = one.onto[:, :, np.append(columns, one.onto.shape[2] - 1)]

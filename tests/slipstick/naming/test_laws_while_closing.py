@@ -1,5 +1,6 @@
 """Laws of full contact while the plates close: the heat on which they depend, and as many knots as they need there."""
 
+from copy import copy
 from dataclasses import replace
 from functools import cache
 
@@ -10,12 +11,12 @@ import scipy
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import _backward, _finer, _followed, _plainest, _Tried
-from slipstick.naming.curved import CurvedFit
+from slipstick.naming.closing import _again, _backward, _finer, _plainest, _Tried, followed
+from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import fit
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.piston_laws import of_plates
-from slipstick.naming.restarts import settled
+from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.settings import NamingSettings
@@ -39,6 +40,12 @@ def coarse(*laws: Pair) -> tuple[ClutchBlock, CurvedFit]:
     return block, settled(block, found, np.zeros(1), contact.laws, contact.coefficients)
 
 
+def with_few_knots() -> tuple[ClutchBlock, CurvedFit]:
+    """The same with the law over the heat alone, and a block that a test may change."""
+    block, found = coarse(HEAT)
+    return copy(block), found
+
+
 def heats(sample_time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times (k,) in s, and heat (n, k) in kJ of the plates, also as a smoothed torque gives it."""
     block = block_of("clutch", scene_of(replace(HEAVY, sample_time=sample_time), Model(HEAVY.physics), COUNT))
@@ -57,13 +64,28 @@ def test_the_heat_is_that_of_a_fine_sampling_although_the_torque_rises_within_fe
 
 
 def test_a_law_of_full_contact_has_as_many_knots_as_the_closing_plates_ask_for() -> None:
-    block, start = coarse(HEAT)
+    block, start = with_few_knots()
     assert is_unexplained(start.chi2, start.chi2, SETTINGS)
+    assert followed(block, start, SETTINGS, least=1e6) is start
+    assert not block.finer
     finer = _finer(block, start, SETTINGS)
     assert finer is not None
-    now = _followed(block, finer, SETTINGS)
+    now = followed(block, finer, SETTINGS)
     assert block.finer[HEAT] > 0
     assert not is_unexplained(now.chi2, now.chi2, SETTINGS)
+
+
+def test_a_fit_begins_again_with_the_laws_that_the_one_with_a_further_law_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    block, best = with_few_knots()
+    other = fit_curved(block, (HEAT, ("piston rate", "pressure")), start=best, iterations=0)
+    for module in ("closing", "restarts"):  # a fit is what it begins with
+        monkeypatch.setattr(f"slipstick.naming.{module}.fit_curved", lambda *args, **kwargs: fit_curved(
+            *args, **{**kwargs, "iterations": 0}))
+    early = fit_curved(block, (HEAT,), points=best.points, shared=best.shared, iterations=0)
+    again = _again(block, early, other)
+    assert again.laws == (HEAT,)
+    np.testing.assert_array_equal(again.coefficients[HEAT], other.coefficients[HEAT])
+    assert evidence_of(again) > evidence_of(early) + 100 * SETTINGS.nats
 
 
 def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_those_of_the_piston() -> None:
@@ -75,6 +97,9 @@ def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_tho
     assert after.laws == (HEAT,)
     assert kept[0].nats > 100 * SETTINGS.nats
     assert [one.pair for one in _backward(block, now, named, [], SETTINGS)[1]] == [HEAT, SPEED]
+    # A fit that ended below the one without a law says nothing against the law.
+    stuck = replace(now, evidence=now.evidence - 1e4)
+    assert [one.pair for one in _backward(block, stuck, named[:1], [piston], SETTINGS)[1]] == [HEAT, piston.pair]
 
 
 @pytest.mark.parametrize(("drag", "chosen"), [(60.0, "direction"), (40.0, "piston rate")])
