@@ -59,7 +59,7 @@ bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five 
 
 LISTS := polar austral boreal
 EVERY := 3
-study-blind: setup ## what is named in recordings with hidden effects (some two hours; resumable; LISTS="NAME ...", EVERY=1, DASK=ADDRESS)
+study-blind: setup ## what is named in recordings with hidden effects (some 100 minutes; resumable; LISTS="NAME ...", EVERY=1, DASK=ADDRESS)
 	@for list in $(LISTS); do \
 	  $(ONE_THREAD) $(BIN)/python -m benchmarks.naming $$list $(EVERY) --again $(if $(DASK),--dask $(DASK)) || exit 1; \
 	done

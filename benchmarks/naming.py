@@ -44,7 +44,8 @@ from worker.executors import add_dask_argument, explained
 
 FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
-COUNTED = {"outlying": ("outlying_again",), "distant": ("distant_again",), "polar": ("polar", "polar_from_1")}
+COUNTED = {"polar": ("polar_again",), "austral": ("austral_again",), "boreal": ("boreal_again",),
+           "alpine": ("alpine", "alpine_from_2")}
 """The lists whose findings make the confidence, and the files with the last answers to each."""
 
 
@@ -148,7 +149,8 @@ def count(which: str) -> None:
     if not all(file.exists() for file in files):
         return
     counted = {one: rows for one, rows in json.loads(CONFIDENCE.read_text()).items() if one in COUNTED}
-    counted[which] = [[round(evidence.lead, 2), *map(int, evidence[1:3]), float(f"{evidence.share:.3g}"), int(is_right)]
+    counted[which] = [[round(evidence.lead, 2), int(evidence.alone), int(evidence.further),
+                       float(f"{evidence.share:.3g}"), int(evidence.rare), int(is_right)]
                       for file in files for line in file.read_text().splitlines()
                       for evidence, is_right in findings_of(json.loads(line))]
     lists = (f"{json.dumps(its)}: {json.dumps(rows)}" for its, rows in counted.items())

@@ -19,10 +19,8 @@ from slipstick.study.result import CountedFindings
 FILE = Path(__file__).with_name("confidence.json")
 BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
 """Bounds of the ranges of confidence in which right findings are counted."""
-LEAST = 0.25
-"""Confidence above which a finding is reported beside the one that gains most. In the lists `polar` and `austral`, and
-the first half of `boreal`, 0.15, 0.2, 0.25, 0.3 and 0.4 give a name too many in 19, 9, 7, 6 and 2 of 120 recordings
-with one listed effect, and both of two effects in 16, 14, 13, 10 and 7 of 27."""
+LEAST = 0.5
+"""Confidence above which a finding is reported beside the one that gains most: it is more likely right than wrong."""
 _STEPS = 20
 """Newton's steps: the likelihood is concave, and converges to the last digit in fewer."""
 
@@ -39,13 +37,13 @@ class Evidence(NamedTuple):
     share: float
     """Its share of the nats of all findings: what a strong effect leaves in other parts shows as weak findings."""
     rare: bool = False
-    """Whether hardly any bench has such a pair. The confidence does not depend on it."""
+    """Whether hardly any bench has such a pair: it follows what is left of others, or of what no pair describes."""
 
     @property
     def row(self) -> list[float]:
-        """What the logarithm of the odds is linear in (5,). Leads below 1, which noise gives, are no leads."""
+        """What the logarithm of the odds is linear in (6,). Leads below 1, which noise gives, are no leads."""
         size = float(np.log(max(self.lead, 1.0)))
-        return [1.0, size, size * self.alone, float(self.further), float(np.log(self.share))]
+        return [1.0, size, size * self.alone, float(self.further), float(np.log(self.share)), float(self.rare)]
 
 
 def evidence_of(finding: Finding, findings: Sequence[Finding]) -> Evidence:
@@ -86,8 +84,8 @@ def counted(its: float) -> CountedFindings:
 def found() -> dict[str, list[tuple[Evidence, bool]]]:
     """The findings of each list: their evidence, and whether they are right."""
     lists = json.loads(FILE.read_text())
-    return {which: [(Evidence(lead, bool(alone), bool(further), share), bool(is_right))
-                    for lead, alone, further, share, is_right in rows]
+    return {which: [(Evidence(lead, bool(alone), bool(further), share, bool(rare)), bool(is_right))
+                    for lead, alone, further, share, rare, is_right in rows]
             for which, rows in lists.items()}
 
 
@@ -97,7 +95,7 @@ def _expected(evidence: Iterable[Evidence], without: str) -> np.ndarray:
 
 @cache
 def _coefficients(without: str) -> np.ndarray:
-    """Maximum-likelihood coefficients (5,) of the evidence, fitted to all lists but one."""
+    """Maximum-likelihood coefficients (6,) of the evidence, fitted to all lists but one."""
     pairs = [pair for which, its in found().items() if which != without for pair in its]
     rows, right = np.array([evidence.row for evidence, _ in pairs]), np.array([its for _, its in pairs], float)
     at = np.zeros(rows.shape[1])

@@ -36,6 +36,11 @@ def test_a_weak_finding_beside_strong_ones_is_less_likely() -> None:
     assert confidence(weak) < confidence(weak._replace(share=0.5))
 
 
+def test_a_rare_pair_is_less_likely() -> None:
+    plain = Evidence(8.0, alone=True, further=False, share=1.0)
+    assert confidence(plain._replace(rare=True)) < 0.5 < confidence(plain)
+
+
 def test_leads_below_one_count_as_one() -> None:
     plain = Evidence(1.0, alone=True, further=False, share=1.0)
     assert confidence(plain._replace(lead=-3.0)) == confidence(plain)
@@ -82,7 +87,7 @@ def test_evidence_predicts_the_findings_of_other_lists_better_than_their_share_d
         for evidence, is_right in rows:
             sure = confidence(evidence, which)
             gain += np.log(sure / others) if is_right else np.log((1 - sure) / (1 - others))
-    assert 2 * gain > chi2.ppf(0.99, 5)
+    assert 2 * gain > chi2.ppf(0.99, 6)
 
 
 def test_every_finding_is_counted_in_one_band() -> None:
