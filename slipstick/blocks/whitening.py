@@ -78,7 +78,7 @@ def _autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped
     n, p, k = columns.shape
     following = 1 / (std * np.sqrt(1 - rho * rho))
     for i in range(n):
-        start, last, known = 0, 0, 0.0  # the share of the noise at the `last` sample that is known at one
+        start, last, known = 0, 0, 0.0  # `known` is the share of the noise at the `last` counted sample that is left
         while start < k:
             if not counted[i, start]:
                 known *= rho

@@ -205,7 +205,7 @@ def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], foun
             continue
         others = {law: c for law, c in now.coefficients.items() if law != one.pair}
         without = settled(block, now.points, now.shared, tuple(others), others)
-        now = max(now, _with_law(block, without, one.pair), key=evidence_of)
+        now = max(now, fit_curved(block, (*others, one.pair), start=without), key=evidence_of)  # no less likely
         gain, expected = priced(now.evidence - without.evidence, now.leverage(one.pair)), now.expected(one.pair)
         if is_finding(gain, expected, one.agreement, without.chi2[None], now.chi2[None], settings):
             kept.append(replace(one, gain=gain, expected=expected))
@@ -225,11 +225,6 @@ def followed(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, least
             break
         now = finer
     return now
-
-
-def _with_law(block: ClutchBlock, without: CurvedFit, pair: Pair) -> CurvedFit:
-    """A fit with a further law from that `without` it, than which it is no less likely."""
-    return fit_curved(block, (*without.laws, pair), start=without)
 
 
 def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> CurvedFit:
