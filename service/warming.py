@@ -3,6 +3,7 @@
 import asyncio
 import gc
 from contextlib import suppress
+from types import SimpleNamespace
 
 import numpy as np
 import orjson
@@ -10,6 +11,7 @@ from fastapi import FastAPI
 from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from starlette.types import Message, Scope
 
+from service.computations import Computations
 from service.routes.likelihood import EXAMPLE
 from slipstick.errors import SlipstickError
 from slipstick.table.axis import Axis
@@ -44,8 +46,11 @@ async def rehearse(app: FastAPI) -> None:
     """Answer the example of the likelihood some times, as for a client, but without log and metrics.
 
     It reads the default table and recordings, if there are any. What lies between the server and the computation takes
-    several times as long in the first requests.
+    several times as long in the first requests. No client waits or is refused for it: its place is one of its own.
     """
+    apart = SimpleNamespace(state=SimpleNamespace(library=app.state.library, settings=app.state.settings,
+                                                  computations=Computations(1, 0, 0)))
+
     async def send(message: Message) -> None:
         """Nobody waits for the response."""
 
@@ -56,6 +61,6 @@ async def rehearse(app: FastAPI) -> None:
             return left.pop() if left else await asyncio.Event().wait()  # type: ignore[return-value]
 
         scope: Scope = {"type": "http", "method": "POST", "path": "/v1/likelihood", "root_path": "", "scheme": "http",
-                        "query_string": b"", "headers": [(b"content-type", b"application/json")], "app": app}
+                        "query_string": b"", "headers": [(b"content-type", b"application/json")], "app": apart}
         with suppress(SlipstickError, OSError):  # a request reports it
             await AsyncExitStackMiddleware(app.router)(scope, receive, send)

@@ -1,6 +1,7 @@
 """The files of a library, each opened again only if it has changed, and what kind of file each is."""
 
 import io
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -80,6 +81,8 @@ def marks(file: Path | io.BytesIO) -> set[str]:
 
 _READ: WeakValueDictionary[Version, Table] = WeakValueDictionary()
 """The tables that `open_table` returns without reading them."""
+_OPENING = threading.Lock()
+"""Held while a table is read: who asks for the same one meanwhile gets it, instead of a second one that is not kept."""
 
 
 def known_table(version: Version) -> Table | None:
@@ -87,11 +90,16 @@ def known_table(version: Version) -> Table | None:
     return _READ.get(version)
 
 
-@lru_cache(maxsize=16)
 def open_table(version: Version) -> Table:
     """Read and verify a table; raises what `Table.open` raises."""
-    _READ[version] = table = Table.open(version[0])
+    with _OPENING:
+        _READ[version] = table = _opened(version)
     return table
+
+
+@lru_cache(maxsize=16)
+def _opened(version: Version) -> Table:
+    return Table.open(version[0])
 
 
 @lru_cache(maxsize=16)

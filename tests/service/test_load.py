@@ -28,7 +28,11 @@ RECORDING = ("current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_to
 
 @pytest.fixture
 def computations(monkeypatch: pytest.MonkeyPatch) -> Computations:
-    """The computations of the service: one at a time, and one that waits."""
+    """The computations of the service: one at a time, and one that waits; only those of clients."""
+    async def no_rehearsal(_: object) -> None:
+        """Its likelihoods would be held and counted, too."""
+
+    monkeypatch.setattr("service.app.rehearse", no_rehearsal)
     made, uploads = Computations(1, 1, 20), Computations(1, 1, 20)
     both = iter((made, uploads))
     monkeypatch.setattr("service.app.Computations", lambda *_: next(both))
