@@ -9,7 +9,7 @@ from hidden.valve import play, plays
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
             "relax", "opens", "warms", "swings", "clings", "locks", "silts", "doubts",
-            "bubbles", "waits", "chokes", "wipes")  # on a ramp by a time of its own
+            "bubbles", "waits", "chokes", "wipes", "tracks", "gaps")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -277,6 +277,26 @@ def test_grease_holds_back_a_wheel_until_it_has_turned() -> None:
     assert late[-1] == pytest.approx(0.002, abs=0.0011)
     faster = (2 * ramp - RESPONSES["wipes"](2 * ramp, 0.01, "output_speed", HEAVY))[0] / 60
     assert np.interp(0.4, HEAVY.time, faster) < 0.7 * np.interp(0.4, HEAVY.time, late)
+
+
+def test_a_shared_amplifier_follows_and_holds_by_turns() -> None:
+    ramp = 10 * HEAVY.time[None]
+    late = HEAVY.time - RESPONSES["tracks"](ramp, 0.02, "pressure", HEAVY)[0] / 10
+    phase = np.mod(HEAVY.time / 0.16 + 1e-9, 1.0)
+    np.testing.assert_allclose(late, np.maximum(phase - 0.5, 0) * 0.16, atol=1e-8)
+    whole = HEAVY.time < 0.16 * np.floor(HEAVY.time[-1] / 0.16) - 1e-6
+    assert np.mean(late[whole]) == pytest.approx(0.02, rel=0.05)
+
+
+def test_a_gap_of_the_wheel_holds_the_reading_while_it_passes() -> None:
+    constant = np.full((1, len(HEAVY.time)), 20.0)
+    np.testing.assert_array_equal(RESPONSES["gaps"](constant, 0.02, "output_speed", HEAVY), constant)
+    ramp = 20 + 5 * HEAVY.time[None]
+    held = [np.diff(RESPONSES["gaps"](row, 0.02, "output_speed", HEAVY)[0]) == 0 for row in (ramp, 2 * ramp)]
+    starts = [np.flatnonzero(row[1:] & ~row[:-1]) for row in held]
+    assert np.mean(held[0]) == pytest.approx(0.25, abs=0.05)
+    assert starts[0][0] * HEAVY.period == pytest.approx(2 * starts[1][0] * HEAVY.period, rel=0.1)
+    assert starts[0][0] * HEAVY.period == pytest.approx(0.36 * 20 / 20.9, abs=0.01)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

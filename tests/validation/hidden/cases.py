@@ -1,6 +1,6 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
 `FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT`, `OVERSEAS`, `POLAR`,
-`AUSTRAL`, `BOREAL` and `ALPINE` for judging it.
+`AUSTRAL`, `BOREAL`, `ALPINE` and `GLACIAL` for judging it.
 """
 
 import csv
@@ -56,7 +56,8 @@ POLAR = read(_DATA / "polar.csv")
 AUSTRAL = read(_DATA / "austral.csv")
 BOREAL = read(_DATA / "boreal.csv")
 ALPINE = read(_DATA / "alpine.csv")
+GLACIAL = read(_DATA / "glacial.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
          "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT, "overseas": OVERSEAS,
-         "polar": POLAR, "austral": AUSTRAL, "boreal": BOREAL, "alpine": ALPINE}
+         "polar": POLAR, "austral": AUSTRAL, "boreal": BOREAL, "alpine": ALPINE, "glacial": GLACIAL}

@@ -10,7 +10,21 @@ from pathlib import Path
 import numpy as np
 
 from .case import LAWS
-from .cases import ABROAD, AFIELD, ALPINE, AUSTRAL, BEYOND, BOREAL, DISTANT, FARTHER, OUTLYING, OVERSEAS, POLAR, REMOTE
+from .cases import (
+    ABROAD,
+    AFIELD,
+    ALPINE,
+    AUSTRAL,
+    BEYOND,
+    BOREAL,
+    DISTANT,
+    FARTHER,
+    GLACIAL,
+    OUTLYING,
+    OVERSEAS,
+    POLAR,
+    REMOTE,
+)
 from .eighteenth import EIGHTEENTH
 from .eighth import EIGHTH
 from .eleventh import ELEVENTH
@@ -30,6 +44,7 @@ from .sixth import BENCHES as OF_SIXTH
 from .tenth import TENTH
 from .thirteenth import THIRTEENTH
 from .twelfth import TWELFTH
+from .twentieth import TWENTIETH
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
 RUNS = 54
@@ -48,9 +63,9 @@ def used() -> Iterator[tuple[str, str]]:
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
                                             *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-                                            *EIGHTEENTH, *NINETEENTH)}
+                                            *EIGHTEENTH, *NINETEENTH, *TWENTIETH)}
     for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL,
-                  BOREAL, ALPINE):
+                  BOREAL, ALPINE, GLACIAL):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

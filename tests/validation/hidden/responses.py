@@ -387,6 +387,30 @@ def wipes(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nd
     return _lagged_by(signal, strength * _slowness(setup) * (0.2 + 6 * np.exp(-turned)), setup)
 
 
+def tracks(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Follow during the first half of every 8 times `strength`, and hold in the second, as an amplifier that is shared.
+
+    A ramp is late by `strength` on average.
+    """
+    turn = 8 * strength * _slowness(setup)
+    share = setup.time / turn + 1e-9
+    read = np.minimum(setup.time, (np.floor(share) + 0.5) * turn)
+    return np.array([np.interp(read, setup.time, row) for row in signal])
+
+
+def gaps(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Hold the reading while a gap of the wheel passes, and follow in between, as long as three gaps.
+
+    A gap passes in 6 times `strength` at a third of the range, and ever more slowly at lower values.
+    """
+    gap = 6 * strength * _slowness(setup) * size(name, setup) / 3
+    passed = np.cumsum(np.abs(signal), axis=1) * setup.period / gap
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        filtered[:, k] = np.where(np.mod(passed[:, k], 4.0) < 3, signal[:, k], filtered[:, k - 1])
+    return filtered
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -427,4 +451,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "clings": clings, "locks": locks,
              "silts": silts, "doubts": doubts,
              "bubbles": bubbles, "waits": waits,
-             "chokes": chokes, "wipes": wipes}
+             "chokes": chokes, "wipes": wipes,
+             "tracks": tracks, "gaps": gaps}
