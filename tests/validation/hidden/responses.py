@@ -401,13 +401,14 @@ def tracks(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.n
 def gaps(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
     """Hold the reading while a gap of the wheel passes, and follow in between, as long as three gaps.
 
-    A gap passes in 6 times `strength` at a third of the range, and ever more slowly at lower values.
+    A gap passes in 8 times `strength` at a third of the range, and ever more slowly at lower values; the first one
+    comes after half of its length.
     """
-    gap = 6 * strength * _slowness(setup) * size(name, setup) / 3
+    gap = 8 * strength * _slowness(setup) * size(name, setup) / 3
     passed = np.cumsum(np.abs(signal), axis=1) * setup.period / gap
     filtered = signal.copy()
     for k in range(1, signal.shape[1]):
-        filtered[:, k] = np.where(np.mod(passed[:, k], 4.0) < 3, signal[:, k], filtered[:, k - 1])
+        filtered[:, k] = np.where(np.mod(passed[:, k] + 2.5, 4.0) < 3, signal[:, k], filtered[:, k - 1])
     return filtered
 
 

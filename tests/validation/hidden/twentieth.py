@@ -34,9 +34,9 @@ TWENTIETH_PHYSICAL = (
     # The mouth of the suction pipe sends waves ahead, which add up at one speed and cancel at others
     Effect("suction_mouth_sends_waves_that_add_up_at_a_speed", "pressure", "pressure_gain", "motor_speed", "ratio", "1",
            0.06, lambda s, w: 1 + s * (1.4 * lobes(w, 148, 17) - 0.4)),
-    # The plate of the armature swings like a drum as the current changes, farther on the way up than down
+    # The plate of the armature swings like a drum as the current changes
     Effect("armature_plate_swings_like_a_drum", "pressure", "valve_current", "current_excess", "difference", "A", 0.02,
-           lambda s, i: -s * np.where(i > 0, 1.2 * drum(i, 0.045), 0.8 * drum(i, 0.07))),
+           lambda s, i: -s * 1.1 * drum(i, 0.07)),
     # Two grinding wheels left nearly the same waves on the spool, which die out and come back along it
     Effect("waves_on_the_spool_die_out_and_come_back", "pressure", "valve_current", "current", "difference", "A", 0.02,
            lambda s, u: s * revived(u - 0.33, 0.15, 0.45)),
@@ -52,7 +52,7 @@ TWENTIETH_PHYSICAL = (
            lambda s, r: 1 + s * (1.6 * shingles(r, 0.04, 0.58, 1.01, 5) - 0.5)),
     # Folds of the feed's hose open by the pressure, of which every other one sticks as it becomes higher
     Effect("every_other_fold_of_the_hose_sticks", "torque", "piston_feed", "pressure", "difference", "m/bar", 8e-5,
-           lambda s, p: -s * 1.1 * doubling(p - 1.6, 3.1, 3, 9)),
+           lambda s, p: -s * (0.5 + doubling(p - 2.5, 5.5, 3, 9))),
     # The cover slams on its seat at a pressure, is thrown back, and bends on beyond
     Effect("cover_slams_on_its_seat_at_a_pressure", "torque", "clearance", "pressure", "ratio", "1", 0.12,
            lambda s, p: 1 + s * (1.5 * slam(p, 5, 1.8) - 0.4)),
@@ -81,7 +81,7 @@ TWENTIETH_PHYSICAL = (
            lambda s, v: s * (0.3 + 1.2 * lobes(v, 17, 6))),
     # Two tanks of oil are mixed in two rhythms by turns; viscosities differ by a power
     Effect("two_tanks_are_mixed_in_two_rhythms", "torque", "film_coefficient", "sequence", "ratio", "1", 3.0,
-           lambda s, r: (1 + s) ** (0.55 * warble(r + 0.06, 0.7))),
+           lambda s, r: (1 + s) ** (0.49 * warble(r + 0.06, 0.7))),
     # Shafts, converter and load
     # The rubber of the coupling yields up to a twist, folds over, and yields again
     Effect("coupling_rubber_folds_over_at_a_twist", "torque", "shaft_compliance", "twist", "difference", "rad/(N m)",
@@ -96,7 +96,7 @@ TWENTIETH_PHYSICAL = (
 TWENTIETH = (*TWENTIETH_PHYSICAL, *TWENTIETH_SENSORS, *TWENTIETH_UNLISTED)
 NEAR = {"suction_mouth_sends_waves_that_add_up_at_a_speed": (145, 146, 155, 156),
         "torque_sleeve_follows_in_steps_of_three_sizes": (152,)}
-"""Numbers of the drawn benches on which a form is less than 10 % away from a textbook form, or hardly more, or constant."""
+"""Numbers of the drawn benches on which a form is less than or hardly more than 10 % away from a textbook form."""
 LATE = ("heat", "contact_time", "output_speed", "output_position")
 """What has hardly any size on `drawn152`, where the plates touch just before they lock."""
 STILL = ("output_speed", "output_position")

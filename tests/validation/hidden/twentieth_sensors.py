@@ -9,7 +9,7 @@ TWENTIETH_SENSORS = (
     # The amplifier is shared: it follows the pressure by turns with another sensor, and holds it meanwhile
     lag("pressure_amplifier_follows_by_turns", "pressure", "tracks", 0.012),
     # The wheel of the output has a wide gap, while which passes there is no pulse, and the reading is held
-    lag("output_speed_wheel_has_a_wide_gap", "output_speed", "gaps", 0.012),
+    lag("output_speed_wheel_has_a_wide_gap", "output_speed", "gaps", 0.03),
     # A tank beside the sensor is filled, runs over, and is emptied evenly
     offset("pressure_sensor_is_pushed_by_a_tank_that_runs_over", "pressure", "sequence", 0.3,
            lambda r: 0.15 + 1.2 * jam(r, 0.4, 0.5, 0.96)),
