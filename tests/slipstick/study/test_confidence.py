@@ -18,12 +18,12 @@ def test_confidence_rises_with_the_lead(alone: bool) -> None:
     assert (np.diff(sure) > 0).all()
 
 
-def test_a_lead_is_worth_more_where_nothing_else_is_found() -> None:
-    def rise(alone: bool) -> float:
-        sure = [confidence(Evidence(lead, alone, further=False, share=1.0)) for lead in (4.0, 32.0)]
+def test_a_lead_is_worth_more_where_nothing_else_is_found_and_with_a_larger_share() -> None:
+    def rise(alone: bool, share: float) -> float:
+        sure = [confidence(Evidence(lead, alone, further=False, share=share)) for lead in (4.0, 32.0)]
         return float(np.diff(np.log(np.divide(sure, 1 - np.array(sure))))[0])
 
-    assert rise(alone=True) > rise(alone=False)
+    assert rise(alone=True, share=1.0) > rise(alone=False, share=1.0) > rise(alone=False, share=0.1) > 0
 
 
 def test_a_further_finding_is_less_likely() -> None:
@@ -41,8 +41,8 @@ def test_a_rare_pair_is_less_likely() -> None:
     assert confidence(plain._replace(rare=True)) < 0.5 < confidence(plain)
 
 
-def test_leads_below_one_count_as_one() -> None:
-    plain = Evidence(1.0, alone=True, further=False, share=1.0)
+def test_a_lead_below_zero_is_no_lead() -> None:
+    plain = Evidence(0.0, alone=True, further=False, share=1.0)
     assert confidence(plain._replace(lead=-3.0)) == confidence(plain)
 
 
@@ -57,7 +57,7 @@ def test_evidence_of_a_finding_is_that_beside_the_others() -> None:
 
 
 def test_findings_beside_the_largest_must_be_likely_enough() -> None:
-    largest, beside = (Evidence(2.0, alone=False, further=False, share=share) for share in (0.9, 0.09))
+    largest, beside = (Evidence(8.0, alone=False, further=False, share=share) for share in (0.7, 0.3))
     doubtful = Evidence(1.0, alone=False, further=True, share=0.01)
     assert confidence(doubtful) < LEAST < confidence(beside)
     assert are_reported([largest, doubtful, beside]) == [True, False, True]
