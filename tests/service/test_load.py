@@ -28,11 +28,7 @@ RECORDING = ("current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_to
 
 @pytest.fixture
 def computations(monkeypatch: pytest.MonkeyPatch) -> Computations:
-    """The computations of the service: one at a time, and one that waits; only those of clients."""
-    async def no_rehearsal(_: object) -> None:
-        """Its likelihoods would be held and counted, too."""
-
-    monkeypatch.setattr("service.app.rehearse", no_rehearsal)
+    """The computations of the service: one at a time, and one that waits."""
     made, uploads = Computations(1, 1, 20), Computations(1, 1, 20)
     both = iter((made, uploads))
     monkeypatch.setattr("service.app.Computations", lambda *_: next(both))
@@ -55,18 +51,22 @@ def client(shelf: Path, tmp_path: Path, serving, computations: Computations) -> 
 
 
 class Held:
-    """A likelihood that starts computing and continues when told."""
+    """A likelihood of a client that starts computing and continues when told."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.started, self.go_on, self.ended = threading.Semaphore(0), threading.Event(), threading.Semaphore(0)
         self.count, computed = 0, likelihood._log10_densities
 
-        def hold(*arguments: Any) -> Any:
+        posted = likelihood.LikelihoodRequest.model_validate(POSTS["/v1/likelihood"])
+
+        def hold(body: likelihood.LikelihoodRequest, *arguments: Any) -> Any:
+            if body != posted:  # that which services rehearse after their start
+                return computed(body, *arguments)
             self.count += 1
             self.started.release()
             try:
                 assert self.go_on.wait(20)
-                return computed(*arguments)
+                return computed(body, *arguments)
             finally:
                 self.ended.release()
 

@@ -4,20 +4,19 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from service.app import create_app
-from service.routes import likelihood
 from service.settings import Settings
 from service.warming import rehearse, warm
 from slipstick.errors import BadTable
-from slipstick.inference import table_problem
+from slipstick.machine import Measurements
+from slipstick.recordings import Recordings
 from slipstick.storage import versions
 from slipstick.storage.library import Library
 from slipstick.table import interpolation
-from slipstick.uncertainty.likelihood import InferenceProblem, lattice_terms, pieces
+from slipstick.uncertainty.likelihood import lattice_terms, pieces
 from tests.service.conftest import Serving
 
 SLOW = ("chaospy", "scipy.special", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.ndimage",
@@ -60,16 +59,17 @@ def test_a_damaged_default_table_is_left_to_the_request_that_asks_for_it(tmp_pat
 
 
 @pytest.mark.parametrize(("has_files", "times"), [(True, 3), (False, 0)])
-def test_the_example_of_the_likelihood_is_rehearsed_without_log_and_metrics(
-        shelf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_files: bool, times: int) -> None:
+def test_the_example_of_the_likelihood_is_rehearsed_without_log_metrics_and_place(
+        shelf: Path, tmp_path: Path, has_files: bool, times: int) -> None:
     places = list[int]()
-
-    def counted(*given: Any) -> InferenceProblem:
-        places.append(app.state.computations.running)
-        return table_problem(*given)
-
-    monkeypatch.setattr(likelihood, "table_problem", counted)
     app = create_app(Settings(tables=shelf if has_files else tmp_path, jobs=f"sqlite:///{tmp_path}/jobs.sqlite"))
+
+    class Counted(Library):
+        def measured(self, name: str) -> Recordings | Measurements:
+            places.append(app.state.computations.running)
+            return super().measured(name)
+
+    app.state.library = Counted(app.state.settings.tables)
     asyncio.run(rehearse(app))
     assert places == [0] * times  # no client waits or is refused for it
     assert b"slipstick_requests_total{" not in app.state.metrics.text()
