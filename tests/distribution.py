@@ -11,11 +11,12 @@ import pytest
 T = TypeVar("T")
 Once = Callable[[str, Callable[[], Any]], Any]
 
-FIRST = ("validation/test_study_on_hidden_effects.py", "worker/test_serve_jobs.py", "slipstick/clutch/test_effects.py",
-         "slipstick/uncertainty/fit/test_fit.py", "validation/test_fits_are_calibrated.py", "test_docs.py",
-         "service/test_openapi.py", "service/test_extended_model.py", "service/test_readme.py",
-         "worker/test_study.py", "slipstick/test_calibration.py", "service/test_study_routes.py",
-         "worker/test_surrogate.py")
+FIRST = ("service/test_openapi.py", "slipstick/naming/test_finer_laws.py", "slipstick/calibration/test_calibrate.py",
+         "slipstick/clutch/test_effects.py", "service/test_study_routes.py",
+         "slipstick/naming/test_unexplained_pressure.py", "worker/test_serve_jobs.py",
+         "validation/test_hidden_worlds.py", "slipstick/clutch/test_laws.py",
+         "slipstick/naming/test_implausible_engagements.py", "slipstick/naming/test_naming_threads.py",
+         "service/test_tokens.py", "slipstick/naming/test_fits_converge.py", "slipstick/report/test_page_in_browser.py")
 """The slowest files: started last, one of them would run alone at the end."""
 TOGETHER = {
     **dict.fromkeys(("service/test_openapi.py", "service/test_extended_model.py", "service/test_readme.py"),

@@ -47,7 +47,8 @@ def mean(calibration: Calibration) -> np.ndarray:
     return multiples(calibration, np.array([values[name] for name in calibration.free]))
 
 
-@pytest.mark.parametrize(("bench", "every"), [(HEAVY, 5), (COMPACT, 3)], ids=["heavy", "compact"])
+@pytest.mark.parametrize(("bench", "every"), [
+    pytest.param(HEAVY, 5, marks=pytest.mark.slow), (COMPACT, 3)], ids=["heavy", "compact"])
 def test_means_and_scatter_are_recovered_from_the_nominal_start(bench: Bench, every: int) -> None:
     found = calibrated(bench, every)
     assert found.converged
@@ -117,7 +118,7 @@ LINKED = {"current_gain", "temperature_gain", "initial_position", "friction_coef
 
 @pytest.mark.parametrize(("missing", "undetermined"), [
     (["pressure"], LINKED),
-    (["output_torque"], {"pressure_bias", "temperature_gain"}),
+    pytest.param(["output_torque"], {"pressure_bias", "temperature_gain"}, marks=pytest.mark.slow),
     pytest.param(["input_speed"], set(), marks=pytest.mark.slow),
     pytest.param(["pressure", "output_torque"], LINKED, marks=pytest.mark.slow),
     pytest.param(["pressure", "input_speed", "output_speed"], LINKED, marks=pytest.mark.slow),

@@ -47,7 +47,7 @@ def reference_errors(model: Model, conditions: Conditions, condition: int, times
     return abs(float(fast.shifting_time[0, 0]) - shifting_time), float(errors.max())
 
 
-@pytest.mark.parametrize("condition", [77, 215])
+@pytest.mark.parametrize("condition", [pytest.param(77, marks=pytest.mark.slow), 215])
 @each_effect
 def test_agrees_with_the_reference_implementation(effect: Effect, condition: int) -> None:
     time, signals = reference_errors(with_effects([effect]), CONDITIONS, condition, SAMPLE_TIMES)

@@ -69,8 +69,10 @@ def errors(model: Model, conditions: Conditions, condition: int) -> tuple[float,
             float((np.abs(found - signals).max(axis=0) / np.ptp(signals, axis=0)).max()))
 
 
-@pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
-@pytest.mark.parametrize(("quantity", "depends_on"), PAIRS, ids=[" over ".join(pair) for pair in PAIRS])
+@pytest.mark.parametrize(("quantity", "depends_on", "bench"), [
+    pytest.param(*pair, bench, id=f"{' over '.join(pair)}, {bench.name}",
+                 marks=[pytest.mark.slow] * ((place + other) % 2))
+    for place, pair in enumerate(PAIRS) for other, bench in enumerate(BENCHES)])
 def test_agrees_with_the_reference_implementation(bench: Bench, quantity: str, depends_on: str) -> None:
     conditions, nominal = ordered(bench), Model(bench.physics)
     fastest = int(np.nanargmin(ensemble.shifting_times(nominal, conditions)[0]))

@@ -56,6 +56,7 @@ def test_what_few_knots_leave_of_a_law_is_not_another_one(monkeypatch: pytest.Mo
     assert len(findings(model)) > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_known", [False, True])
 def test_no_further_pair_is_fitted_where_too_little_is_left_for_one(
         monkeypatch: pytest.MonkeyPatch, is_known: bool) -> None:

@@ -37,7 +37,7 @@ def test_a_fit_of_a_fast_valve_finds_a_late_clock(tmp_path: Path) -> None:
     assert np.mean(found.chi2) < 1.1
 
 
-@pytest.mark.parametrize("identity", ["s044", "s074"])
+@pytest.mark.parametrize("identity", [pytest.param("s044", marks=pytest.mark.slow), "s074"])
 def test_a_fit_that_goes_on_gains_nothing(tmp_path: Path, identity: str) -> None:
     found = fit(InputBlock(good_runs(tmp_path, "outlying", identity)))
     again = fit(found.block, start=found)
