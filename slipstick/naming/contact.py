@@ -51,11 +51,19 @@ class OnsetBlock(ClutchBlock):
         # Wider in friction: it is that of the onset alone, and a law may change it by more than runs scatter.
         self.widest = np.concatenate([[0.6], self.widest[1:]])
 
-    def _zero(self, errors: Laws) -> float:
-        """What the sensor reads too much before the plates close, in N m, beside its `errors`: that is not friction."""
+    def _zero(self, errors: Laws) -> np.ndarray:
+        """What the sensor reads too much before the plates close (n, 1), in N m, beside its `errors`: no friction.
+
+        It may drift over the test. As far as readings of the engagements differ by no more than their noise explains,
+        they have the median in common.
+        """
         quiet = self.scene.time < _QUIET
         film = self.base(np.zeros((len(self.measured), len(self.random))), errors)
-        return float(np.median((self.measured - film)[:, quiet]))
+        left = (self.measured - film)[:, quiet]
+        (noise, rho), each = self.scene.noise[self.signal], left.mean(axis=1)
+        common, of_noise = np.median(left), noise**2 * (1 + rho) / (1 - rho) / quiet.sum()
+        between = max(float(scipy.stats.median_abs_deviation(each, scale="normal")) ** 2 - of_noise, 0.0)
+        return np.asarray(common + between / (between + of_noise) * (each - common))[:, None]
 
     def _onset(self) -> np.ndarray:
         """First sample (n,) whose torque exceeds half of that in full contact."""

@@ -178,3 +178,17 @@ def test_the_onset_of_the_torque_is_found_with_an_offset_of_its_sensor(offset: f
     np.testing.assert_allclose(block.measured, right.measured, atol=1.0)
     named = OnsetBlock(scene, pressure, laws=[(("output torque sensor", "offset"), np.array([offset]))])
     np.testing.assert_allclose(named.measured, scene.measured("output_torque"), atol=1.0)
+
+
+@pytest.mark.parametrize("drift", [0.0, 60.0])
+def test_the_onset_is_found_where_the_zero_of_the_torque_sensor_drifts(drift: float) -> None:
+    scene, right = (scene_of(HEAVY, NOMINAL, COUNT, SEED) for _ in range(2))
+    signals, off = scene.recordings.signals, drift * scene.run[:, None] / scene.run.max()
+    assert signals is not None
+    signals = replace(signals, output_torque=signals.output_torque + off)
+    scene = replace(scene, recordings=replace(scene.recordings, signals=signals))
+    pressure = scene.smooth["pressure"]
+    block, known = (OnsetBlock(one, pressure) for one in (scene, right))
+    assert np.abs(block.counted.sum(axis=1) - known.counted.sum(axis=1)).max() <= 1
+    noise = HEAVY.sensors["output_torque"].noise
+    np.testing.assert_allclose(block.measured, known.measured, atol=2 * noise if drift else 0.0)
