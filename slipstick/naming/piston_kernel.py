@@ -1,7 +1,7 @@
 """The piston and the torque of the plates, engagement by engagement (lines 3 and 4 of eq. 1, and eq. 2).
 
     v = b2/c2 (p + chamber - aa) + a2/c2 p' - d2/c2 x,   x' = v (1 + rate(v)) + place(x) + rate_extra,   x(0) = initial
-    z = min(contact, max(0, alpha_T (1 + gain) x - clearance)),   s = the share of the ramp before contact that z is on
+    z = min(contact, max(0, alpha_T (1 + gain) x) - clearance),   s = the share of the ramp before contact that z is on
     torque = g (s^2 (3 - 2 s) alpha (1 + friction) F + beta (1 + film) slip / gap),   F = 1e5 z p / (contact - length)
 
 A drag d takes v d / sqrt(v^2 + d^2) off the rate v. Heun's method integrates x with a pressure linear between samples.
@@ -117,7 +117,7 @@ def _press(last, p, pressure, slip, chamber, gain_change, clearance, friction_ch
     # Divisions take most of the time.
     per_width, per_travel = 1 / (p[12] * contact), 1e5 / (contact - p[8])
     for t in range(last):
-        z = min(contact, max(0.0, gain * (1 + gain_change[t]) * position[t] - clearance[t]))
+        z = min(contact, max(0.0, gain * (1 + gain_change[t]) * position[t]) - clearance[t])
         position[t] = z
         s = min(1.0, max(0.0, 1.0 - (contact - z) * per_width))
         per_gap = (1 - s) * (1 + 2 * s) * per_width if s > 0 else 1 / (contact - z)

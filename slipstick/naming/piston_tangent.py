@@ -80,21 +80,23 @@ def _press(kind, last, p, pressure, slip, chamber, gain_change, clearance, frict
     gain, contact = p[5], p[6]
     per_width, per_travel = 1 / (p[12] * contact), 1e5 / (contact - p[8])
     for t in range(last):
-        z = gain * (1 + gain_change[t]) * x[t] - clearance[t]
-        moves = 0.0 < z < contact
-        z = min(contact, max(0.0, z))
+        travelled = gain * (1 + gain_change[t]) * x[t]
+        z = max(0.0, travelled) - clearance[t]
+        closes = z < contact
+        z = min(contact, z)
         s = min(1.0, max(0.0, 1.0 - (contact - z) * per_width))
         friction = p[11] * p[10] * (1 + friction_change[t]) * per_travel * max(0.0, pressure[t] + chamber[t])
         film = p[11] * p[9] * (1 + film_change[t]) * slip[t]
         share = s * s * (3 - 2 * s)
         bent = 6 * s * (1 - s) * per_width
         gap = (1 - 4 * s) * per_width * per_width if s > 0 else 1 / ((contact - z) * (contact - z))
-        of_place = friction * (bent * z + share) + film * gap if moves else 0.0
-        of_state[t] = of_place * gain * (1 + gain_change[t])
+        of_place = friction * (bent * z + share) + film * gap if closes else 0.0
+        of_travel = of_place if travelled > 0 else 0.0
+        of_state[t] = of_travel * gain * (1 + gain_change[t])
         of_law[t] = 0.0
         if kind == _CHAMBER and pressure[t] + chamber[t] > 0:
             of_law[t] = p[11] * p[10] * (1 + friction_change[t]) * per_travel * share * z
         elif kind == _GAIN:
-            of_law[t] = of_place * gain * x[t]
+            of_law[t] = of_travel * gain * x[t]
         elif kind == _CLEARANCE:
             of_law[t] = -of_place

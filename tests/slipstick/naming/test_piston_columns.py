@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from slipstick.bench import parameters
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.piston import ClutchBlock
@@ -42,3 +44,16 @@ def test_columns_are_derivatives_of_the_torque(block: ClutchBlock, pair: Pair, b
     off = np.abs(columns - change) / np.abs(change).max()
     assert np.quantile(off, 0.9999) < 0.02  # a sample at which the difference steps over full contact is off
     assert np.sqrt(np.mean((columns - change) ** 2) / np.mean(change**2)) < 0.02
+
+
+def test_plates_are_as_far_apart_as_in_the_simulator_where_they_wear_by_more_than_the_piston_begins_with() -> None:
+    pair, nominal = ("clearance", "run order"), dict(zip(parameters.NAMES, HEAVY.physics.nominal, strict=True))
+    wear = 2 * nominal["initial_position"] * nominal["temperature_gain"]
+    law = MeasuredLaw(*pair, (0.0, COUNT - 1.0), (-wear, wear), relative=False)
+    block = block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics).with_law(law), COUNT))
+    points, its = block.law(pair), np.zeros((COUNT, len(block.random)))
+    assert points.x is not None
+    coefficients = np.linalg.lstsq(points.onto, np.interp(points.x, law.at, law.change))[0]
+    before = block.scene.time < 0.05  # the plates close
+    left, lacking = ((block.measured - block.base(its, laws))[:, before] for laws in ([(pair, coefficients)], []))
+    assert np.abs(left).max() < 0.01 * np.abs(lacking).max()
