@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 import scipy
 
+from slipstick.blocks.sensor_noise import power
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.bases import hats
 from slipstick.naming.block import Laws, Pair
@@ -60,8 +61,8 @@ class OnsetBlock(ClutchBlock):
         quiet = self.scene.time < _QUIET
         film = self.base(np.zeros((len(self.measured), len(self.random))), errors)
         left = (self.measured - film)[:, quiet]
-        (noise, rho), each = self.scene.noise[self.signal], left.mean(axis=1)
-        common, of_noise = np.median(left), noise**2 * (1 + rho) / (1 - rho) / quiet.sum()
+        each, common = left.mean(axis=1), np.median(left)
+        of_noise = power(self.scene.noise[self.signal]) / quiet.sum()
         between = max(float(scipy.stats.median_abs_deviation(each, scale="normal")) ** 2 - of_noise, 0.0)
         return np.asarray(common + between / (between + of_noise) * (each - common))[:, None]
 

@@ -29,9 +29,9 @@ SOME_DRAWN = [SETUPS[f"drawn{number:02}"]
               for number in (2, 4, 8, 13, 18, 22, 25, 29, 33, 38, 41, 45, 50, 54, 59, 62, 65, 71,
                              74, 77, 83, 86, 90, 94, 98, 101, 106, 110, 113, 117, 124, 126, 127,
                              137, 139, 144, 146, 148, 154)]
-BENCHES = pytest.mark.parametrize("bench", [
-    *(setup.name for setup in CHOSEN),
-    *(pytest.param(setup.name, marks=[pytest.mark.slow] * (place % 6 > 0)) for place, setup in enumerate(SOME_DRAWN))])
+MARKED = [(setup, [pytest.mark.slow] * (place % 6 > 0)) for place, setup in enumerate(SOME_DRAWN)]
+BENCHES = pytest.mark.parametrize("bench", [*(setup.name for setup in CHOSEN),
+                                            *(pytest.param(setup.name, marks=marks) for setup, marks in MARKED)])
 
 
 def bench_file(setup: Setup) -> Bench:
@@ -52,8 +52,8 @@ def test_shifting_times_of_the_compact_bench_agree_with_the_reference() -> None:
 
 @pytest.mark.parametrize(("setup", "earliest", "latest"), [
     (BRISK, 0.25, 1.4), (GIANT, 0.4, 2.8), (LIGHT, 0.25, 0.8), (SLOW, 0.25, 2.7),
-    *(pytest.param(setup, 0.09, 2.4, marks=[pytest.mark.slow] * (place % 6 > 0))
-      for place, setup in enumerate(SOME_DRAWN))], ids=lambda value: getattr(value, "name", ""))
+    *(pytest.param(setup, 0.09, 2.4, marks=marks) for setup, marks in MARKED)],
+    ids=lambda value: getattr(value, "name", ""))
 def test_shifting_times_agree_with_those_of_the_bench_file(setup: Setup, earliest: float, latest: float) -> None:
     bench = bench_file(setup)
     assert bench.sample_time == setup.period

@@ -51,9 +51,9 @@ def test_plates_are_as_far_apart_as_in_the_simulator_where_they_wear_by_more_tha
     wear = 2 * nominal["initial_position"] * nominal["temperature_gain"]
     law = MeasuredLaw(*pair, (0.0, COUNT - 1.0), (-wear, wear), relative=False)
     block = block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics).with_law(law), COUNT))
-    points, its = block.law(pair), np.zeros((COUNT, len(block.random)))
-    assert points.x is not None
-    coefficients = np.linalg.lstsq(points.onto, np.interp(points.x, law.at, law.change))[0]
+    its, points = block.law(pair), np.zeros((COUNT, len(block.random)))
+    assert its.x is not None
+    coefficients = np.linalg.lstsq(its.onto, np.interp(its.x, law.at, law.change))[0]
     before = block.scene.time < 0.05  # the plates close
-    left, lacking = ((block.measured - block.base(its, laws))[:, before] for laws in ([(pair, coefficients)], []))
+    left, lacking = ((block.measured - block.base(points, laws))[:, before] for laws in ([(pair, coefficients)], []))
     assert np.abs(left).max() < 0.01 * np.abs(lacking).max()
