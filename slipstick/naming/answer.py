@@ -9,14 +9,12 @@ import numpy as np
 from slipstick.clutch.effects import find, matching
 from slipstick.clutch.effects.effect import DEPENDENCES, QUANTITIES, SENSORS
 from slipstick.naming.block import Pair
-from slipstick.naming.measured import LawPoints
+from slipstick.naming.measured import LINEARISED, LawPoints
 from slipstick.naming.selection import Finding, Rival
 from slipstick.naming.varying_lag import with_constant_lag
 
 MOST_TIED = 3
 """Names in a tie at most: more tell nobody anything, and the answer is then the pair."""
-_LINEARISED = 5.0
-"""Factor by which the errors of a linearised law may be too small: a clearance was off by 10 of them."""
 _ANY_LINE = 10.0
 """Standard deviation of a straight line that a law is known up to, over its largest change: such a law has no slope."""
 
@@ -55,7 +53,7 @@ def _has_shape(name: str, law: LawPoints) -> bool:
     # The shape is that of the change of the effect's own quantity.
     if effect.shape is None or law.x is None or len(law.x) < 2 or law.pair != effect.pairs[0]:
         return True
-    covariance = law.covariance * (_LINEARISED**2 if law.linearised else 1.0)
+    covariance = law.covariance * (LINEARISED**2 if law.linearised else 1.0)
     if law.up_to == "line":
         line = (law.x - law.x.mean()) / np.ptp(law.x)
         covariance = covariance + (_ANY_LINE * max(np.abs(law.change).max(), law.std.max())) ** 2 * np.outer(line, line)

@@ -70,20 +70,33 @@ class Drive:
 
     def at(self, speed: np.ndarray, motor: np.ndarray, sag: float, errors: np.ndarray) -> AtSpeed:
         """The converter at a `speed` (n, k), with `motor` (n, 1) without sag, and the `errors` (KNOTS,)."""
-        free, pump = motor, np.zeros(speed.shape)
-        for _ in range(2):
-            capacity = np.interp(speed / motor, *self.curves[[0, 2]])
-            pump = (motor / capacity) ** 2 / self.largest
-            motor = free * (1 - sag * pump)
+        motor, pump = self._sagged(speed, motor, sag)
         table = self._table(errors)
 
         def torque(speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
-            return np.asarray(self.torque(speed, motor) * (1 + np.interp(speed / motor, self.ratios, table)))
+            return self._off(speed, motor, table)
 
         h = _SLOPE_STEP * motor
         slope = (torque(speed + h, motor) - torque(speed - h, motor)) / (2 * h)
         change = torque(speed, motor * (1 + _SLOPE_STEP)) - torque(speed, motor * (1 - _SLOPE_STEP))
         return AtSpeed(torque(speed, motor), slope, change / (2 * _SLOPE_STEP), speed / motor, pump)
+
+    def torque_at(self, speed: np.ndarray, motor: np.ndarray, sag: float, errors: np.ndarray) -> np.ndarray:
+        """The `torque` of `at` alone."""
+        return self._off(speed, self._sagged(speed, motor, sag)[0], self._table(errors))
+
+    def _sagged(self, speed: np.ndarray, free: np.ndarray, sag: float) -> tuple[np.ndarray, np.ndarray]:
+        """Motor speed (n, k) in rad/s, and the torque of the pump over the largest one."""
+        motor, pump = free, np.zeros(speed.shape)
+        for _ in range(2):
+            capacity = np.interp(speed / motor, *self.curves[[0, 2]])
+            pump = (motor / capacity) ** 2 / self.largest
+            motor = free * (1 - sag * pump)
+        return motor, pump
+
+    def _off(self, speed: np.ndarray, motor: np.ndarray, table: np.ndarray) -> np.ndarray:
+        """Torque (n, k) in N m of a curve with the errors in `table`."""
+        return np.asarray(self.torque(speed, motor) * (1 + np.interp(speed / motor, self.ratios, table)))
 
     def tables(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torque of turbine and pump over the square of the motor speed at the `ratios`, with the `errors` (KNOTS,)."""

@@ -22,8 +22,6 @@ from slipstick.naming.varying_lag import OVER, Trail, trailing, with_constant_la
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
 _CHANGING_LAG = "converter lag"
-_ON_SHAFT = ("input torque", "converter torque")
-"""Quantities whose laws drive the shaft."""
 SENSOR = "input speed sensor"
 _SIGNALS = ("input speed", "pressure", "time", "run order", "output speed", "motor speed")
 _OF_CONVERTER = ("lag", "run order")
@@ -54,9 +52,9 @@ class InputBlock:
         self._clock = 0.0
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
         self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
-        nominal = np.zeros((len(scene), len(self.random)))
+        nominal, one = np.zeros((len(scene), len(self.random))), np.ones(self.torque.shape)
         self._speed = self.clean(nominal)
-        self._about = self._shaft.about(nominal, self._speed)
+        self._about = self._shaft.about(nominal, self._speed, one)
 
     def at(self, shared: np.ndarray) -> None:
         """Set what engagements share, (p,): delay of the clock in s, sag, errors of motor speeds and converter."""
@@ -65,17 +63,17 @@ class InputBlock:
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
-        torque = self.torque / self.scene.gear
+        torque, factor = self.torque / self.scene.gear, self._factor(laws)
         self._read = true_torque(self.scene, laws, self.finer)
         self._speed = reference = self._turned(points, laws, self._read)
         self._steep = steepness(self.scene, self._read, laws, self.finer)
+        self._about = self._shaft.about(points, reference, factor)
         for pair, coefficients in laws:
             if _is_lag(pair):
-                torque = torque - self._lagging(pair, reference, coefficients)
-            elif not _is_reading(pair):
+                torque = torque - self._lagging(pair, self._about.driven, coefficients)
+            elif not (_is_reading(pair) or _is_factor(pair)):
                 torque = torque - coefficients @ self._given_by(pair)
-        speed = self._shaft.turned(points, torque - self._shaft.kick(points))
-        self._about = self._shaft.about(points, self._speed)
+        speed = self._shaft.turned(points, torque - self._shaft.kick(points), factor)
         speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
         return np.asarray(speed + self._clock * bases.late(reference, self.scene.time))
 
@@ -86,25 +84,34 @@ class InputBlock:
 
     def _turned(self, points: np.ndarray, laws: Laws, true: np.ndarray) -> np.ndarray:
         """The speed (n, k) in rad/s under the `true` torque (n, k) in N m behind the gear."""
-        torque = self._against(laws, true)
-        speed = self._shaft.turned(points, torque)
+        torque, factor = self._against(laws, true), self._factor(laws)
+        speed = self._shaft.turned(points, torque, factor)
         # The lagging torque is that at the speed that it leads to, which is found by iteration.
         for _ in range(_ROUNDS if any(_is_lag(pair) for pair, _ in laws) else 0):
-            speed = self._shaft.turned(points, torque - self._late(laws, speed))
+            driven = factor * self._shaft.driven_at(points, speed)
+            speed = self._shaft.turned(points, torque - self._late(laws, driven), factor)
         return speed
 
     def _against(self, laws: Laws, true: np.ndarray) -> np.ndarray:
         """The torque (n, k) in N m against the motion, without losses and lags of the converter."""
         torque = true / self.scene.gear
         for pair, coefficients in laws:
-            if not _is_lag(pair) and pair[0] in _ON_SHAFT:
+            if pair[0] == "input torque":
                 torque = torque - coefficients @ self._given_by(pair)
         return np.asarray(torque)
 
-    def _late(self, laws: Laws, speed: np.ndarray) -> np.ndarray:
-        """The torque (n, k) in N m by which those of the laws that are lags drive the shaft more, at `speed` (n, k)."""
-        late = [self._lagging(pair, speed, coefficients) for pair, coefficients in laws if _is_lag(pair)]
-        return np.asarray(np.sum(late, axis=0)) if late else np.zeros(speed.shape)
+    def _factor(self, laws: Laws) -> np.ndarray:
+        """The factor (n, k) of the converter's torque."""
+        factor = np.ones(self.torque.shape)
+        for pair, coefficients in laws:
+            if _is_factor(pair):
+                factor = factor + coefficients @ self._given_by(pair)
+        return factor
+
+    def _late(self, laws: Laws, driven: np.ndarray) -> np.ndarray:
+        """The torque (n, k) in N m by which those of the laws that are lags of the one `driven` (n, k) drive more."""
+        late = [self._lagging(pair, driven, coefficients) for pair, coefficients in laws if _is_lag(pair)]
+        return np.asarray(np.sum(late, axis=0)) if late else np.zeros(driven.shape)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the speed sensor, and the integrated one of the torque sensor, where `base` was called last."""
@@ -119,7 +126,7 @@ class InputBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
-        speed, against = self._speed, self._against(laws, self._read) - self._late(laws, self._speed)
+        speed, against = self._speed, self._against(laws, self._read) - self._late(laws, self._about.driven)
         changes = self._shaft.columns(points, speed, self._about, against)
         own, fixed = (sensor_errors.as_read(self.scene, one, speed, laws, SENSOR, self.finer) for one in changes)
         return own, np.concatenate([bases.late(speed, self.scene.time)[:, None], fixed], axis=1)
@@ -149,7 +156,7 @@ class InputBlock:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
         if _is_reading(pair):
             return self._reading(pair, self._speed)
-        torque = self._torque(pair, self._speed, laws) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
+        torque = self._torque(pair, laws) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
         change = self._shaft.responded(torque, self._about)
         return sensor_errors.as_read(self.scene, change, self._speed, laws, SENSOR, self.finer)
 
@@ -182,27 +189,27 @@ class InputBlock:
         """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
         return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
 
-    def _torque(self, pair: Pair, speed: np.ndarray, laws: Laws) -> np.ndarray:
-        """Torques (n, m, k) in N m that drive the shaft; that of a lagging converter is at `speed` (n, k)."""
+    def _torque(self, pair: Pair, laws: Laws) -> np.ndarray:
+        """Torques (n, m, k) in N m that drive the shaft."""
+        driven = self._about.driven
         if pair == _LAG:
-            return lag_columns(self.scene, self._shaft.driven_at(speed), self.finer.get(pair, 0))
+            return lag_columns(self.scene, driven, self.finer.get(pair, 0))
+        basis = self._given_by(pair)
         if _is_lag(pair):
-            basis = self._given_by(pair)
             held = next((c for law, c in laws if law == pair), np.zeros(basis.shape[1]))
-            return Trail.of(held @ basis, self.scene.step).columns(self._shaft.driven_at(speed), basis)
-        return self._given_by(pair)
+            return Trail.of(held @ basis, self.scene.step).columns(driven, basis)
+        return self._about.converter.torque[:, None] * basis if _is_factor(pair) else basis
 
-    def _lagging(self, pair: Pair, speed: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """The torque (n, k) in N m by which a lagging converter drives the shaft more, at `speed` (n, k)."""
-        torque = self._shaft.driven_at(speed)
+    def _lagging(self, pair: Pair, driven: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """The torque (n, k) in N m by which a lag of the one `driven` (n, k) by the converter drives the shaft more."""
         if pair == _LAG:
-            return lagging(self.scene, torque, coefficients, self.finer.get(_LAG, 0))
-        return trailing(torque, coefficients @ self._given_by(pair), self.scene.step)
+            return lagging(self.scene, driven, coefficients, self.finer.get(_LAG, 0))
+        return trailing(driven, coefficients @ self._given_by(pair), self.scene.step)
 
     def _given_by(self, pair: Pair) -> np.ndarray:
-        """Torques (n, m, k) in N m that do not depend on the speed that they lead to, or lags (n, m, k) in s.
+        """Torques in N m, relative changes of the converter's torque, or lags in s, (n, m, k).
 
-        Most are computed once.
+        They do not depend on the speed that they lead to, and most are computed once.
         """
         if pair == TORQUE_GAIN:
             return sensor_errors.reading(self.scene, *pair, self._read, self.finer.get(pair, 0)) / self.scene.gear
@@ -213,18 +220,16 @@ class InputBlock:
 
     def _over_signals(self, pair: Pair) -> np.ndarray:
         scene, (quantity, on) = self.scene, pair
-        measured = scene.smooth["input_speed"]
         if quantity == "output torque sensor":
             torque = scene.smooth["output_torque"]
             return sensor_errors.reading(scene, *pair, torque, self.finer.get(pair, 0)) / scene.gear
-        of_converter = quantity == "converter torque"  # whose curve is what all engagements have in common
-        size = (self._shaft.driven_at(measured) if of_converter
-                else np.full(measured.shape, self._unit(quantity)))
+        of_converter = _is_factor(pair)  # whose curve is what all engagements have in common
+        size = 1.0 if of_converter else self._unit(quantity)
         if on in scene.of_runs:
             between = scene.between(on, of_converter, self.finer.get(pair, 0))
-            return np.asarray(size[:, None] * between[:, :, None])
+            return np.asarray(np.repeat(size * between[:, :, None], len(scene.time), axis=2))
         hats = bases.hats(scene.abscissa(on), self._knots_of(pair))
-        return np.asarray((-size if quantity == "input torque" else size)[:, None] * hats)
+        return (-size if quantity == "input torque" else size) * hats
 
     def _knots_of(self, pair: Pair) -> np.ndarray:
         """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""
@@ -238,3 +243,8 @@ def _is_reading(pair: Pair) -> bool:
 
 def _is_lag(pair: Pair) -> bool:
     return with_constant_lag(pair) == _LAG
+
+
+def _is_factor(pair: Pair) -> bool:
+    """Whether a law changes the converter's torque by a share of it."""
+    return pair[0] == "converter torque" and pair != _LAG

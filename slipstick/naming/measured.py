@@ -1,8 +1,8 @@
 """The measured law of a finding: its values, how well they are known, and what of it the simulator takes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from slipstick.naming.fit import BlockFit
 from slipstick.naming.law_map import UpTo
 from slipstick.naming.linear_model import LAW_PRECISION
 from slipstick.naming.mechanics import CONDITIONS_WITHIN
-from slipstick.naming.smoothness import between_points, smoothed
+from slipstick.naming.smoothness import between_points, smoothed, widened
 from slipstick.naming.thinning import thinned
 
 _IN_SIMULATOR = {"input torque": "converter torque"}
@@ -24,6 +24,8 @@ _COARSE = 0.1
 """Standard error of a lag over the lag: mixtures of four lags are up to 20 % off lags between them."""
 _SEEN = 0.5
 """Largest standard error of a point, over that of the prior: friction is not seen at a slip of 0, for instance."""
+LINEARISED = 5.0
+"""Factor by which the errors of a linearised law may be too small: a clearance was off by 10 of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,22 +102,37 @@ class LawPoints:
                    np.array(values["covariance"], float), values["up_to"], values["linearised"])
 
 
+class _Measured(NamedTuple):
+    """A law with the variance of a value where it has no point, which is that of the prior."""
+
+    law: LawPoints
+    elsewhere: float
+
+
 def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
     """The law of one of the pairs of a fit, without points at which the recordings do not determine it.
 
-    The values of a law over a number also have a random walk as prior (smoothness.py). The lag of the sensor that a
-    block predicts is the delay of its reading, with that of its clock: mixtures of few lags leave a part of other lags
-    to the clock. The values over the stated motor speeds are off by what these are.
+    A strong law has a wider prior than in the fit, and the values of a law over a number also have that of a random
+    walk (smoothness.py). The lag of the sensor that a block predicts is the delay of its reading, with that of its
+    clock: mixtures of few lags leave a part of other lags to the clock. The values over the stated motor speeds are off
+    by what these are.
     """
+    return _law_points(fit, pair).law
+
+
+def _law_points(fit: BlockFit, pair: Pair) -> _Measured:
     places = fit.places(pair)
     values = fit.block.law(pair)
     onto, coefficients = values.onto, fit.coefficients[pair]
+    precision = np.full(len(coefficients), LAW_PRECISION)
     prior = (onto**2).sum(axis=1) / LAW_PRECISION
     if _has_clock(fit.block, pair):
         clock = fit.block.fixed.index("clock")
         onto, coefficients = np.insert(onto, 0, 1.0, axis=1), np.insert(coefficients, 0, fit.shared[clock])
-        places = np.insert(places, 0, len(fit.block.random) + clock)
+        places, precision = np.insert(places, 0, len(fit.block.random) + clock), np.insert(precision, 0, 0.0)
     covariance = fit.fitted.covariance[np.ix_(places, places)]
+    coefficients, covariance, factor = widened(coefficients, covariance, precision)
+    prior = prior / factor
     seen = np.einsum("mp,pq,mq->m", onto, covariance, onto) <= _SEEN**2 * prior
     if seen.sum() < 2 or values.x is None:
         seen[:] = True
@@ -128,8 +145,9 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
         covariance = covariance + between_points(change, covariance) ** 2 * np.eye(len(change))
     if values.x is not None and pair[1] == "motor speed":
         covariance = covariance + np.diag(_from_stated(values.x[seen], change) ** 2)
-    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change, values.unit,
-                     values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
+    law = LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change, values.unit,
+                    values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
+    return _Measured(law, float(prior.mean()))
 
 
 def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:
@@ -141,19 +159,28 @@ def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
     """All laws in `fits`, by their pairs, each from the block that determines it best.
 
-    That is the one with the smallest mean variance. A linear block goes before one whose errors are `linearised`, and
-    for the lag of a sensor the block whose clock is that of the sensor before others. A mean over blocks would count
-    samples twice that two blocks share. A lag has a further error, because it need not be one of those in the mixture.
+    That is the one with the smallest mean variance over all that the blocks visit; the errors of `linearised` laws may
+    be `LINEARISED` times too small. For the lag of a sensor, the block whose clock is that of the sensor goes before
+    others. A mean over blocks would count samples twice that two blocks share. A lag has a further error, because it
+    need not be one of those in the mixture.
     """
-    found: dict[Pair, tuple[tuple[bool, bool, float], LawPoints]] = {}
+    found: dict[Pair, list[tuple[bool, _Measured]]] = {}
     for one in fits.values():
         for pair in one.laws:
-            law = law_points(one, pair)
-            rank = law.linearised, not _has_clock(one.block, pair), float((law.std**2).mean())
-            if pair not in found or rank < found[pair][0]:
-                found[pair] = rank, law
+            found.setdefault(pair, []).append((not _has_clock(one.block, pair), _law_points(one, pair)))
+    best = {pair: min(laws, key=lambda its: (its[0], _variance(its[1], [one.law for _, one in laws])))[1].law
+            for pair, laws in found.items()}
     return {pair: replace(law, covariance=law.covariance + (_COARSE * law.change) ** 2) if pair[1] == "lag" else law
-            for pair, (_, law) in found.items()}
+            for pair, law in best.items()}
+
+
+def _variance(one: _Measured, laws: Sequence[LawPoints]) -> float:
+    """Mean variance of a law over the points of all `laws` of its pair."""
+    law, variance = one.law, one.law.std**2 * (LINEARISED**2 if one.law.linearised else 1.0)
+    if law.x is not None:
+        x = np.concatenate([other.x for other in laws if other.x is not None])
+        variance = np.interp(x, law.x, variance, one.elsewhere, one.elsewhere)
+    return float(variance.mean())
 
 
 def _has_clock(block: Block, pair: Pair) -> bool:

@@ -1,11 +1,11 @@
 """The input shaft between converter and plates, against a torque of the plates: its speed, and changes of it.
 
-    J w' = T_conv(w, m) + T_given - b_iv w - T_ic - torque,   T_conv = t(w/m) (m / c(w/m))^2
+    J w' = factor T_conv(w, m) + T_given - b_iv w - T_ic - torque,   T_conv = t(w/m) (m / c(w/m))^2
 
 with the motor speed m, the torque ratio t and the capacity factor c of the converter. The motor may be slower than
 stated, and slower still under the torque of the pump, and the converter's torque is off by a factor over the speed
-ratio. These errors are integrated with the speed, because near a ratio of 1 the curve is so steep that a percent of
-motor speed changes the torque far from linearly.
+ratio. Laws of the converter are a further factor over time. These errors are integrated with the speed, because near a
+ratio of 1 the curve is so steep that a percent of motor speed changes the torque far from linearly.
 """
 
 from dataclasses import dataclass
@@ -34,12 +34,18 @@ _STEPS = 2
 class Linearised:
     """About a speed, w' = forcing / inertia - rate w: `inertia` (n, 1) in kg m^2, `rate` (n, k - 1) in 1/s.
 
-    The `converter` is that at this speed.
+    The `converter` is that at this speed, without the `factor` (n, k) of its torque.
     """
 
     inertia: np.ndarray
     rate: np.ndarray
     converter: AtSpeed
+    factor: np.ndarray
+
+    @property
+    def driven(self) -> np.ndarray:
+        """The torque (n, k) in N m of the converter."""
+        return np.asarray(self.factor * self.converter.torque)
 
 
 class Shaft:
@@ -72,8 +78,8 @@ class Shaft:
         """The torque (n, k) in N m that brakes the shaft at lock-up."""
         return np.asarray(points[:, 4, None] * self._kick)
 
-    def turned(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Speed (n, k) in rad/s against a torque (n, k) in N m."""
+    def turned(self, points: np.ndarray, torque: np.ndarray, factor: np.ndarray) -> np.ndarray:
+        """Speed (n, k) in rad/s against a torque (n, k) in N m, with a factor (n, k) of the converter's torque."""
         speed, drive, motor = np.empty(torque.shape), self._drive, self._motor_at(points)
         ratio, tables = drive.ratios, drive.tables(self._errors)
         start = self._initial * motor / self._motor * (1 + points[:, 5])
@@ -81,19 +87,19 @@ class Shaft:
         viscous, inertia = self._viscous * (1 + points[:, 2]), self._inertia * (1 + points[:, 0])
 
         def turned(its: slice) -> None:
-            turn(self._time, torque[its], start[its], motor[its], drive_torque[its], viscous[its], inertia[its],
-                 ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]), *tables, self._sag / drive.largest, _STEPS,
-                 speed[its])
+            turn(self._time, torque[its], factor[its], start[its], motor[its], drive_torque[its], viscous[its],
+                 inertia[its], ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]), *tables, self._sag / drive.largest,
+                 _STEPS, speed[its])
 
         mapped(turned, parts_of(len(torque)))
         return speed
 
-    def about(self, points: np.ndarray, speed: np.ndarray) -> Linearised:
-        """The equation about a `speed` (n, k) in rad/s."""
+    def about(self, points: np.ndarray, speed: np.ndarray, factor: np.ndarray) -> Linearised:
+        """The equation about a `speed` (n, k) in rad/s, with a `factor` (n, k) of the converter's torque."""
         now = self._drive.at(speed, self._motor_at(points)[:, None], self._sag, self._errors)
         inertia = (self._inertia * (1 + points[:, 0]))[:, None]
-        rate = (self._viscous * (1 + points[:, 2]))[:, None] / inertia - now.slope / inertia
-        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), now)
+        rate = (self._viscous * (1 + points[:, 2]))[:, None] / inertia - factor * now.slope / inertia
+        return Linearised(inertia, 0.5 * (rate[:, 1:] + rate[:, :-1]), now, factor)
 
     def responded(self, torque: np.ndarray, about: Linearised) -> np.ndarray:
         """Change (n, p, k) in rad/s under torques (n, p, k) in N m that drive the shaft further."""
@@ -106,15 +112,16 @@ class Shaft:
         `about` is the equation about the `speed` (n, k) against the `torque` (n, k) in N m.
         """
         now, one = about.converter, np.ones(speed.shape)
+        given, motor = about.driven, about.factor * now.motor
         losses = self._coulomb * (1 + points[:, 1:2]) + self._viscous * (1 + points[:, 2:3]) * speed
-        net = now.torque + self._given_torque[:, None] - losses - torque
+        net = given + self._given_torque[:, None] - losses - torque
         own = self.responded(np.stack([-net / (1 + points[:, :1]), -self._coulomb * one, -self._viscous * speed,
-                                       now.motor, self._kick], axis=1), about)
+                                       motor, self._kick], axis=1), about)
         decay = np.exp(-np.cumsum(about.rate * self._step, axis=1))
         start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
         own[:, 3] += start  # the shaft turns with the motor before the plates meet
         hats = bases.hats(now.ratio, self._drive.knots)
-        sag, converter = -now.motor * now.pump, (now.torque / (1 + self._errors @ hats))[:, None] * hats
+        sag, converter = -motor * now.pump, (given / (1 + self._errors @ hats))[:, None] * hats
         fixed = self.responded(np.concatenate([sag[:, None], converter], axis=1), about)
         levels = own[:, 3:4] * self._levels[:, :, None]
         return (np.concatenate([own, start[:, None]], axis=1),
@@ -128,9 +135,9 @@ class Shaft:
         """The converter with the `shared` errors of its curve, and with the sag of the motor at its mean speed."""
         return self._drive.corrected(float(np.sqrt(np.mean(self._motor**2))), shared[0], shared[-KNOTS:])
 
-    def driven_at(self, speed: np.ndarray) -> np.ndarray:
-        """Torque (n, k) in N m of the nominal converter at a `speed` (n, k)."""
-        return self._drive.torque(speed, self._motor[:, None])
+    def driven_at(self, points: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """Torque (n, k) in N m of the converter at a `speed` (n, k)."""
+        return self._drive.torque_at(speed, self._motor_at(points)[:, None], self._sag, self._errors)
 
     def _motor_at(self, points: np.ndarray) -> np.ndarray:
         """Motor speed (n,) in rad/s without sag."""

@@ -1,6 +1,6 @@
 """The input shaft under a measured torque, engagement by engagement.
 
-    J w' = m^2 f(w / m) + drive - b_iv w - torque,   m = motor (1 - sag pump / largest),   pump = m^2 h(w / m)
+    J w' = factor m^2 f(w / m) + drive - b_iv w - torque,   m = motor (1 - sag pump / largest),   pump = m^2 h(w / m)
 
 with tables f and h at equal distances over the speed ratio, and constant beyond them.
 """
@@ -16,12 +16,12 @@ def _at(ratio, lowest, per, table):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def turn(time, torque, start, motor, drive, viscous, inertia, lowest, per, f, h, sag,  # type: ignore[no-untyped-def]
-         steps, out):
+def turn(time, torque, factor, start, motor, drive, viscous, inertia, lowest, per,  # type: ignore[no-untyped-def]
+         f, h, sag, steps, out):
     """Fill `out` (n, k) with the speed in rad/s at `time` (k,), by `steps` Runge-Kutta steps in a sample.
 
-    `torque` (n, k) in N m is linear between samples, and the motor speed constant in a step. `per` is the number of
-    points of the tables in a unit of the ratio, `sag` over the largest torque of the pump.
+    `torque` in N m and `factor`, (n, k) each, are linear between samples, and the motor speed constant in a step. `per`
+    is the number of points of the tables in a unit of the ratio, `sag` over the largest torque of the pump.
     """
     for i in range(len(start)):
         x = start[i]
@@ -32,16 +32,19 @@ def turn(time, torque, start, motor, drive, viscous, inertia, lowest, per, f, h,
                 before = torque[i, k] + (torque[i, k + 1] - torque[i, k]) * step / steps
                 after = torque[i, k] + (torque[i, k + 1] - torque[i, k]) * (step + 1) / steps
                 middle = 0.5 * (before + after)
+                first = factor[i, k] + (factor[i, k + 1] - factor[i, k]) * step / steps
+                last = factor[i, k] + (factor[i, k + 1] - factor[i, k]) * (step + 1) / steps
                 m = motor[i]
                 for _ in range(2 if sag != 0 else 0):
                     m = motor[i] * (1 - sag * m * m * _at(x / m, lowest, per, h))
                 free, square = drive[i], m * m
-                a = (square * _at(x / m, lowest, per, f) + free - viscous[i] * x - before) / inertia[i]
+                first, half, last = square * first, square * (0.5 * (first + last)), square * last
+                a = (first * _at(x / m, lowest, per, f) + free - viscous[i] * x - before) / inertia[i]
                 y = x + 0.5 * d * a
-                b = (square * _at(y / m, lowest, per, f) + free - viscous[i] * y - middle) / inertia[i]
+                b = (half * _at(y / m, lowest, per, f) + free - viscous[i] * y - middle) / inertia[i]
                 y = x + 0.5 * d * b
-                c = (square * _at(y / m, lowest, per, f) + free - viscous[i] * y - middle) / inertia[i]
+                c = (half * _at(y / m, lowest, per, f) + free - viscous[i] * y - middle) / inertia[i]
                 y = x + d * c
-                e = (square * _at(y / m, lowest, per, f) + free - viscous[i] * y - after) / inertia[i]
+                e = (last * _at(y / m, lowest, per, f) + free - viscous[i] * y - after) / inertia[i]
                 x += d / 6 * (a + 2 * b + 2 * c + e)
             out[i, k + 1] = x

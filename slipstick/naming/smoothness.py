@@ -1,4 +1,8 @@
-"""How much a measured law varies from point to point: a prior for where it is hardly determined, and its error between.
+"""Priors of a measured law for where it is hardly determined: how large it is, and how much neighbours differ.
+
+The coefficients of a fit have a prior of one width, which takes strong laws toward 0 in directions that the recordings
+hardly determine, such as a mean that another parameter can take. The width for which the law is most likely follows
+from the law itself (MacKay, Neural Comput. 4, 415, 1992).
 
 The values of a law at its points are given the prior of a random walk: the steps from point to point are independent
 and normal, with mean 0 and one variance. Its estimate from the law itself (the largest marginal likelihood) decides how
@@ -11,11 +15,32 @@ import numpy as np
 _EIGHTHS = np.arange(-16 * 8, 16 * 8 + 1) / 8
 """Natural logarithms of the ratios of variances that are tried, about the ratio at which the prior counts as much as
 the recordings in the mean direction: from none of the steps to all of them."""
+_ROUNDS, _SETTLED = 50, 1e-3
+"""Rounds in which the width of a prior is found at most, and the relative change at which it is."""
 _NOTHING = 1e-9
 """Share of the largest eigenvalue below which an eigenvalue is 0."""
 _BRIDGE = 1 / 12
 """Mean squared deviation of a random walk in continuous time from its chords, over that of its second differences: a
 sixth of the variance of a step, of which a second difference has twice."""
+
+
+def widened(coefficients: np.ndarray, covariance: np.ndarray,
+            precision: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Coefficients (c,) of a law and their covariance (c, c) with a wider prior, where they are larger than it expects.
+
+    They were estimated with independent normal priors of mean 0 and this `precision` (c,), which is multiplied by the
+    factor that is returned, at most 1.
+    """
+    told, factor = np.linalg.inv(covariance), 1.0
+    at, values = told @ coefficients, coefficients
+    for _ in range(_ROUNDS):
+        determined = np.count_nonzero(precision) - factor * (precision * np.diag(covariance)).sum()
+        before, factor = factor, min(1.0, determined / (values @ (precision * values)))
+        if abs(factor / before - 1) < _SETTLED:
+            break
+        covariance = np.linalg.inv(told - np.diag((1 - factor) * precision))
+        values = covariance @ at
+    return values, covariance, factor
 
 
 def smoothed(onto: np.ndarray, coefficients: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -28,6 +28,9 @@ BESIDE: list[tuple[str, Pair, Pair]] = [
     ("load", ("output speed sensor", "lag"), ("load torque", "time")),
     ("load", GAIN, GAIN),
     ("input", ("input speed sensor", "gain"), ("input torque", "input speed")),
+    ("input", ("converter torque", "pressure"), ("input torque", "input speed")),
+    ("input", ("converter torque", "pressure"), ("converter torque", "run order")),
+    ("input", ("converter torque", "pressure"), ("converter torque", "lag")),
     ("clutch", ("output torque sensor", "lag"), ("friction coefficient", "slip")),
     ("clutch", ("contact pressure", "lag"), ("friction coefficient", "pressure")),
     ("clutch", GAIN, ("friction coefficient", "slip")),
@@ -162,10 +165,23 @@ def test_the_torque_after_lock_up_is_that_of_the_parameters_that_shafts_have_fou
 
 def test_a_lag_of_the_converter_that_comes_and_goes_is_closer_to_a_finer_one(scene: Scene) -> None:
     block, lag, left = InputBlock(scene), ("converter torque", "lag"), []
-    wave = (block._torque(lag, block._speed, ())[:, 1] * np.sin(np.pi * scene.time / 0.4) ** 2)[block.counted]
+    wave = (block._torque(lag, ())[:, 1] * np.sin(np.pi * scene.time / 0.4) ** 2)[block.counted]
     for finer in (0, 1, 2):
         block.finer = {lag: finer}
-        basis = block._torque(lag, block._speed, ()).transpose(0, 2, 1)[block.counted]
+        basis = block._torque(lag, ()).transpose(0, 2, 1)[block.counted]
         left.append(np.linalg.norm(wave - basis @ np.linalg.lstsq(basis, wave, rcond=None)[0]))
         assert block.law(lag).onto.shape[1] == basis.shape[1]
     assert left[2] < left[1] < 0.7 * left[0]
+
+
+def test_a_law_of_the_converter_is_a_share_of_its_torque_on_this_bench(scene: Scene) -> None:
+    """The motor sags and runs at other speeds than stated, and the curve is another one."""
+    block, law = InputBlock(scene), ("converter torque", "pressure")
+    share, points, count = 0.3, nominal(block), sum(name.startswith("converter") for name in block.fixed)
+    off_by = np.array([0.0, 0.02, *np.full(len(block.fixed) - 2 - count, -0.02)])
+    block.at(np.concatenate([off_by, np.full(count, 1.05 * (1 + share) - 1)]))
+    expected = block.base(points)
+    block.at(np.concatenate([off_by, np.full(count, 0.05)]))
+    size = block.law(law).onto.shape[1]
+    np.testing.assert_allclose(block.base(points, [(law, np.full(size, share))]), expected, rtol=1e-9)
+    assert np.abs(block.base(points) - expected).max() > 1

@@ -2,6 +2,8 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,6 +83,19 @@ def test_a_pair_of_several_blocks_has_the_law_of_the_one_that_determines_it_best
     assert abs(best.change[0] - 10) < 4 * best.std[0] < 4
     lag = found["output torque sensor", "lag"]
     assert lag.std[0] > 0.1 * abs(lag.change[0])
+
+
+@pytest.mark.parametrize(("seen", "chosen"), [(20, "clutch"), (55, "contact")])
+def test_a_block_that_sees_a_part_of_a_law_goes_before_another_where_the_part_is_large(
+        monkeypatch: pytest.MonkeyPatch, seen: float, chosen: str) -> None:
+    """Errors of the linearised law are counted five times as large, and the prior where a block sees nothing."""
+    laws = {name: LawPoints(DRAG.pair, x, "rad/s", np.zeros(17), "N m", False, std**2 * np.eye(17), linearised=linear)
+            for name, x, std, linear in (("contact", X * seen / 60, 0.05, False), ("clutch", X, 0.06, True))}
+    block = SimpleNamespace(signal="output_torque", fixed=())
+    fits: dict[str, Any] = {name: SimpleNamespace(laws=(DRAG.pair,), block=block, law=law, elsewhere=0.5)
+                            for name, law in laws.items()}
+    monkeypatch.setattr("slipstick.naming.measured._law_points", lambda one, _: one)
+    assert measured(fits)[DRAG.pair] is laws[chosen]
 
 
 def test_errors_are_those_of_the_coefficients(fits: dict[str, BlockFit]) -> None:

@@ -1,8 +1,9 @@
 """The prior of measured laws: what it leaves as it is, what it removes, and the coverage of the bands."""
 
 import numpy as np
+import pytest
 
-from slipstick.naming.smoothness import between_points, smoothed
+from slipstick.naming.smoothness import between_points, smoothed, widened
 
 PRECISION = 1 / 9
 M = 17
@@ -12,6 +13,21 @@ def given(told: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     """Coefficients and covariance of measurements of all values with the precisions `told` and the prior of a law."""
     covariance = np.linalg.inv(np.diag(told) + PRECISION * np.eye(len(told)))
     return covariance @ (told * values), covariance
+
+
+@pytest.mark.parametrize("size", [1.0, 50.0])
+def test_the_prior_of_a_strong_law_is_as_wide_as_the_law(size: float) -> None:
+    """Its mean is hardly determined, and that of a narrow prior is 0."""
+    values, of_mean = size * (1 + np.sin(np.arange(M))), 0.01
+    told = 1e4 * (np.eye(M) - 1 / M) + of_mean / M
+    covariance = np.linalg.inv(told + PRECISION * np.eye(M))
+    coefficients = covariance @ told @ values
+    found, errors, factor = widened(coefficients, covariance, np.full(M, PRECISION))
+    own = min(PRECISION, 1 / (values**2).mean())
+    assert factor * PRECISION == pytest.approx(own, rel=0.1)
+    assert (values - found).mean() / values.mean() == pytest.approx(own / (own + of_mean), rel=0.1)
+    assert errors.sum() / M == pytest.approx(1 / (own + of_mean), rel=0.1)
+    assert (values - coefficients).mean() > 0.9 * values.mean()
 
 
 def test_what_the_recordings_tell_well_stays() -> None:
