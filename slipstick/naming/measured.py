@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -102,13 +102,6 @@ class LawPoints:
                    np.array(values["covariance"], float), values["up_to"], values["linearised"])
 
 
-class _Measured(NamedTuple):
-    """A law with the variance of a value where it has no point, which is that of the prior."""
-
-    law: LawPoints
-    elsewhere: float
-
-
 def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
     """The law of one of the pairs of a fit, without points at which the recordings do not determine it.
 
@@ -117,10 +110,6 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
     clock: mixtures of few lags leave a part of other lags to the clock. The values over the stated motor speeds are off
     by what these are.
     """
-    return _law_points(fit, pair).law
-
-
-def _law_points(fit: BlockFit, pair: Pair) -> _Measured:
     places = fit.places(pair)
     values = fit.block.law(pair)
     onto, coefficients = values.onto, fit.coefficients[pair]
@@ -132,8 +121,7 @@ def _law_points(fit: BlockFit, pair: Pair) -> _Measured:
         places, precision = np.insert(places, 0, len(fit.block.random) + clock), np.insert(precision, 0, 0.0)
     covariance = fit.fitted.covariance[np.ix_(places, places)]
     coefficients, covariance, factor = widened(coefficients, covariance, precision)
-    prior = prior / factor
-    seen = np.einsum("mp,pq,mq->m", onto, covariance, onto) <= _SEEN**2 * prior
+    seen = np.einsum("mp,pq,mq->m", onto, covariance, onto) <= _SEEN**2 * prior / factor
     if seen.sum() < 2 or values.x is None:
         seen[:] = True
     is_curve = values.x is not None and not values.at_levels
@@ -145,9 +133,8 @@ def _law_points(fit: BlockFit, pair: Pair) -> _Measured:
         covariance = covariance + between_points(change, covariance) ** 2 * np.eye(len(change))
     if values.x is not None and pair[1] == "motor speed":
         covariance = covariance + np.diag(_from_stated(values.x[seen], change) ** 2)
-    law = LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change, values.unit,
-                    values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
-    return _Measured(law, float(prior.mean()))
+    return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change, values.unit,
+                     values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
 
 
 def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:
@@ -159,27 +146,28 @@ def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
     """All laws in `fits`, by their pairs, each from the block that determines it best.
 
-    That is the one with the smallest mean variance over all that the blocks visit; the errors of `linearised` laws may
-    be `LINEARISED` times too small. For the lag of a sensor, the block whose clock is that of the sensor goes before
-    others. A mean over blocks would count samples twice that two blocks share. A lag has a further error, because it
-    need not be one of those in the mixture.
+    That is the one with the smallest mean squared error over all that the blocks visit; the errors of `linearised` laws
+    may be `LINEARISED` times too small. For the lag of a sensor, the block whose clock is that of the sensor goes
+    before others. A mean over blocks would count samples twice that two blocks share. A lag has a further error,
+    because it need not be one of those in the mixture.
     """
-    found: dict[Pair, list[tuple[bool, _Measured]]] = {}
+    found: dict[Pair, list[tuple[bool, LawPoints]]] = {}
     for one in fits.values():
         for pair in one.laws:
-            found.setdefault(pair, []).append((not _has_clock(one.block, pair), _law_points(one, pair)))
-    best = {pair: min(laws, key=lambda its: (its[0], _variance(its[1], [one.law for _, one in laws])))[1].law
+            found.setdefault(pair, []).append((not _has_clock(one.block, pair), law_points(one, pair)))
+    best = {pair: min(laws, key=lambda its: (its[0], _error(its[1], [law for _, law in laws])))[1]
             for pair, laws in found.items()}
     return {pair: replace(law, covariance=law.covariance + (_COARSE * law.change) ** 2) if pair[1] == "lag" else law
             for pair, law in best.items()}
 
 
-def _variance(one: _Measured, laws: Sequence[LawPoints]) -> float:
-    """Mean variance of a law over the points of all `laws` of its pair."""
-    law, variance = one.law, one.law.std**2 * (LINEARISED**2 if one.law.linearised else 1.0)
+def _error(law: LawPoints, laws: Sequence[LawPoints]) -> float:
+    """Mean squared error of a law over the points of all `laws` of its pair: its mean square where it has no value."""
+    variance = law.std**2 * (LINEARISED**2 if law.linearised else 1.0)
     if law.x is not None:
+        size = float((law.change**2).mean())
         x = np.concatenate([other.x for other in laws if other.x is not None])
-        variance = np.interp(x, law.x, variance, one.elsewhere, one.elsewhere)
+        variance = np.interp(x, law.x, variance, size, size)
     return float(variance.mean())
 
 

@@ -88,13 +88,14 @@ def test_a_pair_of_several_blocks_has_the_law_of_the_one_that_determines_it_best
 @pytest.mark.parametrize(("seen", "chosen"), [(20, "clutch"), (55, "contact")])
 def test_a_block_that_sees_a_part_of_a_law_goes_before_another_where_the_part_is_large(
         monkeypatch: pytest.MonkeyPatch, seen: float, chosen: str) -> None:
-    """Errors of the linearised law are counted five times as large, and the prior where a block sees nothing."""
-    laws = {name: LawPoints(DRAG.pair, x, "rad/s", np.zeros(17), "N m", False, std**2 * np.eye(17), linearised=linear)
-            for name, x, std, linear in (("contact", X * seen / 60, 0.05, False), ("clutch", X, 0.06, True))}
+    """Errors of the linearised law are counted five times as large, and the law itself where a block sees nothing."""
+    laws = {name: LawPoints(DRAG.pair, x, "rad/s", np.sin(x / 10), "N m", False, 0.05**2 * np.eye(17),
+                            linearised=name == "clutch")
+            for name, x in (("contact", X * seen / 60), ("clutch", X))}
     block = SimpleNamespace(signal="output_torque", fixed=())
-    fits: dict[str, Any] = {name: SimpleNamespace(laws=(DRAG.pair,), block=block, law=law, elsewhere=0.5)
+    fits: dict[str, Any] = {name: SimpleNamespace(laws=(DRAG.pair,), block=block, law=law)
                             for name, law in laws.items()}
-    monkeypatch.setattr("slipstick.naming.measured._law_points", lambda one, _: one)
+    monkeypatch.setattr("slipstick.naming.measured.law_points", lambda one, _: one.law)
     assert measured(fits)[DRAG.pair] is laws[chosen]
 
 
