@@ -162,10 +162,10 @@ def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
 
 
 def _error(law: LawPoints, laws: Sequence[LawPoints]) -> float:
-    """Mean squared error of a law over the points of all `laws` of its pair: its mean square where it has no value."""
+    """Mean squared error of a law over the points of all `laws` of a pair; where it has no value, their mean square."""
     variance = law.std**2 * (LINEARISED**2 if law.linearised else 1.0)
     if law.x is not None:
-        size = float((law.change**2).mean())
+        size = max(float((other.change**2).mean()) for other in laws)
         x = np.concatenate([other.x for other in laws if other.x is not None])
         variance = np.interp(x, law.x, variance, size, size)
     return float(variance.mean())
