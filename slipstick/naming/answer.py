@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.clutch.effects import find, matching
 from slipstick.clutch.effects.effect import DEPENDENCES, QUANTITIES, SENSORS
 from slipstick.naming.block import Pair
-from slipstick.naming.measured import LINEARISED, LawPoints
+from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, Rival
 from slipstick.naming.varying_lag import with_constant_lag
 
@@ -53,7 +53,7 @@ def _has_shape(name: str, law: LawPoints) -> bool:
     # The shape is that of the change of the effect's own quantity.
     if effect.shape is None or law.x is None or len(law.x) < 2 or law.pair != effect.pairs[0]:
         return True
-    covariance = law.covariance * (LINEARISED**2 if law.linearised else 1.0)
+    covariance = law.cautious_covariance
     if law.up_to == "line":
         line = (law.x - law.x.mean()) / np.ptp(law.x)
         covariance = covariance + (_ANY_LINE * max(np.abs(law.change).max(), law.std.max())) ** 2 * np.outer(line, line)

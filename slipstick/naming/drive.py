@@ -71,15 +71,11 @@ class Drive:
     def at(self, speed: np.ndarray, motor: np.ndarray, sag: float, errors: np.ndarray) -> AtSpeed:
         """The converter at a `speed` (n, k), with `motor` (n, 1) without sag, and the `errors` (KNOTS,)."""
         motor, pump = self._sagged(speed, motor, sag)
-        table = self._table(errors)
-
-        def torque(speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
-            return self._off(speed, motor, table)
-
-        h = _SLOPE_STEP * motor
-        slope = (torque(speed + h, motor) - torque(speed - h, motor)) / (2 * h)
-        change = torque(speed, motor * (1 + _SLOPE_STEP)) - torque(speed, motor * (1 - _SLOPE_STEP))
-        return AtSpeed(torque(speed, motor), slope, change / (2 * _SLOPE_STEP), speed / motor, pump)
+        table, h = self._table(errors), _SLOPE_STEP * motor
+        slope = (self._off(speed + h, motor, table) - self._off(speed - h, motor, table)) / (2 * h)
+        faster, slower = (self._off(speed, motor * (1 + sign * _SLOPE_STEP), table) for sign in (1, -1))
+        change = faster - slower
+        return AtSpeed(self._off(speed, motor, table), slope, change / (2 * _SLOPE_STEP), speed / motor, pump)
 
     def torque_at(self, speed: np.ndarray, motor: np.ndarray, sag: float, errors: np.ndarray) -> np.ndarray:
         """The `torque` of `at` alone."""

@@ -52,9 +52,9 @@ class InputBlock:
         self._clock = 0.0
         self._torques: dict[tuple[Pair, int], np.ndarray] = {}
         self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
-        nominal, one = np.zeros((len(scene), len(self.random))), np.ones(self.torque.shape)
+        nominal = np.zeros((len(scene), len(self.random)))
         self._speed = self.clean(nominal)
-        self._about = self._shaft.about(nominal, self._speed, one)
+        self._about = self._shaft.about(nominal, self._speed, self._factor(()))
 
     def at(self, shared: np.ndarray) -> None:
         """Set what engagements share, (p,): delay of the clock in s, sag, errors of motor speeds and converter."""
@@ -65,7 +65,7 @@ class InputBlock:
         """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""
         torque, factor = self.torque / self.scene.gear, self._factor(laws)
         self._read = true_torque(self.scene, laws, self.finer)
-        self._speed = reference = self._turned(points, laws, self._read)
+        self._speed = reference = self._turned(points, laws, self._read, factor)
         self._steep = steepness(self.scene, self._read, laws, self.finer)
         self._about = self._shaft.about(points, reference, factor)
         for pair, coefficients in laws:
@@ -80,11 +80,11 @@ class InputBlock:
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without a kick.
         """
-        return self._turned(points, laws, true_torque(self.scene, laws, self.finer))
+        return self._turned(points, laws, true_torque(self.scene, laws, self.finer), self._factor(laws))
 
-    def _turned(self, points: np.ndarray, laws: Laws, true: np.ndarray) -> np.ndarray:
-        """The speed (n, k) in rad/s under the `true` torque (n, k) in N m behind the gear."""
-        torque, factor = self._against(laws, true), self._factor(laws)
+    def _turned(self, points: np.ndarray, laws: Laws, true: np.ndarray, factor: np.ndarray) -> np.ndarray:
+        """The speed (n, k) in rad/s under the `true` torque (n, k) in N m behind the gear, and a factor (n, k)."""
+        torque = self._against(laws, true)
         speed = self._shaft.turned(points, torque, factor)
         # The lagging torque is that at the speed that it leads to, which is found by iteration.
         for _ in range(_ROUNDS if any(_is_lag(pair) for pair, _ in laws) else 0):

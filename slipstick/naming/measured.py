@@ -24,7 +24,7 @@ _COARSE = 0.1
 """Standard error of a lag over the lag: mixtures of four lags are up to 20 % off lags between them."""
 _SEEN = 0.5
 """Largest standard error of a point, over that of the prior: friction is not seen at a slip of 0, for instance."""
-LINEARISED = 5.0
+_LINEARISED = 5.0
 """Factor by which the errors of a linearised law may be too small: a clearance was off by 10 of them."""
 
 
@@ -66,6 +66,11 @@ class LawPoints:
     def std(self) -> np.ndarray:
         """Standard errors (m,) of the changes."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def cautious_covariance(self) -> np.ndarray:
+        """The `covariance` (m, m), with the errors of a linearised law as large as they may be."""
+        return self.covariance * (_LINEARISED**2 if self.linearised else 1.0)
 
     @property
     def up_to_constant(self) -> bool:
@@ -146,10 +151,9 @@ def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:
 def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
     """All laws in `fits`, by their pairs, each from the block that determines it best.
 
-    That is the one with the smallest mean squared error over all that the blocks visit; the errors of `linearised` laws
-    may be `LINEARISED` times too small. For the lag of a sensor, the block whose clock is that of the sensor goes
-    before others. A mean over blocks would count samples twice that two blocks share. A lag has a further error,
-    because it need not be one of those in the mixture.
+    That is the one with the smallest mean squared error over all that the blocks visit. For the lag of a sensor, the
+    block whose clock is that of the sensor goes before others. A mean over blocks would count samples twice that two
+    blocks share. A lag has a further error, because it need not be one of those in the mixture.
     """
     found: dict[Pair, list[tuple[bool, LawPoints]]] = {}
     for one in fits.values():
@@ -163,7 +167,7 @@ def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
 
 def _error(law: LawPoints, laws: Sequence[LawPoints]) -> float:
     """Mean squared error of a law over the points of all `laws` of a pair; where it has no value, their mean square."""
-    variance = law.std**2 * (LINEARISED**2 if law.linearised else 1.0)
+    variance = np.diag(law.cautious_covariance)
     if law.x is not None:
         size = max(float((other.change**2).mean()) for other in laws)
         x = np.concatenate([other.x for other in laws if other.x is not None])

@@ -35,7 +35,8 @@ def widened(coefficients: np.ndarray, covariance: np.ndarray,
     at, values = told @ coefficients, coefficients
     for _ in range(_ROUNDS):
         determined = np.count_nonzero(precision) - factor * (precision * np.diag(covariance)).sum()
-        before, factor = factor, min(1.0, determined / (values @ (precision * values)))
+        size = float(values @ (precision * values))
+        before, factor = factor, determined / size if size > determined > 0 else 1.0
         if abs(factor / before - 1) < _SETTLED:
             break
         covariance = np.linalg.inv(told - np.diag((1 - factor) * precision))
