@@ -32,8 +32,9 @@ class Work:
     """Work of this project and of its peers by name.
 
     `targets` are the speedups aimed at, by peer or over `FASTEST`; `limit` is the largest median time in ms that is
-    aimed at. `left_out` has the peers that cannot run here, and why. `rounds` overrides the number of rounds, and
-    `clock` returns the time in s.
+    aimed at. `floors` are the parts of the work that no code can leave out, as fast as this machine does them.
+    `left_out` has the peers that cannot run here, and why. `rounds` overrides the number of rounds, and `clock` returns
+    the time in s.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Work:
     targets: dict[str, float]
     limit: float | None = None
     repeats: int = 3
+    floors: dict[str, Code] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     rounds: int | None = None
     clock: Callable[[], float] = time.perf_counter
@@ -50,7 +52,7 @@ class Work:
 
 def measured(work: Work, rounds: int) -> list[list[object]]:
     """The rows of the table for one piece of work; a speedup is the ratio of two times of the same round."""
-    codes = {OURS: work.ours, **work.peers}
+    codes = {OURS: work.ours, **work.peers, **work.floors}
     for code in codes.values():
         (code.warm_up or code.run)()
     times: dict[str, list[float]] = {name: [] for name in codes}
@@ -70,6 +72,8 @@ def measured(work: Work, rounds: int) -> list[list[object]]:
         target = work.targets.get(name, work.targets.get(FASTEST) if name == fastest else None)
         verdict = ["", ""] if target is None else [f"{target:g}", _verdict(np.median(ratios) >= target)]
         rows.append([work.name, name, *_spread(spans[name]), *_spread(ratios), errors[name], work.unit, *verdict])
+    rows.extend([work.name, f"floor: {name}", *_spread(spans[name]), *_spread(spans[name] / spans[OURS]), *[""] * 4]
+                for name in work.floors)
     rows.extend([work.name, name, f"left out: {why}", *[""] * (len(HEADER) - 3)] for name, why in work.left_out.items())
     return rows
 

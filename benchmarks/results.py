@@ -5,6 +5,8 @@ import platform
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from llvmlite import binding
+
 
 def write(name: str, header: Sequence[str], rows: Iterable[Sequence[object]], made_by: str) -> None:
     """Write the table to benchmarks/NAME.csv and print it."""
@@ -14,7 +16,7 @@ def write(name: str, header: Sequence[str], rows: Iterable[Sequence[object]], ma
         table.writerow(header)
         for row in rows:
             table.writerow([f"{entry:.4g}" if isinstance(entry, float) else entry for entry in row])
-        machine = platform.processor() or platform.machine()
-        table.writerow([f"made by `{made_by}`: {machine}, Python {platform.python_version()}",
+        processor = f"{platform.machine()} ({binding.get_host_cpu_name()})"
+        table.writerow([f"made by `{made_by}`: {processor}, Python {platform.python_version()}",
                         *[""] * (len(header) - 1)])
     print(path.read_text())

@@ -1,9 +1,9 @@
 """A compiler of numba whose loops use the widest vectors of the processor.
 
-LLVM prefers vectors of 256 bits on processors with AVX-512, because early ones lower their clock for wider ones. The
-loops of this project are long and free of branches, and gain more than that. `pipeline_class` is numba's documented way
-to change its passes. After a change of this file, empty the cache of numba, which watches only the files of the
-functions that it stores.
+LLVM prefers vectors of 256 bits on Intel's processors with AVX-512, because early ones lower their clock for wider
+ones. The loops of this project are long and free of branches, and gain more than that. `pipeline_class` is numba's
+documented way to change its passes. After a change of this file, empty the cache of numba, which watches only the files
+of the functions that it stores.
 """
 
 from typing import Any

@@ -73,13 +73,15 @@ def test_the_expansions_of_all_codes_are_the_same() -> None:
 def test_a_peer_that_does_a_part_of_the_work_is_scaled_to_all_of_it() -> None:
     slow = Code(lambda: time.sleep(0.002), scale=3.0)
     work = Work("sums", Code(lambda: None, lambda: 0.5), {"slow": slow}, "s", {"slow": 1.0, "absent": 2.0}, limit=1e6,
-                repeats=1, left_out={"absent": "no compiler"})
-    first, second, third = (dict(zip(HEADER, row, strict=False)) for row in measured(work, 3))
+                repeats=1, floors={"a part": Code(lambda: time.sleep(0.001))}, left_out={"absent": "no compiler"})
+    first, second, third, last = (dict(zip(HEADER, row, strict=True)) for row in measured(work, 3))
     assert (first["code"], first["error"], first["target"], first["met"]) == ("this project", 0.5, "1e+06 ms", "yes")
     assert float(second["least"]) > 0  # of the speedups, the later of two columns
     assert float(str(second["median [ms]"])) >= 3 * 2.0
     assert second["met"] == "yes"
-    assert (third["code"], third["median [ms]"]) == ("absent", "left out: no compiler")
+    assert (third["code"], third["met"]) == ("floor: a part", "")  # is no peer
+    assert float(third["median [ms]"]) >= 1.0
+    assert (last["code"], last["median [ms]"]) == ("absent", "left out: no compiler")
 
 
 def test_a_code_with_a_warm_up_is_run_in_the_rounds_only_and_before_its_error_is_computed() -> None:

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from llvmlite import binding
 
+from slipstick import wide_vectors
 from slipstick.wide_vectors import WideCompiler
 
 
@@ -23,6 +24,8 @@ def test_results_are_those_of_usual_code() -> None:
 
 
 @pytest.mark.skipif(not binding.get_host_cpu_features().get("avx512f"), reason="this processor has no AVX-512")
-def test_loops_use_the_widest_vectors() -> None:
-    assert "zmm" in machine_code(pipeline_class=WideCompiler)[0]
-    assert "zmm" not in machine_code()[0]  # or the compiler would not be needed
+@pytest.mark.parametrize("width", ["512", "256"])
+def test_loops_use_vectors_of_the_stated_width(width: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert '"512"' in wide_vectors._WIDTH
+    monkeypatch.setattr(wide_vectors, "_WIDTH", wide_vectors._WIDTH.replace("512", width))
+    assert ("zmm" in machine_code(pipeline_class=WideCompiler)[0]) == (width == "512")
