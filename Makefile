@@ -6,6 +6,8 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 # Tests run in parallel themselves: threads that wait for each other would only slow them down.
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
+# Every process of a test would compile the modules of the project and of the tests again, in a tenth of the whole time.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup demo demo-stop test test-slow fuzz lint audit picture bench study-blind clean
 .DEFAULT_GOAL := help
@@ -32,9 +34,10 @@ demo: setup ## build tables, calibrate, fit, and study the shipped recordings; l
 demo-stop: ## stop the service and the worker of the demo
 	@$(PYTHON) demo.py stop
 
-# What tests share is compiled before, so that they do not compile it at the same time.
+# What tests share is compiled before, so that they do not compile it at the same time: kernels and modules.
 test: setup ## ruff, mypy and the tests (at most six minutes on two cores)
-	@$(BIN)/python -m worker.rehearsal & $(MAKE) --no-print-directory lint && wait
+	@{ $(BIN)/python -m worker.rehearsal; $(BIN)/python -m pytest --collect-only --quiet > /dev/null; } & \
+	  $(MAKE) --no-print-directory lint && wait
 	@$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
 test-slow: setup ## the tests that `make test` leaves out (minutes)

@@ -29,7 +29,7 @@ SOME_DRAWN = [SETUPS[f"drawn{number:02}"]
               for number in (2, 4, 8, 13, 18, 22, 25, 29, 33, 38, 41, 45, 50, 54, 59, 62, 65, 71,
                              74, 77, 83, 86, 90, 94, 98, 101, 106, 110, 113, 117, 124, 126, 127,
                              137, 139, 144, 146, 148, 154)]
-MARKED = [(setup, [pytest.mark.slow] * (place % 6 > 0)) for place, setup in enumerate(SOME_DRAWN)]
+MARKED = [(setup, [pytest.mark.slow] * (place % 12 > 0)) for place, setup in enumerate(SOME_DRAWN)]
 BENCHES = pytest.mark.parametrize("bench", [*(setup.name for setup in CHOSEN),
                                             *(pytest.param(setup.name, marks=marks) for setup, marks in MARKED)])
 
