@@ -1,6 +1,7 @@
 """The option `--bench`, and what follows from it for models and recordings."""
 
 import argparse
+import shlex
 from pathlib import Path
 
 from slipstick.bench import Bench
@@ -28,3 +29,8 @@ def open_model(bench: Bench, path: Path | None) -> Model:
 def open_recordings(bench: Bench, path: Path, signals: Path | None = None) -> Recordings:
     """Recordings of the bench; a CSV numbers the current profiles of the bench."""
     return Recordings.open(path, signals, bench.profiles)
+
+
+def build_command(bench: Path, model: Path, *options: str) -> str:
+    """The command that builds a table of the `model` of a bench, for a shell."""
+    return shlex.join(["python", "-m", "worker", "build", "--bench", str(bench), "--model", str(model), *options])
