@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from benchmarks import naming_sums
 from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
@@ -74,6 +75,10 @@ def test_numbers_in_the_documentation_match_the_code() -> None:
                  f"by less than {TOLERANCE} decades", f"{drop_at_level(0.9):.2f} decades for 90 %",
                  f"{ExpansionSettings().checks} further runs"):
         assert said in text
+
+
+def test_the_rates_of_naming_are_those_of_its_tables() -> None:
+    assert naming_sums.table() in (DOCS / "naming.md").read_text(), "python -m benchmarks.naming_sums"
 
 
 def test_every_setting_is_documented_with_its_default(monkeypatch: pytest.MonkeyPatch) -> None:
