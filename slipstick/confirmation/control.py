@@ -15,7 +15,8 @@ from slipstick.naming.linear_model import gram_of
 def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, SimulationFit] | None:
     """The effect on none of the `quantities` that explains most of what the fit `before` leaves, and its fit.
 
-    Effects are ranked by the linear mixed model about that fit. None where all effects are excluded.
+    An effect that a study may also find under one of these is the named one, or resembles it. Effects are ranked by the
+    linear mixed model about that fit. None where all effects are excluded.
     """
     block, points = before.block, before.fitted.points
     predicted, scene = before.fitted.predicted, before.block.scene
@@ -23,7 +24,8 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
     z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own)
     gained = {}
     for effect in effects.CATALOGUE:
-        if effect.quantity in quantities or (effect.uses_run_order and not scene.run.any()):
+        acts_on = {quantity for quantity, _ in effect.pairs}
+        if acts_on & set(quantities) or (effect.uses_run_order and not scene.run.any()):
             continue
         other = SimulatedBench(block.traces, Terms(scene.bench, (effect.name,)), block.widest)
         typical = [(one.typical - one.neutral) / one.span for one in other.terms.unknowns]

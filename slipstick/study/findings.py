@@ -64,7 +64,8 @@ def finding_result(settings: StudySettings, one: Judged, law: LawPoints | None, 
     # Effects with the same pair have the same gain.
     same = [name for name in names(finding.pair, settings.catalogue) if name in said.others]
     rivals = [*(Candidate(name, *finding.pair, finding.nats, 0.0) for name in same), *rivals]
-    drawn = None if law is None else _law(settings, law, said.effect, formulas.values[_places(formulas, said.effect)])
+    known = after if said.effect in after.block.terms.effects else formulas
+    drawn = None if law is None else _law(settings, law, said.effect, known.values[_places(known, said.effect)])
     return FindingResult(
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
         finding.nats, finding.errors, rivals, drawn,

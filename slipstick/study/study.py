@@ -72,7 +72,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     measured = {one.effect: found.measured[one.pair].simulated() for one in answers
                 if one.effect and one.pair in found.measured}
     laws = {name: law for name, law in measured.items() if law is not None}
-    after = with_measured_laws(formulas, laws, points, lambda gain: is_enough(gain, settings.naming))
+    after = with_measured_laws(formulas, before, laws, points, lambda gain: is_enough(gain, settings.naming))
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, one, found.measured.get(one.finding.pair), formulas, after, its)

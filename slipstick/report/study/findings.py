@@ -88,8 +88,8 @@ def _confidence(one: FindingResult) -> Entries:
     its = one.counted
     return [("Confidence:", f"{one.confidence:.2f}. {its.right} of {its.of} findings with a confidence of "
              f"{its.lower:g} to {its.upper:g} were right, on simulated benches with hidden effects. It follows from "
-             "the lead over the next best explanation and what else was found, and is an average over these benches: "
-             "yours may differ.")]
+             "the lead over the next best explanation, the share of all gains, what else was found, and how usual such "
+             "a pair is, and is an average over these benches: yours may differ.")]
 
 
 def _confirmed(one: FindingResult) -> Entries:

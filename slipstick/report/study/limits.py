@@ -3,13 +3,15 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.special import stdtr
 
 from slipstick.pictures.theme import in_words
 from slipstick.report.study.parts import Entries
 from slipstick.report.words import listed, signed
 
-_ORDERED = 0.3
-"""Correlation with the run order above which the order is not random."""
+_ORDERED, _CHANCE = 0.3, 0.01
+"""Correlation with the run order above which a drift is hard to tell from a condition, and the probability from which
+on it may be one of random orders: of 24 runs, 15 % have such a correlation."""
 _ALWAYS: Entries = [
     ("A name is a pair and a shape:", "the blocks measure which quantity changes with what. The catalogue gives the "
      "name if it has an effect of that pair whose law has that shape. Another cause with the same pair and shape would "
@@ -43,7 +45,7 @@ def _order(conditions: Mapping[str, list[float] | None]) -> Entries:
     if order is None:
         return [("The recordings have no run order:", "drifts of oil temperature or wear cannot be detected.")]
     correlated = [f"{in_words(name)} (correlation {signed(value)})" for name, column in conditions.items()
-                  if name != "run_order" and column and abs(value := _correlation(order, column)) > _ORDERED]
+                  if name != "run_order" and column and (value := _followed(order, column))]
     if correlated:
         return [("The runs are not in random order:", f"the run order follows {listed(correlated)}, so that a drift "
                  "cannot be distinguished from an effect of the conditions. Randomise the run order.")]
@@ -51,5 +53,10 @@ def _order(conditions: Mapping[str, list[float] | None]) -> Entries:
              "distinguished from effects of the conditions.")]
 
 
-def _correlation(x: list[float], y: list[float]) -> float:
-    return float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) and np.ptp(y) else 0.0
+def _followed(order: list[float], column: list[float]) -> float:
+    """The correlation of a condition with the run order, or 0 if it is small or may be chance (Student's t)."""
+    if not (np.ptp(order) and np.ptp(column)):
+        return 0.0
+    value, freedom = float(np.corrcoef(order, column)[0, 1]), len(order) - 2
+    t = abs(value) * np.sqrt(freedom / max(1 - value**2, 1e-12))
+    return value if abs(value) > _ORDERED and 2 * stdtr(freedom, -t) < _CHANCE else 0.0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slipstick.clutch import effects
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.confirmation import SimulationFit, Terms, Traces, confirmed, fit
@@ -18,6 +19,7 @@ from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import WITHIN, closures, predict
 from slipstick.confirmation.measured import with_measured_laws
 from slipstick.confirmation.worth import worth
+from slipstick.naming.curved import fit_curved
 from slipstick.naming.selection import is_enough
 from slipstick.naming.settings import NamingSettings
 from tests.benches import HEAVY, NOMINAL
@@ -100,16 +102,26 @@ def test_a_measured_law_takes_the_place_of_a_formula_only_where_it_describes_the
     saturating = replace(LAW, change=tuple(100 * (1 - np.exp(-speed / 15)) for speed in SPEEDS))
     traces, points = traced(replace(NOMINAL, laws=(saturating,)))
     formulas = fit_simulation(traces, Terms(HEAVY, ("quadratic_load_drag",)), points)
-    after = with_measured_laws(formulas, {"quadratic_load_drag": saturating}, points, enough)
+    refused = fit_simulation(traces, Terms(HEAVY), points)
+    after = with_measured_laws(formulas, refused, {"quadratic_load_drag": saturating}, points, enough)
     assert after.block.terms.names == ("load torque ~ output speed",)
     assert after.values[0] == pytest.approx(1.0, abs=0.05)
     wide, narrow = (predict(one, 1).square[:, 2].mean() for one in (formulas, after))
     assert narrow < 0.5 * wide
-    refused = fit_simulation(traces, Terms(HEAVY), points)
-    added = with_measured_laws(refused, {"quadratic_load_drag": saturating}, points, enough)
+    added = with_measured_laws(refused, refused, {"quadratic_load_drag": saturating}, points, enough)
     assert added.evidence.sum() == pytest.approx(after.evidence.sum(), abs=1)
-    _, exact = fits("drag")
-    assert with_measured_laws(exact, {"quadratic_load_drag": LAW}, traced(DRAG)[1], enough) is exact
+
+
+def test_a_formula_whose_fit_ended_elsewhere_begins_again_before_a_law_takes_its_place(
+        traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
+    (before, exact), points = fits("drag"), traced(DRAG)[1]
+    assert with_measured_laws(exact, before, {"quadratic_load_drag": LAW}, points, enough) is exact
+    elsewhere = fit_curved(exact.block, points=points + 0.3, shared=np.zeros(1), iterations=0)
+    poor = SimulationFit(exact.block, elsewhere)
+    assert poor.evidence.sum() < exact.evidence.sum() - 1000
+    found = with_measured_laws(poor, before, {"quadratic_load_drag": LAW}, points, enough)
+    assert found.block.terms.names == ("quadratic_load_drag",)
+    assert found.evidence.sum() > exact.evidence.sum() - 1
 
 
 @pytest.mark.slow
@@ -142,6 +154,15 @@ def test_the_gap_closes_with_the_true_effect_and_not_with_a_wrong_one(fits: Call
     assert within.lower > 0.8 > 0.5 > (wrong.closure or 0.0)  # type: ignore[operator]
     assert within.rms_after == pytest.approx(1, abs=0.1)
     assert closures(narrow, narrow, 1)[WITHIN].closure is None  # a right model leaves none
+
+
+def test_an_effect_that_is_found_under_a_pair_of_the_finding_is_no_control(
+        fits: Callable, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[type-arg]
+    air = effects.find("entrained_air")
+    assert air.quantity != "piston rate"
+    assert ("piston rate", "pressure") in air.pairs
+    monkeypatch.setattr(effects, "CATALOGUE", (air,))
+    assert control(fits("drag")[0], ["piston rate"]) is None
 
 
 def test_a_right_model_leaves_the_error_that_is_expected_of_it(fits: Callable) -> None:  # type: ignore[type-arg]

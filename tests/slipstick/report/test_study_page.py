@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from slipstick.pictures.study import study_pictures
@@ -282,6 +283,15 @@ def test_a_run_order_that_follows_a_condition_is_reported(studied: Studied) -> N
     conditions["run_order"] = [float(order.index(index)) for index in range(24)]
     assert "the run order follows motor speed (correlation 0.97)" in limits(conditions)[0][1]
     assert limits({**conditions, "run_order": None})[0][0] == "The recordings have no run order:"
+
+
+def test_a_run_order_that_follows_a_condition_by_chance_is_not_reported() -> None:
+    random = np.random.default_rng(1)
+    speeds = np.repeat([100.0, 200.0, 300.0], 8).tolist()
+    orders = [random.permutation(24).astype(float).tolist() for _ in range(100)]
+    told = [limits({"run_order": order, "motor_speed": speeds})[0][0] for order in orders]
+    assert sum(np.corrcoef(order, speeds)[0, 1] > 0.3 for order in orders) > 3
+    assert told.count("The runs are not in random order:") <= 3
 
 
 def test_nothing_in_the_data_becomes_markup(studied: Studied, reading: Read) -> None:
