@@ -14,6 +14,7 @@ COMMANDS = {
     "calibrate": "fit the uncertain parameters of a bench and their scatter from run to run to recordings",
     "import": "make recordings of the files of a data-acquisition system (MDF, MATLAB, CSV, Parquet), by a mapping",
     "serve-jobs": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
+    "simulate": "write recordings of a simulated bench, with noise, scatter and effects, to study what they would show",
     "study": "identify the physical effect that recordings show and the model lacks, and measure the improvement",
     "surrogate": "train a neural-network table over any number of parameters on simulations at random points",
     "verify": "check the integrity of a table, describe it, and compare it with direct simulation",

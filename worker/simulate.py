@@ -1,0 +1,99 @@
+"""`simulate`: recordings of a simulated bench, with sensor noise and scatter, and with effects that may be there."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from slipstick.bench import Bench
+from slipstick.clutch import effects
+from slipstick.clutch.model import Model
+from slipstick.errors import BadRecording, InvalidValue
+from slipstick.recordings import Recordings, open_conditions
+from slipstick.simulated_recordings import SIMULATED, simulated_recordings
+from slipstick.storage.files import replacing
+from worker.bench_option import add_bench_argument, open_model
+from worker.compiling import compile_simulator
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_bench_argument(parser)
+    parser.add_argument("--model", type=Path, metavar="SPEC.json",
+                        help="the model to simulate, as written by `calibrate --out` or `study --extended` "
+                             "(default: the nominal parameters of the bench)")
+    parser.add_argument("--effect", action="append", default=[], metavar="NAME[=MULTIPLE]",
+                        help="an effect of the catalogue to add, at its typical coefficients or a multiple of its "
+                             "typical amplitudes; repeat the option for several")
+    parser.add_argument("--conditions", type=Path, metavar="FILE",
+                        help="recordings whose conditions to simulate (default: the conditions of the bench)")
+    parser.add_argument("--engagements", type=int, metavar="N",
+                        help="number of engagements, evenly over the conditions, or each more than once "
+                             "(default: each condition once)")
+    parser.add_argument("--scatter", type=float, default=0.02, metavar="SHARE",
+                        help="standard deviation from run to run of uncertain parameters for which the bench states "
+                             "none, as a share of their nominal values (default: %(default)s)")
+    parser.add_argument("--noise", type=float, default=1.0, metavar="MULTIPLE",
+                        help="noise as a multiple of that of the sensors of the bench (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all random numbers (default: 0)")
+    parser.add_argument("--out", type=Path, default=Path("tables/simulated.h5"), metavar="FILE.h5",
+                        help="the recordings to write (default: %(default)s)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate, write the recordings, and say how to study them."""
+    _require_output(arguments.out)
+    bench = Bench.open(arguments.bench)
+    model = open_model(bench, arguments.model)
+    for text in arguments.effect:
+        model = _with_effect(model, bench, text)
+    conditions = open_conditions(arguments.conditions, bench.profiles) if arguments.conditions else bench.conditions
+    if arguments.engagements is not None:
+        if arguments.engagements < 1:
+            raise InvalidValue(f"{arguments.engagements} engagements are too few", "Give --engagements 1 or more")
+        taken = np.linspace(0, len(conditions), arguments.engagements, endpoint=False).astype(int) \
+            if arguments.engagements <= len(conditions) else np.arange(arguments.engagements) % len(conditions)
+        conditions = replace(conditions, run_order=None).take(taken)
+    compile_simulator(model, conditions)
+    recordings = simulated_recordings(bench, model, conditions, arguments.scatter, arguments.noise, arguments.seed)
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(arguments.out) as temporary:
+        temporary.write_bytes(recordings.to_bytes())
+    times = recordings.measured_time
+    print(f"Wrote {arguments.out}: {len(times)} engagements with shifting times of {times.min():.3f} to "
+          f"{times.max():.3f} s\nStudy them: python -m worker study {arguments.out} --bench {arguments.bench}")
+    return 0
+
+
+def _with_effect(model: Model, bench: Bench, text: str) -> Model:
+    """The model with the effect NAME[=MULTIPLE]; raises `UnknownName` and `InvalidValue`."""
+    name, _, given = text.partition("=")
+    effect = effects.find(name).on(bench.scales)
+    try:
+        multiple = float(given or 1)
+    except ValueError as error:
+        raise InvalidValue(f"'{text}' is no effect", f"Write {name}, or {name}=MULTIPLE with a number") from error
+    values = {}
+    for one in effect.coefficients:
+        value = one.typical if one.shape else one.neutral + multiple * (one.typical - one.neutral)
+        if not one.lower <= value <= one.upper:
+            raise InvalidValue(f"{multiple:g} times its typical value, {one.name} of {name} is {value:g} {one.unit}",
+                               f"Take a multiple with which it is within {one.lower:g} and {one.upper:g} {one.unit}")
+        values[one.name] = value
+    return model.with_effect(name, values)
+
+
+def _require_output(path: Path) -> None:
+    """Raise `InvalidValue` where the file would replace something else than simulated recordings."""
+    if path.suffix != ".h5" or path.is_dir():
+        raise InvalidValue(f"'{path}' is not the name of a .h5 file", "Give --out a path that ends in .h5")
+    if path.exists() and not _is_simulated(path):
+        raise InvalidValue(f"'{path}' exists and has no simulated recordings", "Give another --out, or remove the file")
+
+
+def _is_simulated(path: Path) -> bool:
+    try:
+        return Recordings.open(path).description.startswith(SIMULATED)
+    except BadRecording:
+        return False
