@@ -2,6 +2,7 @@
 
 import argparse
 import gc
+import socket
 import sys
 import textwrap
 
@@ -10,7 +11,7 @@ from pydantic import ValidationError
 from service.settings import Settings
 from service.tokens import ROLES, new_token
 from slipstick import __version__
-from slipstick.errors import SlipstickError
+from slipstick.errors import InvalidValue, SlipstickError
 
 _DESCRIPTION = """\
 Serve tables, recordings, fits and studies over REST until SIGTERM or Ctrl-C.
@@ -41,6 +42,18 @@ def _epilog() -> str:
     return "\n".join([*lines, "", _EXAMPLES])
 
 
+def _require_address(settings: Settings) -> None:
+    """Raise `InvalidValue` where the service cannot listen on its address, such as beside another one."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(settings.host, settings.port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+    except OSError as error:
+        raise InvalidValue(f"The service cannot listen on {settings.host}, port {settings.port}: {error.strerror}",
+                           "Set SLIPSTICK_PORT and SLIPSTICK_HOST to a free port of this machine") from None
+
+
 def main() -> int:
     """Serve until SIGTERM or SIGINT, or make a token; return 1 for every `SlipstickError` and invalid setting."""
     parser = argparse.ArgumentParser(
@@ -62,6 +75,7 @@ def main() -> int:
             print(line)
         else:
             settings = Settings()
+            _require_address(settings)
             gc.disable()  # all that is imported stays, and would be searched for garbage again and again
             from service.server import make_server  # takes a second, which a token need not wait for
             from slipstick.storage.database import open_database

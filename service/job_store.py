@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
 
-from service.job_filter import JobFilter
+from service.job_filter import STATUS, JobFilter
 from service.job_table import JobTable
 from service.problem_details import Conflict
 from slipstick.errors import UnknownName
@@ -65,11 +65,14 @@ class JobStore:
         return jobs[0]
 
     def newest(self, limit: int, offset: int, wanted: JobFilter = _ALL) -> list[WorkflowStatus]:
-        """Return the wanted jobs, newest first, without their outputs."""
+        """Return the wanted jobs, newest first, without their outputs; those that failed with the cause."""
         ids = self.table.newest(self.workflow, wanted, limit, offset)
         if not ids:  # which would select all
             return []
         jobs = {job.workflow_id: job for job in self.client.list_workflows(workflow_ids=ids, load_output=False)}
+        failed = [id for id, job in jobs.items() if STATUS[job.status] == "failed"]
+        if failed:  # whose output is the error alone
+            jobs |= {job.workflow_id: job for job in self.client.list_workflows(workflow_ids=failed)}
         return [jobs[id] for id in ids if id in jobs]
 
     def total(self, wanted: JobFilter = _ALL) -> int:

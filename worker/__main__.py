@@ -24,7 +24,7 @@ module of a command that is a keyword of Python, such as `import`, ends in an un
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status: 1 for every `SlipstickError`."""
+    """Run one command and return its exit status: 1 for every `SlipstickError`, and where files or memory fail."""
     listing = "\n".join(f"  {name:12} {description}" for name, description in COMMANDS.items())
     parser = argparse.ArgumentParser(prog="python -m worker", epilog=f"commands:\n{listing}",
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -41,7 +41,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(command.run(command_parser.parse_args(parsed.arguments)))
     except SlipstickError as error:
         print(f"error: {error}", file=sys.stderr)
-        return 1
+    except OSError as error:  # such as a folder that cannot be written
+        where = f" '{error.filename}'" if error.filename else ""
+        print(f"error: {error.strerror or error}{where}", file=sys.stderr)
+    except MemoryError as error:
+        print(f"error: There is not enough memory: {error}. Give fewer points, runs or axes.", file=sys.stderr)
+    return 1
 
 
 if __name__ == "__main__":

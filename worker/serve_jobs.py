@@ -12,6 +12,7 @@ from pathlib import Path
 
 from dbos import DBOS, error
 
+from slipstick.errors import InvalidValue
 from slipstick.machine import open_machine
 from slipstick.storage.database import file_of, is_server, open_database, shown
 from worker import fit_job, heartbeat, jobs, study_job
@@ -47,7 +48,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run jobs until SIGTERM or SIGINT; raises `InvalidValue` if a worker of the same name is running."""
+    """Run jobs until SIGTERM or SIGINT.
+
+    Raises `InvalidValue` if a worker of the same name is running, or without a folder of tables, in which all jobs
+    would fail.
+    """
+    if not Path(arguments.tables).is_dir():
+        raise InvalidValue(f"There is no folder '{arguments.tables}'",
+                           "Give that of the service as --tables, or in SLIPSTICK_TABLES")
     files = [open_machine(path) for path in arguments.machine]
     simulators = Simulators({file.machine.digest: file for file in files}, arguments.dask)
     stops = {signal.SIGTERM, signal.SIGINT}

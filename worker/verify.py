@@ -40,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check the table, print its description and its errors; raises `BadTable`."""
+    """Check the table, print its description and its errors; raises `BadTable`, and `InvalidValue` for an option."""
+    if arguments.points < 0:
+        raise InvalidValue(f"{arguments.points} points cannot be compared", "Give --points 0 or more")
     table = Table.open(arguments.file)
     if arguments.bench:
         Bench.open(arguments.bench).require(table.clutch.physics)

@@ -2,6 +2,7 @@
 
 import fcntl
 import hashlib
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,6 +13,8 @@ from sqlalchemy import Connection, Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
 from slipstick.errors import InvalidValue
+
+NAME = r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}"
 
 
 class NameLock(Protocol):
@@ -25,8 +28,11 @@ class NameLock(Protocol):
 def locked_name(name: str, engine: Engine, file: Path | None) -> Iterator[NameLock]:
     """Hold the lock on `name`, beside the `file` of the database or on its server.
 
-    Raises `InvalidValue` if another worker has the name.
+    Raises `InvalidValue` if another worker has the name, or for one that is no name of a file.
     """
+    if not re.fullmatch(NAME, name):
+        raise InvalidValue(f"'{name}' is no name of a worker",
+                           "Give up to 100 letters, digits, dots, underscores and hyphens, the first no dot")
     if file is None:
         lock = _ServerLock(engine, name)
         try:

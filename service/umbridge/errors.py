@@ -71,6 +71,8 @@ class BridgeErrors:
         concerned = scope["type"] == "http" and f"{scope['path']}/".startswith(f"{PREFIX}/")
         if not concerned or scope["method"] == "HEAD":
             return await self.app(scope, receive, send)
+        # Problem details are read here, and on this machine compression saves nothing.
+        scope = {**scope, "headers": [one for one in scope["headers"] if one[0] != b"accept-encoding"]}
         started: Message | None = None
 
         async def sending(message: Message) -> None:

@@ -34,7 +34,8 @@ class Window:
 def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench) -> Window:
     """The clock that the mapping states, or the slowest signal and the end of the shortest engagement that locks.
 
-    Raises `BadRecording` where a clock is asked for that is faster than a signal.
+    Raises `BadRecording` where a clock is asked for that is faster than a signal, has fewer than two samples, or ends
+    after all engagements.
     """
     steps = {name: max(sampling_step(one.tracks[name].time) for one in found) for name in found[0].tracks}
     slowest = max(steps, key=lambda name: steps[name])
@@ -58,6 +59,14 @@ def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench
             "with the current profile" if end == profile_end else
             "with all engagements" if longest - end < step else
             f"with the shortest engagement that locks, {shortest.label}; the longest ends at {longest:.4g} s"))
+    last = max(one.end for one in found)
+    if end > last + step:
+        raise BadRecording(f"clock.end is {end:g} s, and the longest engagement ends {last:.4g} s after its shift "
+                           "command",
+                           f"Give an end of at most {last:.4g} s, or none")
+    if end < step:
+        raise BadRecording(f"clock.step is {step:g} s, and the recordings end {end:.4g} s after the shift command",
+                           "Give a shorter step, or a later end")
     # Where signals are sampled faster, a mean over whole samples: it shares none with its neighbours.
     fastest = min(sampling_step(one.tracks[name].time) for one in found for name in one.tracks)
     start = 0.5 * max(0.0, step - fastest) if fastest * JITTER < step else 0.0

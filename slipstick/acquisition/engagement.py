@@ -65,7 +65,7 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
         label = source.name if mapping.trigger is None else f"{source.name}, engagement {number}"
         if commands is None:
             assert isinstance(mapping.shift_command, float)
-            zero = _nearest_sample(tracks, start + mapping.shift_command)
+            zero = _nearest_sample(tracks, start + mapping.shift_command, label)
         else:
             inside = commands[(commands >= start) & (commands < stop)]
             if len(inside) != 1:
@@ -74,7 +74,7 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
                                    "Give [shift_command] a level that its channel crosses once (a current that falls "
                                    "below the level and rises again marks several), or another channel; cut files of "
                                    "many engagements by a [trigger], or leave the file out")
-            zero = _nearest_sample(tracks, float(inside[0]))
+            zero = _nearest_sample(tracks, float(inside[0]), label)
         cut = {name: one.between(start, stop, zero) for name, one in tracks.items()}
         if any(len(one.time) < 2 or one.time[-1] <= 0 for one in cut.values()):
             raise BadRecording(f"{label} has no samples after its shift command at {zero:g} s",
@@ -90,12 +90,16 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
                          numbers.of(source, number, zero, float(stop)), _located(cut, gear_ratio, horizon), recorded)
 
 
-def _nearest_sample(tracks: Mapping[str, Track], zero: float) -> float:
-    """The sample of the slowest signal that is nearest to the shift command.
+def _nearest_sample(tracks: Mapping[str, Track], zero: float, label: str) -> float:
+    """The sample of the slowest signal that is nearest to the shift command; raises `BadRecording` where none is near.
 
     A clock between the samples would mix neighbours, and calibration and study would misjudge the noise.
     """
     time = min(tracks.values(), key=lambda one: len(one.time)).time
+    step = float(time[-1] - time[0]) / max(len(time) - 1, 1)
+    if not time[0] - step <= zero <= time[-1] + step:
+        raise BadRecording(f"The shift command of {label} is at {zero:g} s, and its samples are from {time[0]:g} to "
+                           f"{time[-1]:g} s", "Correct [shift_command] or [trigger], or leave the file out")
     return float(time[np.argmin(np.abs(time - zero))])
 
 

@@ -14,6 +14,8 @@ INPUT_UNITS = {"input_torque": "N m", "initial_input_speed": "rad/s"}
 """Further columns on a bench without a torque converter."""
 PROFILE_UNITS = {"time": "s", "current": "A"}
 """The columns of current profiles."""
+_LARGEST = 1e9
+"""Of motor speeds, inertias and brake torques in their units: their squares and products must not overflow."""
 _COLUMNS = ("current_profile", "motor_speed", "load_inertia", "brake_torque", "run_order", "input_torque",
             "initial_input_speed")
 
@@ -51,6 +53,8 @@ class Conditions:
             in_range = column >= 0 if name == "brake_torque" else column > 0
             _require(bool(np.all(np.isfinite(column) & in_range)),
                      f"{name} has values that are not finite and positive", "Check the column and its unit")
+            _require(bool(np.all(column < _LARGEST)), f"{name} has a value of {column.max():g}",
+                     f"Give less than {_LARGEST:g}, and check its unit")
         _require((self.input_torque is None) == (self.initial_input_speed is None),
                  "input torque and initial input speed do not come together",
                  "Give both for a bench without a torque converter, else none")

@@ -13,6 +13,7 @@ from slipstick.calibration.start import start as start_values
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.fitness import require_one_clock
 
 LEVEL = 0.9
 """Probability of the intervals."""
@@ -53,6 +54,8 @@ def _checked(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
     if not noise:
         raise InvalidValue(f"The bench '{bench.name}' does not state the noise of the shifting time",
                            'Add `shifting_time = { noise = "3 ms" }` to its [sensors]')
+    if recordings.signals is not None:
+        require_one_clock(recordings)
     if not bench.uncertain:
         raise InvalidValue(f"No parameter of the bench '{bench.name}' is uncertain",
                            "Mark those to calibrate in its [parameters] with `uncertain = true`")

@@ -27,11 +27,14 @@ from slipstick.naming.set_aside import bare, foreign, implausible, outlying
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
 from slipstick.recordings import Recordings
+from slipstick.recordings.fitness import require_no_copies, require_one_clock, require_samples
 from slipstick.recordings.needed import open_blocks
 from slipstick.threads import in_one_blas_thread
 
 _SAME = 0.2
 """Difference of the logarithm of power up to which a noise is the same: estimates are as good as that."""
+_SMOOTHED = 10
+"""Samples before lock-up in standard deviations of the kernel that smooths signals: of fewer it leaves nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +144,8 @@ def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:
 def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> Scene:
     """The scene of recordings that can be studied.
 
-    Raises `InvalidValue` without the signals of any block, with too few engagements, and for a signal without noise.
+    Raises `InvalidValue` without the signals of any block, with too few engagements or samples, samples that are not
+    equidistant, copies of engagements, and for a signal without noise.
     """
     if recordings.signals is None:
         raise InvalidValue("These recordings have no signals, and blocks are driven by measured signals",
@@ -153,4 +157,7 @@ def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> 
     if len(recordings) < settings.fewest:
         raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
                            f"Record at least {settings.fewest} engagements under different conditions")
+    require_one_clock(recordings)
+    require_samples(recordings, int(_SMOOTHED * settings.smoothing))
+    require_no_copies(recordings.signals)
     return Scene.of(bench, recordings, settings)

@@ -51,7 +51,7 @@ class Signals:
             if len(invalid):
                 row, sample = invalid[0]
                 raise BadRecording(f"The signal {name} of condition {row} is not finite at sample {sample} "
-                                   f"({time[sample]:g} s)", "Fill the gap, or leave out the signal")
+                                   f"({time[sample]:g} s)", "Leave out the engagement, or the signal")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LARGEST_TEXT = 1 << 20  # bytes
 _FILTERS = {h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_FLETCHER32}
 _KINDS = {"f": "floating point", "i": "integer", "u": "unsigned integer"}
+_STORED = {"f": "float64", "i": "int32", "u": "uint32"}
 _REMEDY = "Write the file again from the original data"
 _READ_ERRORS = (OSError, RuntimeError, ValueError, TypeError, KeyError, OverflowError, MemoryError, zlib.error)
 
@@ -77,12 +78,13 @@ class Source:
         dataset = self._dataset(path)
         if dataset.dtype.kind not in kind or dataset.dtype.itemsize > 8:
             allowed = " or ".join(_KINDS[letter] for letter in kind)
-            raise self.error(f"'{path}' is of type {dataset.dtype}, not {allowed}", _REMEDY)
+            raise self.error(f"'{path}' is of type {dataset.dtype}, not {allowed}",
+                             f"Store it as {' or '.join(_STORED[letter] for letter in kind)}")
         matches = len(shape) == dataset.ndim and all(
             expected in (None, length) for expected, length in zip(shape, dataset.shape, strict=True))
         if not matches:
             expected_shape = "(" + ", ".join("any" if length is None else str(length) for length in shape) + ")"
-            raise self.error(f"'{path}' has shape {dataset.shape}, not {expected_shape}", _REMEDY)
+            raise self.error(f"'{path}' has shape {dataset.shape}, not {expected_shape}", "Store it in this shape")
         stored_unit = self.attribute(path, "units")
         if stored_unit != unit:
             raise self.error(f"'{path}' is in '{stored_unit}', not in '{unit}'",
@@ -103,7 +105,8 @@ class Source:
         group = self.group(folder)
         link = group.get(name, getlink=True)
         if link is None:
-            raise self.error(f"'{path}' is missing", _REMEDY)
+            raise self.error(f"'{path}' is missing", f"Add '{path}' to the file, or write it again from the original "
+                                                     "data")
         if not isinstance(link, h5py.HardLink):
             raise self.error(f"'{path}' is a link to another path or file", "Replace the link by a copy of its target")
         member = group[name]

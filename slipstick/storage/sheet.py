@@ -109,6 +109,9 @@ def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...
         parts = _HEADING.fullmatch(column)
         name = parts["name"] if parts else column
         if name not in units:
+            if len(heading) == 1 and ";" in column:
+                raise error("The columns are separated by semicolons",
+                            "Separate them by commas, and write decimal points")
             near = get_close_matches(column, known, n=1, cutoff=0.5)
             hint = f"Did you mean '{near[0]}'? " if near else ""
             raise error(f"The column '{column[:40]}' is unknown", f"{hint}Known: {', '.join(known)}")

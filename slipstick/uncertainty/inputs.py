@@ -16,6 +16,7 @@ from slipstick.errors import InvalidValue
 from slipstick.uncertainty.chaos.families import (
     FAMILIES,
     HERMITE,
+    LARGEST,
     POSITIVE,
     Family,
     beta_shape,
@@ -137,6 +138,11 @@ class Inputs:
                 raise InvalidValue(f"An entry of the {name} is not finite", "Give finite numbers")
         if not np.all(np.isfinite(self.mean)):
             raise InvalidValue("A mean is not finite", "Give finite numbers")
+        for name in ("mean", "std", "mixing"):
+            array = getattr(self, name)
+            if array is not None and np.any(np.abs(array) > LARGEST):
+                raise InvalidValue(f"An entry of the {name} is {np.abs(array).max():g} multiples of nominal",
+                                   f"Give numbers up to {LARGEST:g}")
         if self.std is not None and np.any(self.std < 0):
             index = int(np.argmax(self.std < 0))
             raise InvalidValue(f"The std of input {index} is {self.std[index]:g}, which is negative",
@@ -166,6 +172,9 @@ class Inputs:
                                "Give `std`, and `correlation` if the inputs are dependent")
         if family in POSITIVE and mean <= 0:
             raise InvalidValue(f"The mean of a {family} input is {mean:g}", "Give a positive mean")
+        if family in POSITIVE and std > LARGEST * mean:
+            raise InvalidValue(f"The std of a {family} input is {std / mean:g} times its mean",
+                               f"Give a std of up to {LARGEST:g} times the mean")
         if family != "beta":
             return
         *_, support = self._moments(index)

@@ -2,6 +2,7 @@
 
 import gc
 import re
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -55,6 +56,18 @@ def test_an_invalid_setting_is_named(monkeypatch: pytest.MonkeyPatch, capsys: py
     assert main() == 1
     error = capsys.readouterr().err
     assert [line.split()[1] for line in error.splitlines()] == ["SLIPSTICK_PORT", "SLIPSTICK_LOG"]
+
+
+def test_a_port_in_use_is_an_error_in_one_line(monkeypatch: pytest.MonkeyPatch,
+                                               capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        monkeypatch.setenv("SLIPSTICK_PORT", port)
+        monkeypatch.setattr(sys, "argv", ["service"])
+        assert main() == 1
+    error = capsys.readouterr().err
+    assert f"port {port}: Address already in use. Set SLIPSTICK_PORT" in error
+    assert len(error.splitlines()) == 1
 
 
 def test_an_unknown_command_is_refused() -> None:

@@ -126,6 +126,8 @@ def test_invalid_requests_are_errors_of_the_protocol(bridge: httpx.Client, name:
         message = refused(bridge.post(f"/{operation}", json={"name": "nominl"}), "ModelNotFound")
         assert "Did you mean 'nominal'?" in message
     refused(bridge.post("/ModelInfo", content="{"), "InvalidInput")
+    assert "gzip" in bridge.headers["accept-encoding"]
+    assert len(refused(bridge.post("/Evaluate", json={"name": TABLE, "input": [["a"] * 60]}), "InvalidInput")) > 900
     refused(bridge.get("/Evaluate"), "MethodNotAllowed", 405)
     refused(bridge.get("/Elsewhere"), "NotFound", 404)
     refused(bridge.post("/Evaluate", content=b" " * (3 << 20)), "TooLarge", 413)

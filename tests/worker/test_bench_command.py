@@ -24,6 +24,11 @@ def test_a_template_is_a_bench_and_never_replaces_a_file(tmp_path: Path, capsys:
     assert "already exists" in capsys.readouterr().err
 
 
+def test_a_folder_that_cannot_be_written_is_an_error_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "new", "/dev/null/bench.toml"]) == 1
+    assert capsys.readouterr().err.startswith("error: ")
+
+
 def test_a_sound_bench_is_described(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "check", str(TABLES / "compact.toml")]) == 0
     out = capsys.readouterr().out

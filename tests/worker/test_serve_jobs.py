@@ -18,6 +18,7 @@ import pytest
 from slipstick.inference import table_problem
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit
+from worker.__main__ import main
 
 SETTINGS = {"population": 24, "generations": 12, "patience": 12, "order": 4, "seed": 5}
 ENDLESS = {**SETTINGS, "generations": 3000, "patience": 3000}
@@ -212,6 +213,17 @@ def test_a_cancelled_fit_frees_the_worker(bench: Bench, stage: str, settings: di
     assert bench.client.get(f"/v1/fits/{long}/result").status_code == 409
 
 
+@pytest.mark.parametrize(("options", "message"), [
+    (["--tables", "no/such/folder"], "There is no folder 'no/such/folder'"),
+    (["--tables", ".", "--name", "a b/../c"], "'a b/../c' is no name of a worker")])
+def test_a_worker_that_could_run_no_job_does_not_start(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], message: str) -> None:
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    assert main(["serve-jobs", "--jobs", f"sqlite:///{tmp_path}/jobs.sqlite", *options]) == 1
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    assert message in capsys.readouterr().err
+
+
 def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench) -> None:
     table = Library(bench.tables).table("nominal")
     table.write(bench.tables / "changing.h5")
@@ -223,6 +235,8 @@ def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench
     found = bench.follow("stale", ended)
     assert found["status"] == "failed"
     assert found["problem"] == "The table 'changing' changed after the fit was submitted. Submit the fit again."
+    failed, = bench.client.get("/v1/fits?status=failed").json()["fits"]
+    assert failed["problem"] == found["problem"]
 
 
 @pytest.mark.slow

@@ -17,6 +17,9 @@ Family = Literal["normal", "lognormal", "gamma", "beta", "uniform"]
 FAMILIES: tuple[Family, ...] = get_args(Family)
 POSITIVE = ("lognormal", "gamma")
 """Families with positive values only."""
+LARGEST = 1e6
+"""Largest mean and std in multiples of nominal, and largest ratio of both for `POSITIVE` families: far beyond it, their
+moments overflow."""
 HERMITE = Germ("hermite")
 _NARROW = 1e-7  # std, relative to the mean (gamma) or support (beta), below which a variable is treated as normal
 

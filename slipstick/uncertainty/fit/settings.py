@@ -8,7 +8,7 @@ import numpy as np
 
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.uncertainty.chaos.expansion import ExpansionSettings, Rule
-from slipstick.uncertainty.chaos.families import FAMILIES
+from slipstick.uncertainty.chaos.families import FAMILIES, LARGEST
 from slipstick.uncertainty.likelihood.likelihood import SAMPLES
 
 Bounds = tuple[float, float]
@@ -16,6 +16,8 @@ Method = Literal["genetic", "classic"]
 METHODS: tuple[Method, ...] = get_args(Method)
 Integration = Literal["lines", "sampling"]
 INTEGRATIONS: tuple[Integration, ...] = get_args(Integration)
+_LEAST_STD = 1e-9
+"""Smallest bound of a std in multiples of nominal: a billionth scatters nothing, and squares of far less underflow."""
 _ORDERS, _LOWEST_ORDER = {1: 8, 2: 8, 3: 4, 4: 3, 5: 3}, 2
 
 
@@ -83,6 +85,9 @@ class FitSettings:
         if min(low for low, _ in (*self.std_bounds, self.output_std_bounds)) <= 0:
             raise InvalidValue("A lower bound of a std is 0 or negative",
                                "Give a positive lower bound, because stds are searched on a log scale")
+        if any(low < _LEAST_STD or high > LARGEST for low, high in self.std_bounds):
+            raise InvalidValue("A bound of a std is too small or too large to be searched",
+                               f"Give bounds from {_LEAST_STD:g} to {LARGEST:g} multiples of nominal")
         if not 0 < self.level < 1:
             raise InvalidValue(f"The level of the intervals is {self.level}", "Give a probability, such as 0.9")
 

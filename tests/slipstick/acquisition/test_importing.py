@@ -253,7 +253,11 @@ def _mapping_with(old: str, new: str) -> str:
     (_mapping_with('[time]\nchannel = "t"\nunit = "ms"\n', ""), "has no times of its own"),
     (_mapping_with("{ value = 0 }", "{ value = 9 }"), "9 is not the number of a current profile"),
     (_mapping_with('motor_speed = { value = "1500 rpm" }\n', ""), "channels.toml, conditions: motor_speed is missing"),
-    (MAP + 'input_torque = { value = "5 N m" }', "the bench has a torque converter")])
+    (MAP + 'input_torque = { value = "5 N m" }', "the bench has a torque converter"),
+    (_mapping_with('"100 ms"', '"-1 s"'), "shift command of run0.csv is at -1 s, and its samples are from 0 to 1.299"),
+    (_mapping_with('"100 ms"', '"5 s"'), "The shift command of run0.csv is at 5 s"),
+    (MAP + '[clock]\nstep = "2 s"', "clock.step is 2 s, and the recordings end 1.199 s after"),
+    (MAP + '[clock]\nend = "10000000 s"', "clock.end is 1e+07 s, and the longest engagement ends 1.199 s")])
 def test_wrong_mappings_name_channel_and_file(text: str, says: str) -> None:
     with pytest.raises(BadRecording) as error:
         imported(run(), text=text)

@@ -1,5 +1,6 @@
 """The settings of naming: what is refused, and that each constant acts where it is used."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -83,6 +84,28 @@ def test_smoothing_is_in_samples(scene: Scene) -> None:
     kernel = both[0] - both[1]
     np.testing.assert_allclose(kernel.sum(axis=1), 1)
     np.testing.assert_allclose(np.sqrt(kernel @ (np.arange(k) - 200.0) ** 2), 5, rtol=0.01)
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda time: 1e-6 * time, "The signals are from 0 to 1.698e-06 s, and the shifting times from"),
+    (lambda time: time - 5, "Give the times of the signals in seconds from the shift command"),
+    (lambda time: time + 1e6, "Give the times of the signals in seconds from the shift command"),
+    (lambda time: time + 4e-4 * (np.arange(len(time)) % 2), "not equidistant: one is 0.4 ms from where")])
+def test_a_clock_that_is_not_that_of_the_engagements_is_refused(
+        scene: Scene, change: Callable[[np.ndarray], np.ndarray], message: str) -> None:
+    signals = replace(scene.signals, time=change(scene.signals.time))
+    with pytest.raises(InvalidValue) as error:
+        scene_of(HEAVY, replace(scene.recordings, signals=signals), NamingSettings(fewest=12))
+    assert message in str(error.value)
+
+
+def test_engagements_of_few_samples_and_copies_of_engagements_are_refused(scene: Scene) -> None:
+    settings, signals = NamingSettings(fewest=12), scene.signals
+    sparse = replace(signals, time=signals.time[::50], **{name: signals[name][:, ::50] for name in signals.names})
+    with pytest.raises(InvalidValue, match=r"samples before lock-up, 100 ms apart\. Record at least 30"):
+        scene_of(HEAVY, replace(scene.recordings, signals=sparse), settings)
+    with pytest.raises(InvalidValue, match="The engagements 3 and 11, numbered from 0, have the same signals"):
+        scene_of(HEAVY, scene.recordings.take(np.array([*range(11), 3])), settings)
 
 
 def test_fewer_engagements_than_the_fewest_are_refused(scene: Scene) -> None:

@@ -100,7 +100,7 @@ def test_errors_name_row_and_column(shipped, row, column, cell, message):
     ([*COLUMNS[:4], "shifting_time"], r"the unit is missing; the model uses s\. Name it 'shifting_time \[s\]'"),
     ([*COLUMNS[:4], "shifting_time [bar]"], r"'bar' cannot be converted to s .*Name it 'shifting_time \[s\]'"),
     (["current_profile", "motor_speed [1/min]", *COLUMNS[2:]], r"which angle.*Name it 'motor_speed \[rad/s\]'"),
-    ([*COLUMNS, COLUMNS[0]], "'current_profile' appears more than once"), ([";".join(COLUMNS)], "is unknown"),
+    ([*COLUMNS, COLUMNS[0]], "'current_profile' appears more than once"), ([";".join(COLUMNS)], "by commas"),
 ])
 def test_columns_are_identified_by_name_and_unit(shipped, columns, message):
     with pytest.raises(BadRecording, match=message):

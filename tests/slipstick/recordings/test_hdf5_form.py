@@ -118,6 +118,7 @@ def test_the_child_process_raises_the_error_of_the_reader(copy):
     (edit("signals/output_speed", (5, 17), np.inf), "output_speed of condition 5 is not finite at sample 17 "),
     (edit("conditions/load_inertia", 3, np.nan), "'conditions/load_inertia' of condition 3 is nan"),
     (edit("conditions/motor_speed", 4, -1.0), "'conditions/motor_speed' of condition 4 is -1"),
+    (edit("conditions/motor_speed", 4, 1e300), "Motor_speed has a value of 1e\\+300"),
     (edit("conditions/motor_speed", 4, 0.0), "Motor_speed has values that are not finite and positive"),
     (edit("current_profiles/time", (2, 3), 9.0), "do not rise"),
     (lambda file: put(file, "conditions/current_profile", np.full(216, 6)), "beyond the 6"),

@@ -242,6 +242,7 @@ def test_settings_are_converted_to_json_and_back_and_checked() -> None:
         FitSettings.from_dict({"populaton": 40})
     for wrong in ({"population": 1}, {"samples": 1000}, {"families": ("cauchy",)}, {"method": "guess"}, {"level": 1.0},
                   {"tolerance": float("nan")}, {"patience": 0},
+                  {"std_bounds": ((1e-300, 0.1),)}, {"std_bounds": ((0.01, 1e9),)},
                   {"std_bounds": ((0.0, 0.1),)}, {"mean_bounds": ((1.5, 0.5),)}, {"output_std_bounds": (1e-3,)}):
         with pytest.raises((InvalidValue, UnknownName)):
             FitSettings(**wrong)  # type: ignore[arg-type]
