@@ -66,7 +66,8 @@ def unknown_channel(source: str, name: str, known: Iterable[str]) -> BadRecordin
 def unreadable(source: str, form: str, error: Exception,
                remedy: str = "Export it again, or leave it out") -> BadRecording:
     """The error about a damaged file, with the reason that the library of its `form` gives."""
-    reason = " ".join(str(error).split())[:200] or type(error).__name__
+    said = re.sub(r"'?<[^<>]* object at 0x[0-9a-f]+>'?", "it", str(error))  # a library names a file in memory so
+    reason = " ".join(said.split())[:200] or type(error).__name__
     return BadRecording(f"{source} cannot be read as {form} ({reason})", remedy)
 
 

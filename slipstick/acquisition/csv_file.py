@@ -3,6 +3,7 @@
 What a mapping does not state is found out from the first rows of numbers, and said in `remarks`.
 """
 
+import codecs
 import csv
 import io
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ from slipstick.acquisition.timestamps import timestamp
 from slipstick.errors import BadRecording
 
 _LOOK = 200  # rows from which the format is found out
+_ENCODINGS = {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16"}
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 
 
@@ -78,10 +80,11 @@ class CsvFile:
 
 
 def _decoded(name: str, content: bytes, encoding: str | None) -> tuple[str, str]:
-    """The text and its encoding: UTF-8, or Windows-1252 where it is not."""
-    for candidate in ([encoding] if encoding else ["utf-8-sig", "cp1252"]):
+    """The text and its encoding: UTF-16 with a byte order mark, UTF-8, or Windows-1252 where it is neither."""
+    marked = ["utf-16"] if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else []
+    for candidate in ([encoding] if encoding else [*marked, "utf-8-sig", "cp1252"]):
         try:
-            return content.decode(candidate), {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252"}.get(candidate, candidate)
+            return content.decode(candidate), _ENCODINGS.get(candidate, candidate)
         except (UnicodeDecodeError, LookupError):
             continue
     raise BadRecording(f"{name} is not text in the encoding {encoding or 'UTF-8 or Windows-1252'}",

@@ -71,5 +71,7 @@ def test_a_table_of_another_bench_is_refused(six_conditions, tmp_path, capsys):
     build_table(["pressure_bias=0.9:1.1:3"], six_conditions, tmp_path / "a.h5")
     verify = ["verify", str(tmp_path / "a.h5"), "--points", "0", "--bench"]
     assert main([*verify, str(TABLES / "heavy.toml")]) == 0
+    assert main(["verify", str(tmp_path / "a.h5"), "--points", "-1"]) == 1
+    assert "Give --points 0 or more" in capsys.readouterr().err
     assert main([*verify, str(TABLES / "compact.toml")]) == 1
     assert "another bench than 'compact'" in capsys.readouterr().err

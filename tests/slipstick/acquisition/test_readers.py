@@ -211,6 +211,12 @@ def test_an_unknown_channel_names_those_that_are_alike() -> None:
         source.channel("p_oill")
 
 
+def test_utf_16_is_known_by_its_byte_order_mark() -> None:
+    source = open_source("a.csv", opened("t [s];p_oil [bar]\n1;2\n2;3\n".encode("utf-16")))
+    assert source.channel("p_oil").values.tolist() == [2, 3]
+    assert "UTF-16" in source.remarks[0]
+
+
 def test_stated_options_are_obeyed() -> None:
     text = "a,5;b\n1,5;2\n".encode("utf-16")
     assert open_source("a.csv", opened(text), CsvOptions(";", ",", "utf-16")).channel("a,5").values.tolist() == [1.5]
