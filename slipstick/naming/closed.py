@@ -15,7 +15,7 @@ from slipstick.naming.fit import BlockFit
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.search import search
-from slipstick.naming.selection import Finding, is_unexplained
+from slipstick.naming.selection import Finding, is_unexplained, priced
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start
 from slipstick.naming.torque_lag import gained_elsewhere
@@ -51,8 +51,27 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
     if lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, findings
     in_contact = [one for one in findings if "contact" in one.blocks]
-    clutch, found = closing(block, clutch, settings, ask, in_contact, lambda its: gained_elsewhere(its, fits))
+
+    def ask_of(its: ClutchBlock, begun: CurvedFit, named: Sequence[Finding]) -> tuple[CurvedFit, list[Finding]]:
+        return closing(its, begun, settings, ask, named, lambda one: gained_elsewhere(one, fits))
+
+    clutch, found = ask_of(block, clutch, in_contact)
+    alone = {one.pair for one in in_contact if one.blocks == ("contact",)}
+    if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
+        # Plates that meet where no law lets them show in full contact as laws of the friction, beside which none of the
+        # piston is found. Without them, the clutch may name what it lacks.
+        other = copy(block)
+        other.finer = contact.block.finer
+        begun = _settled(other, contact, places[:1], [law for law in contact.laws if law not in alone])
+        again, others = ask_of(other, begun, [one for one in in_contact if one.pair not in alone])
+        if _worth(again) > _worth(clutch):
+            clutch, found = again, others
     return clutch, [*(one for one in findings if one not in in_contact), *found]
+
+
+def _worth(fit: CurvedFit) -> float:
+    """Evidence in nats less the price of the laws."""
+    return float(priced(fit.evidence, np.sum([fit.leverage(law) for law in fit.laws], axis=0)).sum())
 
 
 def _searched(block: ClutchBlock, contact: BlockFit) -> list[np.ndarray]:
