@@ -64,7 +64,7 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
         other.finer = contact.block.finer
         begun = _settled(other, contact, places[:1], [law for law in contact.laws if law not in alone])
         again, others = ask_of(other, begun, [one for one in in_contact if one.pair not in alone])
-        if _worth(again) > _worth(clutch):
+        if not is_unexplained(again.chi2, again.chi2, settings) and _worth(again) > _worth(clutch):
             clutch, found = again, others
     return clutch, [*(one for one in findings if one not in in_contact), *found]
 

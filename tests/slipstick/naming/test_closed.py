@@ -53,13 +53,14 @@ def test_a_piston_that_explains_more_without_a_law_of_full_contact_takes_its_pla
     assert asked(monkeypatch, finding(FRICTION, "contact"), beside, instead) == (instead, [LAG])
 
 
-def test_a_law_of_full_contact_stays_where_the_clutch_is_explained_or_worse_without_it_or_others_share_it(
+def test_a_law_of_full_contact_stays_where_the_clutch_is_explained_with_it_or_not_without_it(
         monkeypatch: pytest.MonkeyPatch) -> None:
-    beside, worse, more = (fitted(-100.0, MISFIT, FRICTION), fitted(-101.0, MISFIT, LAG),
-                           fitted(-99.0, MISFIT, LAG, ("clearance", "pressure")))
+    beside, worse, more = (fitted(-100.0, MISFIT, FRICTION), fitted(-101.0, EXPLAINED, LAG),
+                           fitted(-99.0, EXPLAINED, LAG, ("clearance", "pressure")))
     alone = finding(FRICTION, "contact")
     assert asked(monkeypatch, alone, beside, worse) == (beside, [FRICTION])
     assert asked(monkeypatch, alone, beside, more) == (beside, [FRICTION])  # a further law has its price
+    assert asked(monkeypatch, alone, beside, fitted(-50.0, MISFIT, LAG)) == (beside, [FRICTION])
     explained = fitted(-100.0, EXPLAINED, FRICTION)
     assert asked(monkeypatch, alone, explained, fitted(-50.0, EXPLAINED, LAG)) == (explained, [FRICTION])
     shared = finding(FRICTION, "contact", "load")
