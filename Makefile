@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 # Tests run in parallel themselves: threads that wait for each other would only slow them down.
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
-# Every process of a test would compile the modules of the project and of the tests again, in a tenth of the whole time.
+# Where it is set, every process of the tests compiles the modules again, which takes a tenth of the whole time.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup demo demo-stop test test-slow fuzz lint audit picture bench study-blind clean
