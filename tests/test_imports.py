@@ -86,7 +86,7 @@ MAY_IMPORT = {
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "
                                  "slipstick.recordings.signals slipstick.report",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
-    "slipstick.report.study": "numpy scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
+    "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
                               "slipstick.report slipstick.study",
     "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson prometheus_client sqlalchemy "
                "dbos slipstick",

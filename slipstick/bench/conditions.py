@@ -53,7 +53,7 @@ class Conditions:
             in_range = column >= 0 if name == "brake_torque" else column > 0
             _require(bool(np.all(np.isfinite(column) & in_range)),
                      f"{name} has values that are not finite and positive", "Check the column and its unit")
-            _require(bool(np.all(column < _LARGEST)), f"{name} has a value of {column.max():g}",
+            _require(bool(np.all(column < _LARGEST)), f"{name} has a value of {column.max(initial=0):g}",
                      f"Give less than {_LARGEST:g}, and check its unit")
         _require((self.input_torque is None) == (self.initial_input_speed is None),
                  "input torque and initial input speed do not come together",

@@ -3,15 +3,14 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.special import stdtr
 
 from slipstick.pictures.theme import in_words
 from slipstick.report.study.parts import Entries
 from slipstick.report.words import listed, signed
 
-_ORDERED, _CHANCE = 0.3, 0.01
-"""Correlation with the run order above which a drift is hard to tell from a condition, and the probability from which
-on it may be one of random orders: of 24 runs, 15 % have such a correlation."""
+_ORDERED, _CHANCE = 0.3, 2.6
+"""Correlation with the run order above which a drift is hard to tell from a condition, and the standard normal deviate
+that one random order in a hundred exceeds: of 24 runs in random order, 15 % have such a correlation."""
 _ALWAYS: Entries = [
     ("A name is a pair and a shape:", "the blocks measure which quantity changes with what. The catalogue gives the "
      "name if it has an effect of that pair whose law has that shape. Another cause with the same pair and shape would "
@@ -54,9 +53,9 @@ def _order(conditions: Mapping[str, list[float] | None]) -> Entries:
 
 
 def _followed(order: list[float], column: list[float]) -> float:
-    """The correlation of a condition with the run order, or 0 if it is small or may be chance (Student's t)."""
+    """The correlation of a condition with the run order, or 0 if it is small or may be chance (Fisher's transform)."""
     if not (np.ptp(order) and np.ptp(column)):
         return 0.0
-    value, freedom = float(np.corrcoef(order, column)[0, 1]), len(order) - 2
-    t = abs(value) * np.sqrt(freedom / max(1 - value**2, 1e-12))
-    return value if abs(value) > _ORDERED and 2 * stdtr(freedom, -t) < _CHANCE else 0.0
+    value = float(np.clip(np.corrcoef(order, column)[0, 1], -0.9999, 0.9999))
+    deviate = np.arctanh(abs(value)) * np.sqrt(max(len(order) - 3, 0))
+    return value if abs(value) > _ORDERED and deviate > _CHANCE else 0.0

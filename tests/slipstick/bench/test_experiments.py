@@ -169,3 +169,7 @@ def test_recordings_keep_an_input_torque_that_varies() -> None:
           "input_torque [N m],initial_input_speed [rpm]\n0,1500,0.4,5,0.4,0,1400\n0,1500,0.4,5,0.5,0,1500\n"
     again = Recordings.read(csv.encode(), "csv", profiles=bench.profiles)
     assert again.conditions.digest == recordings.conditions.digest
+
+
+def test_no_condition_is_a_choice_of_conditions_too() -> None:
+    assert len(COMPACT.conditions.take([])) == 0
