@@ -18,7 +18,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "add_an_effect.md"
 
 
 @cache
-def tested() -> tuple[set[Pair], set[Pair]]:
+def pairs_of_blocks() -> tuple[set[Pair], set[Pair]]:
     """The usual pairs of all blocks, and those that are tried only where something is missing."""
     scene = with_plates(scene_of(HEAVY, Model(HEAVY.physics), 24, 1))
     blocks = [block_of(name, scene) for name in BLOCKS]
@@ -28,7 +28,7 @@ def tested() -> tuple[set[Pair], set[Pair]]:
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
 def test_a_study_tests_a_pair_of_every_effect(effect: Effect) -> None:
-    usual, rare = tested()
+    usual, rare = pairs_of_blocks()
     assert set(effect.pairs) & (usual | rare), (
         f"No block tests {effect.pairs}: add the pair under which it shows to `also` ({PAGE.name})")
 
@@ -39,7 +39,7 @@ def test_the_page_lists_the_pairs_that_are_tested() -> None:
             for line in section.splitlines() if line.startswith("| `")]
     listed = [{(quantity, on) for names, *cells in rows for quantity in re.findall("`([^`]+)`", names)
                for on in cells[column].split(", ") if on != "-"} for column in (0, 1)]
-    for said, pairs in zip(listed, tested(), strict=True):
+    for said, pairs in zip(listed, pairs_of_blocks(), strict=True):
         known = {(quantity, on) for quantity, on in pairs
                  if quantity in {**QUANTITIES, **SENSORS} and on in DEPENDENCES}
         assert said == known
