@@ -150,6 +150,6 @@ def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
 
 def with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
     """Return a study with its place in the queue and its progress."""
-    progress = store.progress(study.workflow_id)
-    return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study),
-                             progress=None if progress is None or "done" not in progress else StudyProgress(**progress))
+    progress, share = store.progress(study.workflow_id), {"done": 1.0} if study.status == "SUCCESS" else {}
+    known = None if progress is None or "done" not in progress else StudyProgress(**{**progress, **share})
+    return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study), progress=known)

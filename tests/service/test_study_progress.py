@@ -18,14 +18,14 @@ from slipstick.study.progress import StudyProgress, StudySteps
 from tests.benches import HEAVY
 
 Running = Callable[[dict[str, Any] | None], httpx.Response]
+JOB_INPUT = {"recordings": "few", "recordings_digest": "c3d4", "bench": "heavy", "bench_digest": HEAVY.digest,
+             "sensing_digest": HEAVY.sensing_digest, "settings": json.loads(json.dumps(asdict(StudySettings())))}
 
 
 @pytest.fixture
 def running(serving_jobs: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """A function that returns the status of a running study whose worker has reported this progress."""
-    job_input = {"recordings": "few", "recordings_digest": "c3d4", "bench": "heavy", "bench_digest": HEAVY.digest,
-                 "sensing_digest": HEAVY.sensing_digest, "settings": json.loads(json.dumps(asdict(StudySettings())))}
-    with serving_jobs(tmp_path, {"mine": (job_input, None)}) as client:
+    with serving_jobs(tmp_path, {"mine": (JOB_INPUT, None)}) as client:
         def status(progress: dict[str, Any] | None) -> httpx.Response:
             monkeypatch.setattr(JobStore, "progress", lambda *_: progress)
             return client.get("/v1/studies/mine")
@@ -49,3 +49,13 @@ def test_progress_of_an_earlier_version_is_left_out(running: Running) -> None:
         answer = running(reported)
         assert (answer.status_code, answer.json()["progress"]) == (200, None)
         assert "Starting" in jobs._doing(StudyWithProgress(**answer.json()))
+
+
+def test_a_study_that_is_done_has_done_all_of_its_steps(
+        serving_jobs: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    last = {"stage": "confirm", "step": 12, "steps": 12, "done": 11 / 12, "doing": "Predicting held-out conditions"}
+    monkeypatch.setattr(JobStore, "progress", lambda *_: last)
+    with serving_jobs(tmp_path, {"mine": (JOB_INPUT, {"result": {}})}) as client:
+        found = client.get("/v1/studies/mine").json()
+    assert found["status"] == "done"
+    assert found["progress"] == {**last, "done": 1.0}
