@@ -5,8 +5,9 @@ import shlex
 from pathlib import Path
 
 from slipstick.bench import Bench
+from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
-from slipstick.recordings import Recordings
+from slipstick.recordings import Recordings, open_conditions
 from worker.model_file import read_model
 
 DEFAULT = Path("tables/heavy.toml")
@@ -17,6 +18,23 @@ def add_bench_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bench", type=Path, default=DEFAULT, metavar="FILE.toml",
                         help="the bench: parameters, converter, sensors, current profiles and conditions "
                              "(default: %(default)s)")
+
+
+def add_simulated_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what is simulated: the options `--bench`, `--model` and `--conditions`."""
+    add_bench_argument(parser)
+    parser.add_argument("--model", type=Path, metavar="SPEC.json",
+                        help="the model to simulate, as written by `calibrate --out` or `study --extended` "
+                             "(default: the nominal parameters of the bench)")
+    parser.add_argument("--conditions", type=Path, metavar="FILE",
+                        help="recordings whose conditions to simulate (default: the conditions of the bench)")
+
+
+def open_simulated(arguments: argparse.Namespace) -> tuple[Bench, Model, Conditions]:
+    """The bench, the model and the conditions of these options; raises `InvalidValue`."""
+    bench = Bench.open(arguments.bench)
+    conditions = open_conditions(arguments.conditions, bench.profiles) if arguments.conditions else bench.conditions
+    return bench, open_model(bench, arguments.model), conditions
 
 
 def open_model(bench: Bench, path: Path | None) -> Model:
@@ -31,6 +49,6 @@ def open_recordings(bench: Bench, path: Path, signals: Path | None = None) -> Re
     return Recordings.open(path, signals, bench.profiles)
 
 
-def build_command(bench: Path, model: Path, *options: str) -> str:
-    """The command that builds a table of the `model` of a bench, for a shell."""
-    return shlex.join(["python", "-m", "worker", "build", "--bench", str(bench), "--model", str(model), *options])
+def command_line(*words: str | Path) -> str:
+    """A command of the worker, for a shell."""
+    return shlex.join(["python", "-m", "worker", *map(str, words)])

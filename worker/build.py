@@ -9,15 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.bench import Bench, parameters
+from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import DEFAULT, STATUS, TIGHT
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, WrongLayout
 from slipstick.machine.simulation import OUTCOMES, start_executor
-from slipstick.recordings import open_conditions
 from slipstick.table import Axis, Table
-from worker.bench_option import add_bench_argument, open_model
+from worker.bench_option import add_simulated_arguments, open_simulated
 from worker.building import build
 from worker.compiling import compile_simulator
 from worker.executors import add_dask_argument, open_executor
@@ -41,13 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
     """Add the options that all tables share: model, conditions, output file (default `out`), threads and accuracy."""
-    add_bench_argument(parser)
+    add_simulated_arguments(parser)
     add_machine_argument(parser)
-    parser.add_argument("--model", type=Path, metavar="SPEC.json",
-                        help="the model to simulate, as written by `calibrate --out` or `study --extended` "
-                             "(default: the nominal parameters of the bench)")
-    parser.add_argument("--conditions", type=Path, metavar="FILE",
-                        help="recordings whose conditions to simulate (default: the conditions of the bench)")
     parser.add_argument("--out", type=Path, default=out, metavar="FILE",
                         help="the table file to write (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N",
@@ -62,9 +56,7 @@ def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
 def read_model_arguments(arguments: argparse.Namespace) -> tuple[Model, Conditions]:
     """Return the model and the conditions; raises `InvalidValue`, also if `--out` exists and is not a table."""
     require_output(arguments)
-    bench = Bench.open(arguments.bench)
-    model = open_model(bench, arguments.model)
-    conditions = open_conditions(arguments.conditions, bench.profiles) if arguments.conditions else bench.conditions
+    _, model, conditions = open_simulated(arguments)
     if model.uses_run_order and conditions.run_order is None:
         raise InvalidValue("The model has an effect that depends on the run order, and these conditions have none",
                            "Give --conditions FILE: recordings with a run order, such as those that show the effect")

@@ -10,7 +10,7 @@ from slipstick.calibration import Calibration, calibrate
 from slipstick.errors import InvalidValue
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.files import replacing
-from worker.bench_option import add_bench_argument, build_command, open_model, open_recordings
+from worker.bench_option import add_bench_argument, command_line, open_model, open_recordings
 
 LARGE_CHI_SQUARE = 2.0
 """Reduced chi-square above which the report speaks of a missing effect: the residuals have twice the variance of the
@@ -46,7 +46,8 @@ def run(arguments: argparse.Namespace) -> int:
         with replacing(arguments.out) as temporary:
             temporary.write_text(json.dumps(calibration.spec(), indent=1) + "\n")
         print(f"Wrote {arguments.out}\nBuild a table of the calibrated model: "
-              + build_command(arguments.bench, arguments.out, "--out", "tables/calibrated.h5"))
+              + command_line("build", "--bench", arguments.bench, "--model", arguments.out,
+                             "--out", "tables/calibrated.h5"))
     return 0
 
 

@@ -10,24 +10,19 @@ from slipstick.bench import Bench
 from slipstick.clutch import effects
 from slipstick.clutch.model import Model
 from slipstick.errors import BadRecording, InvalidValue
-from slipstick.recordings import Recordings, open_conditions
+from slipstick.recordings import Recordings
 from slipstick.simulated_recordings import SIMULATED, simulated_recordings
 from slipstick.storage.files import replacing
-from worker.bench_option import add_bench_argument, open_model
+from worker.bench_option import add_simulated_arguments, command_line, open_simulated
 from worker.compiling import compile_simulator
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_bench_argument(parser)
-    parser.add_argument("--model", type=Path, metavar="SPEC.json",
-                        help="the model to simulate, as written by `calibrate --out` or `study --extended` "
-                             "(default: the nominal parameters of the bench)")
+    add_simulated_arguments(parser)
     parser.add_argument("--effect", action="append", default=[], metavar="NAME[=MULTIPLE]",
                         help="an effect of the catalogue to add, at its typical coefficients or a multiple of its "
                              "typical amplitudes; repeat the option for several")
-    parser.add_argument("--conditions", type=Path, metavar="FILE",
-                        help="recordings whose conditions to simulate (default: the conditions of the bench)")
     parser.add_argument("--engagements", type=int, metavar="N",
                         help="number of engagements, evenly over the conditions, or each more than once "
                              "(default: each condition once)")
@@ -44,11 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, write the recordings, and say how to study them."""
     _require_output(arguments.out)
-    bench = Bench.open(arguments.bench)
-    model = open_model(bench, arguments.model)
+    bench, model, conditions = open_simulated(arguments)
     for text in arguments.effect:
         model = _with_effect(model, bench, text)
-    conditions = open_conditions(arguments.conditions, bench.profiles) if arguments.conditions else bench.conditions
     if arguments.engagements is not None:
         if arguments.engagements < 1:
             raise InvalidValue(f"{arguments.engagements} engagements are too few", "Give --engagements 1 or more")
@@ -62,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
         temporary.write_bytes(recordings.to_bytes())
     times = recordings.measured_time
     print(f"Wrote {arguments.out}: {len(times)} engagements with shifting times of {times.min():.3f} to "
-          f"{times.max():.3f} s\nStudy them: python -m worker study {arguments.out} --bench {arguments.bench}")
+          f"{times.max():.3f} s\nStudy them: {command_line('study', arguments.out, '--bench', arguments.bench)}")
     return 0
 
 

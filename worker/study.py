@@ -18,7 +18,7 @@ from slipstick.study import StudyResult, StudySettings, conclude, examine
 from slipstick.study.export import file_stem, has_table, law_csv, law_mat
 from slipstick.study.progress import Log, StudyProgress
 from slipstick.study.record import figures_from_dict, result_from_dict
-from worker.bench_option import add_bench_argument, build_command, open_recordings
+from worker.bench_option import add_bench_argument, command_line, open_recordings
 from worker.clocks import clock_times, stage_times
 from worker.study_text import study_text
 
@@ -70,8 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"\nWrote {', '.join(map(str, written))}")
     if arguments.extended:
         print("Build a table of the extended model: "
-              + build_command(arguments.bench, arguments.extended, "--conditions", str(arguments.recordings),
-                              "--out", "tables/extended.h5"))
+              + command_line("build", "--bench", arguments.bench, "--model", arguments.extended,
+                             "--conditions", arguments.recordings, "--out", "tables/extended.h5"))
     return 0
 
 

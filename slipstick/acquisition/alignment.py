@@ -49,21 +49,18 @@ def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench
                            f"{1e3 * steps[slowest]:.4g} ms",
                            f"Give a step of at least {1e3 * steps[slowest]:.4g} ms: samples would be made up")
     profile_end = float(bench.profiles[0][:, -1].min())
-    end = mapping.end
+    end, longest = mapping.end, max(one.end for one in found)
     if end is None:
         locked = [one for one in found if one.measured_time is not None and one.end > one.measured_time] or list(found)
         shortest = min(locked, key=lambda one: one.end)
         end = min(shortest.end, profile_end)
-        longest = max(one.end for one in found)
         remarks.append(f"the recordings end {end:.4g} s after the shift command, " + (
             "with the current profile" if end == profile_end else
             "with all engagements" if longest - end < step else
             f"with the shortest engagement that locks, {shortest.label}; the longest ends at {longest:.4g} s"))
-    last = max(one.end for one in found)
-    if end > last + step:
-        raise BadRecording(f"clock.end is {end:g} s, and the longest engagement ends {last:.4g} s after its shift "
-                           "command",
-                           f"Give an end of at most {last:.4g} s, or none")
+    elif end > longest + step:
+        raise BadRecording(f"clock.end is {end:g} s, and the longest engagement ends {longest:.4g} s after its shift "
+                           "command", f"Give an end of at most {longest:.4g} s, or none")
     if end < step:
         raise BadRecording(f"clock.step is {step:g} s, and the recordings end {end:.4g} s after the shift command",
                            "Give a shorter step, or a later end")

@@ -40,7 +40,7 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
     block.fine, block.finer = contact.block.fine, contact.block.finer
     places = [start.closing.onset.points, *_searched(block, contact)]
     clutch = _settled(block, contact, places, contact.laws)
-    alone = {one.pair for one in findings if one.blocks == ("contact",)}
+    alone, without = {one.pair for one in findings if one.blocks == ("contact",)}, None
     if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
         without = _settled(block, contact, places[:1], [law for law in contact.laws if law not in alone])
         if evidence_of(without) > evidence_of(clutch):  # the closing plates contradict what full contact suggests
@@ -62,7 +62,8 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
         # piston is found. Without them, the clutch may name what it lacks.
         other = copy(block)
         other.finer = contact.block.finer
-        begun = _settled(other, contact, places[:1], [law for law in contact.laws if law not in alone])
+        begun = _settled(other, contact, places[:1], [law for law in contact.laws if law not in alone]) \
+            if without is None else replace(without, block=other)
         again, others = ask_of(other, begun, [one for one in in_contact if one.pair not in alone])
         if not is_unexplained(again.chi2, again.chi2, settings) and _worth(again) > _worth(clutch):
             clutch, found = again, others

@@ -11,7 +11,7 @@ _UNEVEN = 0.1
 
 
 def require_one_clock(recordings: Recordings) -> None:
-    """Raise `InvalidValue` where the signals of no engagement contain its shifting time: times in another unit, say."""
+    """Raise `InvalidValue` where the signals do not contain the earliest shifting time: times in another unit, say."""
     assert recordings.signals is not None
     time, shifting_time = recordings.signals.time, recordings.measured_time
     if not time[0] < shifting_time.min() < time[-1]:

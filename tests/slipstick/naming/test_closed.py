@@ -1,5 +1,6 @@
 """The closing piston is also asked without what full contact alone suggested, where that leaves it unexplained."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,9 +22,21 @@ def finding(pair: Pair, *blocks: str) -> Finding:
     return Finding(blocks, pair, np.full(COUNT, 10.0))
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """What is asked of a fit: its evidence (n,) in nats, chi-square (n,), and laws, of one nat of leverage each."""
+
+    evidence: np.ndarray
+    chi2: np.ndarray
+    laws: tuple[Pair, ...]
+    block: Any = None
+
+    def leverage(self, _: Pair) -> np.ndarray:
+        return np.full(COUNT, 1.0)
+
+
 def fitted(evidence: float, chi2: np.ndarray, *laws: Pair) -> Any:
-    return SimpleNamespace(evidence=np.full(COUNT, evidence), chi2=chi2, laws=laws, block=None,
-                           leverage=lambda _: np.full(COUNT, 1.0))
+    return Fitted(np.full(COUNT, evidence), chi2, laws)
 
 
 def asked(monkeypatch: pytest.MonkeyPatch, suggested: Finding, beside: Any, instead: Any) -> tuple[Any, list[Pair]]:
