@@ -1,8 +1,8 @@
 """The simulator in JAX: Dormand-Prince 5(4) with adaptive steps and the event of lock-up by diffrax, in float64.
 
-The conditions of a point are one vectorized integration, which takes as many steps as its slowest engagement, and the
-points are a loop. Steps end at the breakpoints of the current. Importing this module needs the extra `bench`; JAX then
-has one thread.
+The conditions of a point, or of several, are one vectorized integration, which takes as many steps as its slowest
+engagement, and the points are a loop. Steps end at the breakpoints of the current. Importing this module needs the
+extra `bench`; JAX then has one thread.
 """
 
 import os
@@ -25,19 +25,20 @@ SCALES = (1.0, 100.0, 1e-3, 100.0, 10.0)  # of the states, which diffrax gives o
 EVENT = diffrax.Event(lambda t, y, args, **_: _slip(y, args[0]), optimistix.Bisection(0.0, 1e-9))
 
 
-def shifting_times(vectors, profile, profile_time, profile_current, speed, inertia, brake, initial, tolerance):
-    """As `scalar_dopri.shifting_times`, with a tolerance relative to `SCALES`."""
+def shifting_times(vectors, profile, profile_time, profile_current, speed, inertia, brake, initial, tolerance,
+                   together=1):
+    """As `scalar_dopri.shifting_times`, with a tolerance relative to `SCALES`, and so many points `together`."""
     conditions = profile_time[profile], profile_current[profile], speed, inertia, brake
-    return np.asarray(_ensemble(vectors, initial, conditions, tolerance))
+    return np.asarray(_ensemble(vectors, initial, conditions, tolerance, together))
 
 
-@jax.jit
-def _ensemble(vectors, initial, conditions, tolerance):
+@partial(jax.jit, static_argnums=4)
+def _ensemble(vectors, initial, conditions, tolerance, together):
     def of_point(point):
         p, initial_speed = point
         return jax.vmap(partial(_engagement, tolerance, p))(initial_speed, *conditions)
 
-    return jax.lax.map(of_point, (vectors, initial))
+    return jax.lax.map(of_point, (vectors, initial), batch_size=together)
 
 
 def _engagement(tolerance, p, initial_speed, time, current, speed, inertia, brake):

@@ -29,10 +29,10 @@ class Server:
             assert self.process.poll() is None, "the server has ended"
             time.sleep(0.002)
 
-    def memory(self) -> float:
-        """Resident set in MB (1e6 bytes)."""
+    def memory(self, of: str = "VmRSS") -> float:
+        """Resident set in MB (1e6 bytes), or another entry of the status of the process."""
         lines = Path(f"/proc/{self.process.pid}/status").read_text().splitlines()
-        return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) * 1024 / 1e6
+        return next(int(line.split()[1]) for line in lines if line.startswith(f"{of}:")) * 1024 / 1e6
 
     def processor_seconds(self) -> float:
         """Processor time of all threads so far, in steps of 0.01 s."""

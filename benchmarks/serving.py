@@ -203,10 +203,12 @@ def memory(tables: Path) -> list[Row]:
                 if name == names[0]:
                     time.sleep(_WARMING_SECONDS - 1)
                 found.append(server.memory())
+        own = server.memory("RssAnon")
     finally:
         server.end()
     return [single("memory of the service with one default table", "MB", found[:1], None),
-            single("memory of the service with ten default tables", "MB", found[-1:], 400.0)]
+            single("memory of the service with ten default tables", "MB", found[-1:], 400.0),
+            single("the same without the mapped pages of libraries", "MB", [own], None)]
 
 
 def first_use(tables: Path, cache: Path, rounds: int) -> list[Row]:

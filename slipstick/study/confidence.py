@@ -22,7 +22,7 @@ BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
 LEAST = 0.5
 """Confidence above which a finding is reported beside the one that gains most: it is more likely right than wrong."""
 _CLEAR_LEAD = 5.0
-"""Standard errors at the naming limit. Far above it, what is wrong is a cause that no pair describes, at any lead."""
+"""Standard errors at the naming limit. Above it, what is wrong is a cause that no pair describes, at any lead."""
 _STEPS = 20
 """Newton's steps: the likelihood is concave, and converges to the last digit in fewer."""
 
@@ -47,7 +47,7 @@ class Evidence(NamedTuple):
 
         The lead of a finding with a small share says little: what is left of another effect also leads.
         """
-        size = 1 - float(np.exp(-max(self.lead, 0.0) / _CLEAR_LEAD))
+        size = min(max(self.lead, 0.0) / _CLEAR_LEAD, 1.0)
         return [1.0, size * self.share, size * self.alone, float(self.further), float(np.log(self.share)),
                 float(self.rare)]
 

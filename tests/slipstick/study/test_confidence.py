@@ -9,13 +9,14 @@ from scipy.stats import chi2
 from slipstick.naming.selection import Finding, Rival
 from slipstick.study.confidence import BANDS, LEAST, Evidence, are_reported, confidence, counted, evidence_of, found
 
-LEADS = (1.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+LEADS = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)
 
 
 @pytest.mark.parametrize("alone", [True, False])
-def test_confidence_rises_with_the_lead(alone: bool) -> None:
-    sure = [confidence(Evidence(lead, alone, further=False, share=1.0)) for lead in LEADS]
-    assert (np.diff(sure) > 0).all()
+def test_confidence_rises_with_the_lead_up_to_the_naming_limit(alone: bool) -> None:
+    sure = [confidence(Evidence(lead, alone, further=False, share=1.0)) for lead in (*LEADS, 50.0)]
+    assert (np.diff(sure[:-1]) > 0).all()
+    assert sure[-2] == sure[-1]
 
 
 def test_a_lead_is_worth_more_where_nothing_else_is_found_and_with_a_larger_share() -> None:
