@@ -253,8 +253,8 @@ def test_settings_that_do_not_suit_the_problem_raise(problem: InferenceProblem) 
         run(replace(QUICK, mean_bounds=((1.6, 2.0),)), problem, generations=1)
     with pytest.raises(InvalidValue, match="3 pairs of bounds for 2 inputs"):
         run(replace(QUICK, mean_bounds=((0.5, 1.5),) * 3), problem, generations=1)
-    with pytest.raises(InvalidValue, match="5 nodes per axis"):
-        fit.initial_state(FitSettings(nodes=5), problem)
+    with pytest.raises(InvalidValue, match="4 nodes per axis"):
+        fit.initial_state(FitSettings(nodes=4), problem)
 
 
 @pytest.mark.slow
