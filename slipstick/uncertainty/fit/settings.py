@@ -18,7 +18,7 @@ Integration = Literal["lines", "sampling"]
 INTEGRATIONS: tuple[Integration, ...] = get_args(Integration)
 _LEAST_STD = 1e-9
 """Smallest bound of a std in multiples of nominal: a billionth scatters nothing, and squares of far less underflow."""
-_ORDERS, _LOWEST_ORDER = {1: 4, 2: 4, 3: 4, 4: 3, 5: 3}, 2
+_ORDERS, _LOWEST_ORDER = {1: 4, 2: 4, 3: 3, 4: 3, 5: 3}, 2
 """Orders of a search by the number of inputs. It only has to reach the maximum that the refinement then climbs: orders
 of 2 to 8 end at the same one (docs/uncertainty.md), and a model is run at (order + 1)^2 nodes for two inputs."""
 
