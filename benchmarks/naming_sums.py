@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.rates import bounds
 
-COLUMNS = {"`glacial`, first run": ("glacial", "glacial_from_1"),
+COLUMNS = {"`glacial`, first run": ("glacial", "glacial_from_1", "glacial_from_2"),
            "`polar`, `austral` and `boreal`, again": ("polar_again", "austral_again", "boreal_again")}
 """Column -> the files naming_FILE.csv whose cases it has."""
 ROWS = (("recordings without an effect: with a finding, or an unexplained block", "nulls called anything", "2 %"),
