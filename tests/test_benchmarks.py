@@ -25,7 +25,8 @@ from tests.benches import HEAVY
 from tests.validation.hidden import cases
 
 ROOT = Path(__file__).parents[1]
-NOT_IMPORTED = {"catalogue"} if find_spec("diffrax") else {"catalogue", "diffrax_peer"}  # the first runs on import
+NOT_IMPORTED = {"catalogue"} if find_spec("diffrax") else {"accelerator", "catalogue", "diffrax_peer"}
+"""`catalogue` runs on import; the others need the extra `bench`."""
 
 
 def test_every_benchmark_can_be_imported() -> None:

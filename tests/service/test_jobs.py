@@ -47,8 +47,8 @@ def test_the_cost_grows_with_candidates_runs_and_conditions(shelf: Path) -> None
     table, recordings = library.table("nominal"), library.recording("measured")
     measured = table_problem(table, recordings, "clip")
     settings = FitSettings(population=10, generations=10)
-    assert fit_cost(settings, measured, False) == 100 * (81 + 5000) * 216
-    assert fit_cost(settings, measured, True) == 100 * (81 * 370 + 5000) * 216
+    assert fit_cost(settings, measured, False) == 100 * (25 + 5000) * 216
+    assert fit_cost(settings, measured, True) == 100 * (25 * 370 + 5000) * 216
     classic = FitSettings(method="classic", grid=3, samples=1024)
     assert fit_cost(classic, measured, False) == 3**5 * 1024 * 216
 
