@@ -45,7 +45,8 @@ class FitSettingsBody(StrictModel):
                                                                       "has not improved by more than `tolerance` over "
                                                                       "this number of generations.")
     tolerance: float | None = Field(default=None, description="`genetic`: smallest improvement of the log10 likelihood "
-                                                              "that counts, in decades.")
+                                                              "that counts, in decades; 1 by default. Without "
+                                                              "`refine`, 0.1 comes closer.")
     order: int | None = Field(default=None, le=HIGHEST_ORDER, description="Total degree of the expansions.")
     norm: float | None = Field(
         default=None, description="Exponent q of the hyperbolic truncation, 0 < q <= 1. The value 1 keeps all terms up "
