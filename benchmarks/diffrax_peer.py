@@ -26,8 +26,8 @@ EVENT = diffrax.Event(lambda t, y, args, **_: _slip(y, args[0]), optimistix.Bise
 
 
 def shifting_times(vectors, profile, profile_time, profile_current, speed, inertia, brake, initial, tolerance,
-                   together=1):
-    """As `scalar_dopri.shifting_times`, with a tolerance relative to `SCALES`, and so many points `together`."""
+                   together=None):
+    """As `scalar_dopri.shifting_times`, with a tolerance relative to `SCALES`, and `together` points at a time."""
     conditions = profile_time[profile], profile_current[profile], speed, inertia, brake
     return np.asarray(_ensemble(vectors, initial, conditions, tolerance, together))
 
