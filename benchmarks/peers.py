@@ -65,20 +65,21 @@ def measured(work: Work, rounds: int) -> list[list[object]]:
     errors = {name: code.error() if code.error else "" for name, code in codes.items()}
     spans = {name: np.array(values) for name, values in times.items()}
     limit = ["", ""] if work.limit is None else [f"{work.limit:g} ms", _verdict(np.median(spans[OURS]) <= work.limit)]
-    rows: list[list[object]] = [[work.name, OURS, *_spread(spans[OURS]), "", "", "", errors[OURS], work.unit, *limit]]
+    rows: list[list[object]] = [[work.name, OURS, *spread(spans[OURS]), "", "", "", errors[OURS], work.unit, *limit]]
     fastest = min(work.peers, key=lambda name: float(np.median(spans[name])))
     for name in work.peers:
         ratios = spans[name] / spans[OURS]
         target = work.targets.get(name, work.targets.get(FASTEST) if name == fastest else None)
         verdict = ["", ""] if target is None else [f"{target:g}", _verdict(np.median(ratios) >= target)]
-        rows.append([work.name, name, *_spread(spans[name]), *_spread(ratios), errors[name], work.unit, *verdict])
-    rows.extend([work.name, f"floor: {name}", *_spread(spans[name]), *_spread(spans[name] / spans[OURS]), *[""] * 4]
+        rows.append([work.name, name, *spread(spans[name]), *spread(ratios), errors[name], work.unit, *verdict])
+    rows.extend([work.name, f"floor: {name}", *spread(spans[name]), *spread(spans[name] / spans[OURS]), *[""] * 4]
                 for name in work.floors)
     rows.extend([work.name, name, f"left out: {why}", *[""] * (len(HEADER) - 3)] for name, why in work.left_out.items())
     return rows
 
 
-def _spread(values: np.ndarray) -> tuple[float, float, float]:
+def spread(values: np.ndarray) -> tuple[float, float, float]:
+    """Median, least and most."""
     return float(np.median(values)), float(np.min(values)), float(np.max(values))
 
 

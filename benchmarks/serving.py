@@ -26,12 +26,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.connection import Connection
+from benchmarks.peers import OURS, spread
 from benchmarks.results import write
 from benchmarks.servers import ROOT, Server, bare, service, umbridge
 
 HEADER = ("work", "code", "unit", "median", "least", "most", "first of the work / code", "least", "most", "target",
           "met")
-OURS = "this project"
 CEILING = "one point without checks, limits, log and metrics: the ceiling of this HTTP stack"
 LEAST = "bare Starlette route that reads JSON, interpolates and writes JSON"
 _JSON = "Content-Type: application/json\r\n"
@@ -69,7 +69,7 @@ def compared(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tup
         target = targets.get(name)
         verdict = ("", "") if target is None else (
             f"{target[0]} {target[1]:g}", _met(float(np.median(ratios)), *target))
-        rows.append((work, name, unit, *_spread(found[:, column]), *(_spread(ratios) if column else ("", "", "")),
+        rows.append((work, name, unit, *spread(found[:, column]), *(spread(ratios) if column else ("", "", "")),
                      *verdict))
     return rows
 
@@ -77,11 +77,7 @@ def compared(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tup
 def single(work: str, unit: str, values: list[float], most: float | None) -> Row:
     """The row of a quantity without peer; the aim is a median of at most `most`."""
     verdict = ("", "") if most is None else (f"at most {most:g}", _met(float(np.median(values)), "at most", most))
-    return (work, OURS, unit, *_spread(np.array(values)), "", "", "", *verdict)
-
-
-def _spread(values: np.ndarray) -> tuple[float, float, float]:
-    return float(np.median(values)), float(values.min()), float(values.max())
+    return (work, OURS, unit, *spread(np.array(values)), "", "", "", *verdict)
 
 
 def _met(value: float, side: str, target: float) -> str:

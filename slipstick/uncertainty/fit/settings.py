@@ -19,8 +19,8 @@ INTEGRATIONS: tuple[Integration, ...] = get_args(Integration)
 _LEAST_STD = 1e-9
 """Smallest bound of a std in multiples of nominal: a billionth scatters nothing, and squares of far less underflow."""
 _ORDERS, _LOWEST_ORDER = {1: 4, 2: 4, 3: 3, 4: 3, 5: 3}, 2
-"""Orders of a search by the number of inputs. It only has to reach the maximum that the refinement then climbs: orders
-of 2 to 8 end at the same one (docs/uncertainty.md), and a model is run at (order + 1)^2 nodes for two inputs."""
+"""Orders of a search by the number of inputs. It only has to reach the maximum that the refinement then climbs, at the
+fewest runs of the model: (order + 1)^2 for two inputs (docs/uncertainty.md)."""
 
 
 @dataclass(frozen=True)
