@@ -1,11 +1,12 @@
-"""The table of docs/naming.md: rates of `benchmarks.naming`, added over several runs.
+"""The tables of docs/naming.md and docs/naming_tests.md: rates of `benchmarks.naming`, added over several runs.
 
     python -m benchmarks.naming_sums
 
-prints it. A test compares it with the page.
+prints them. A test compares them with the pages.
 """
 
 import csv
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,12 @@ from benchmarks.rates import bounds
 
 COLUMNS = {"`glacial`, first run": ("glacial", "glacial_from_1", "glacial_from_2"),
            "`polar`, `austral` and `boreal`, again": ("polar_again", "austral_again", "boreal_again")}
-"""Column -> the files naming_FILE.csv whose cases it has."""
+"""Column of docs/naming.md -> the files naming_FILE.csv whose cases it has."""
+FIRST_RUNS = {"glacial": ("glacial", "glacial_from_1", "glacial_from_2"),
+              "alpine": ("alpine", "alpine_from_1", "alpine_from_2", "alpine_from_2_rest"),
+              **{which: (which, f"{which}_from_1") for which in ("boreal", "austral", "polar", "overseas")},
+              "distant": ("distant",)}
+"""The same for docs/naming_tests.md."""
 ROWS = (("recordings without an effect: with a finding, or an unexplained block", "nulls called anything", "2 %"),
         ("listed effects from 1 naming limit: found", "listed, from 1 naming limits: found, alone or in a tie", "95 %"),
         ("the same from 5 limits", "listed, from 5 naming limits: found, alone or in a tie", "95 %"),
@@ -49,14 +55,19 @@ def rates_of(file: str) -> dict[str, list[str]]:
 
 def counted(files: tuple[str, ...], name: str) -> str:
     """The cell of a rate: how many of how many, and its 95 % bounds."""
-    hits, n = (sum(int(rates_of(file)[name][place]) for file in files) for place in range(2))
+    cells = [rates_of(file).get(name) for file in files]
+    if None in cells:  # a rate that was not computed at that time
+        return ""
+    hits, n = (sum(int(one[place]) for one in cells if one) for place in range(2))
     low, high = bounds(hits, n)
     return f"{hits} of {n} ({100 * low:.0f} to {100 * high:.0f} %)" if n else "no case"
 
 
 def held(files: tuple[str, ...]) -> str:
     """The cell of the mean share of the visited range that bands contain."""
-    cells = [rates_of(file)[BAND] for file in files]
+    cells = [its[BAND] for file in files if BAND in (its := rates_of(file))]
+    if len(cells) < len(files):
+        return ""
     return f"{100 * np.average([float(one[2]) for one in cells], weights=[int(one[1]) for one in cells]):.0f} %"
 
 
@@ -66,15 +77,18 @@ def expected(files: tuple[str, ...]) -> str:
     return f"{sum(float(one[0]) for one in cells):.0f} and {sum(int(one[1]) for one in cells)}"
 
 
-def table() -> str:
-    """The table as Markdown."""
-    rows = [["", *COLUMNS, "target"], ["---"] * (len(COLUMNS) + 2),
-            *([words, *(counted(files, name) for files in COLUMNS.values()), target] for words, name, target in ROWS),
-            ["mean share of the visited range in the 90 % band of a measured law",
-             *map(held, COLUMNS.values()), "85 to 95 %"],
-            ["findings: right by their confidence, and right", *map(expected, COLUMNS.values()), "within 0.05"]]
+def table(columns: Mapping[str, tuple[str, ...]], targets: bool) -> str:
+    """A table of rates as Markdown, with the `targets` as the last column."""
+    target = ("target",) if targets else ()
+    rows = [["", *columns, *target], ["---"] * (1 + len(columns) + len(target)),
+            *([words, *(counted(files, name) for files in columns.values()), goal][:len(columns) + 1 + len(target)]
+              for words, name, goal in ROWS),
+            ["mean share of the visited range in the 90 % band of a measured law", *map(held, columns.values()),
+             "85 to 95 %"][:len(columns) + 1 + len(target)],
+            ["findings: right by their confidence, and right", *map(expected, columns.values()),
+             "within 0.05"][:len(columns) + 1 + len(target)]]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 if __name__ == "__main__":
-    print(table())
+    print(table(COLUMNS, targets=True), table(FIRST_RUNS, targets=False), sep="\n\n")

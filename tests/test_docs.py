@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from benchmarks import naming_sums
+from benchmarks import confidence_tables, naming_sums
 from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
@@ -78,7 +78,15 @@ def test_numbers_in_the_documentation_match_the_code() -> None:
 
 
 def test_the_rates_of_naming_are_those_of_its_tables() -> None:
-    assert naming_sums.table() in (DOCS / "naming.md").read_text(), "python -m benchmarks.naming_sums"
+    for page, columns in (("naming.md", naming_sums.COLUMNS), ("naming_tests.md", naming_sums.FIRST_RUNS)):
+        its = naming_sums.table(columns, targets=page == "naming.md")
+        assert its in (DOCS / page).read_text(), "python -m benchmarks.naming_sums"
+
+
+def test_the_confidence_is_that_of_its_page() -> None:
+    page = (DOCS / "study.md").read_text()
+    for its in (confidence_tables.formula(), confidence_tables.of_bands(), confidence_tables.of_leads()):
+        assert its in page, "python -m benchmarks.confidence_tables"
 
 
 def test_every_setting_is_documented_with_its_default(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -96,11 +96,11 @@ def found() -> dict[str, list[tuple[Evidence, bool]]]:
 
 
 def _expected(evidence: Iterable[Evidence], without: str) -> np.ndarray:
-    return np.asarray(scipy.special.expit(np.array([one.row for one in evidence]) @ _coefficients(without)))
+    return np.asarray(scipy.special.expit(np.array([one.row for one in evidence]) @ coefficients(without)))
 
 
 @cache
-def _coefficients(without: str) -> np.ndarray:
+def coefficients(without: str) -> np.ndarray:
     """Maximum-likelihood coefficients (6,) of the evidence, fitted to all lists but one."""
     pairs = [pair for which, its in found().items() if which != without for pair in its]
     rows, right = np.array([evidence.row for evidence, _ in pairs]), np.array([its for _, its in pairs], float)
