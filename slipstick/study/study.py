@@ -6,6 +6,7 @@
 Both take some seconds to a minute. What `examine` returns is JSON, complete, and the same after a restart.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,9 +15,9 @@ import numpy as np
 from slipstick.bench import Bench
 from slipstick.bench import parameters as names_of
 from slipstick.clutch import effects
-from slipstick.clutch.laws import MOST_LAWS
+from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
 from slipstick.confirmation.control import control
-from slipstick.confirmation.fit import SimulationFit, confirmed, fit_simulation, with_scatter_of
+from slipstick.confirmation.fit import SimulationFit, best, confirmed, fit_simulation, with_scatter_of
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import Prediction, closures, predict
 from slipstick.confirmation.measured import with_measured_laws
@@ -45,6 +46,8 @@ from slipstick.threads import in_one_blas_thread
 _NOMINAL_LOSSES = ("input_inertia", "input_coulomb", "input_viscous")
 """Parameters that start at nominal: those that the input block finds also stand for other small errors of it, and with
 losses that are too small the converter drives the input shaft beyond the motor."""
+_BEGINNINGS = 5
+"""Times that the fits of the simulation begin at most."""
 
 
 def examine(settings: StudySettings, bench: Bench, recordings: Recordings,
@@ -68,11 +71,10 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     doing = _steps(recordings, log).confirming
     terms = _terms(bench, found, answers)
     doing("fit", "Fitting the simulation of the whole bench" + (" without and with the findings" if answers else ""))
-    before, formulas = confirmed(traces, terms, points, lambda gain: is_enough(gain, settings.naming))
     measured = {one.effect: found.measured[one.pair].simulated() for one in answers
                 if one.effect and one.pair in found.measured}
     laws = {name: law for name, law in measured.items() if law is not None}
-    after = with_measured_laws(formulas, before, laws, points, lambda gain: is_enough(gain, settings.naming))
+    before, formulas, after, without = _fits(settings, traces, terms, laws, points)
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
     experiments = [_experiments(one, after) for one in answers]
     results = [finding_result(settings, one, found.measured.get(one.finding.pair), formulas, after, its)
@@ -81,7 +83,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     gap, is_extended = None, bool(after.block.terms.names)
     if is_extended:
         # What predicts best without the findings is what they are compared with.
-        tried = [(one, predict(one, settings.seed)) for one in with_scatter_of(after, before)]
+        tried = [(one, predict(one, settings.seed)) for one in without]
         before, wide = min(tried, key=lambda one: one[1].total(traces))
         predictions = {"before": wide, "after": predict(after, settings.seed)}
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
@@ -103,6 +105,27 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         list(by_level(traces.scene.recordings.conditions, traces.conditions)), left_over)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
+
+
+def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[str, MeasuredLaw],
+          points: np.ndarray) -> tuple[SimulationFit, SimulationFit, SimulationFit, list[SimulationFit]]:
+    """The fits without and with `terms`, the latter also with measured `laws`, and those without its terms and scatter.
+
+    The last ones are nested in the fit with the laws. If one of them is above it, that fit has ended in a local
+    maximum, and all of them begin again there. If that does not end, the simulation does not ask for the terms.
+    """
+    def enough(gain: np.ndarray) -> bool:
+        return is_enough(gain, settings.naming)
+
+    for _ in range(_BEGINNINGS):
+        before, formulas = confirmed(traces, terms, points, enough)
+        after = with_measured_laws(formulas, before, laws, points, enough)
+        without = with_scatter_of(after, before) if after.block.terms.names else []
+        higher = best([after, *without])
+        if higher is after:
+            return before, formulas, after, without
+        points = higher.fitted.points
+    return higher, higher, higher, []
 
 
 def _steps(recordings: Recordings, log: Log) -> StudySteps:
