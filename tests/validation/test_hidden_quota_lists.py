@@ -1,4 +1,4 @@
-"""The lists from `FRESH` to `GLACIAL` of the simulated test benches are as their README states."""
+"""The lists from `FRESH` to `LUNAR` of the simulated test benches are as their README states."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from hidden.cases import (
     FURTHER,
     GLACIAL,
     LATER,
+    LUNAR,
     OUTLYING,
     OVERSEAS,
     POLAR,
@@ -49,6 +50,7 @@ from hidden.plan_fresh import FRESH as QUOTA_OF_FRESH
 from hidden.plan_further import FURTHER as QUOTA_OF_FURTHER
 from hidden.plan_glacial import GLACIAL as QUOTA_OF_GLACIAL
 from hidden.plan_later import LATER as QUOTA_OF_LATER
+from hidden.plan_lunar import LUNAR as QUOTA_OF_LUNAR
 from hidden.plan_outlying import OUTLYING as QUOTA_OF_OUTLYING
 from hidden.plan_overseas import OVERSEAS as QUOTA_OF_OVERSEAS
 from hidden.plan_polar import POLAR as QUOTA_OF_POLAR
@@ -64,6 +66,7 @@ from hidden.third import THIRD
 from hidden.thirteenth import THIRTEENTH
 from hidden.twelfth import TWELFTH
 from hidden.twentieth import TWENTIETH
+from hidden.twentyfirst import TWENTYFIRST
 
 EARLIER = (*EFFECTS.values(), *UNSEEN, *THIRD, *FOURTH)
 KINDS = (True, False), (False, False), (False, True)  # of `Quota.alone`: listed pair, over a further channel
@@ -99,6 +102,7 @@ OF_AUSTRAL = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=Non
 OF_BOREAL = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
 OF_ALPINE = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
 OF_GLACIAL = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
+OF_LUNAR = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
 LISTS = pytest.mark.parametrize(
     ("cases", "quota", "stated"),
     [(FRESH, QUOTA_OF_FRESH, Stated()), (LATER, QUOTA_OF_LATER, Stated()), (FURTHER, QUOTA_OF_FURTHER, Stated()),
@@ -108,9 +112,9 @@ LISTS = pytest.mark.parametrize(
      (DISTANT, QUOTA_OF_DISTANT, OF_DISTANT), (OVERSEAS, QUOTA_OF_OVERSEAS, OF_OVERSEAS),
      (POLAR, QUOTA_OF_POLAR, OF_POLAR), (AUSTRAL, QUOTA_OF_AUSTRAL, OF_AUSTRAL),
      (BOREAL, QUOTA_OF_BOREAL, OF_BOREAL), (ALPINE, QUOTA_OF_ALPINE, OF_ALPINE),
-     (GLACIAL, QUOTA_OF_GLACIAL, OF_GLACIAL)],
+     (GLACIAL, QUOTA_OF_GLACIAL, OF_GLACIAL), (LUNAR, QUOTA_OF_LUNAR, OF_LUNAR)],
     ids=["fresh", "later", "further", "beyond", "abroad", "afield", "farther", "remote", "outlying",
-         "distant", "overseas", "polar", "austral", "boreal", "alpine", "glacial"])
+         "distant", "overseas", "polar", "austral", "boreal", "alpine", "glacial", "lunar"])
 
 
 @pytest.mark.parametrize(("effects", "earlier", "kinds"), [(FIFTH, EARLIER, (36, 9, 3)),
@@ -155,7 +159,12 @@ LISTS = pytest.mark.parametrize(
                                                                         *NINTH, *TENTH, *ELEVENTH, *TWELFTH,
                                                                         *THIRTEENTH, *FOURTEENTH, *FIFTEENTH,
                                                                         *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH,
-                                                                        *NINETEENTH), (27, 8, 3))])
+                                                                        *NINETEENTH), (27, 8, 3)),
+                                                           (TWENTYFIRST, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH,
+                                                                          *NINTH, *TENTH, *ELEVENTH, *TWELFTH,
+                                                                          *THIRTEENTH, *FOURTEENTH, *FIFTEENTH,
+                                                                          *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH,
+                                                                          *NINETEENTH, *TWENTIETH), (27, 8, 3))])
 def test_a_set_of_effects_has_new_ones_of_all_or_of_different_listed_pairs(
         effects: tuple[Effect, ...], earlier: tuple[Effect, ...], kinds: tuple[int, int, int]) -> None:
     own = {effect.name for effect in effects}
@@ -195,9 +204,10 @@ def test_eight_cases_of_the_list_beyond_are_on_each_drawn_bench() -> None:
 
 @pytest.mark.parametrize(("cases", "first"), [(ABROAD, 13), (AFIELD, 25), (FARTHER, 37), (REMOTE, 49),
                                                (OUTLYING, 61), (DISTANT, 73), (OVERSEAS, 85), (POLAR, 97),
-                                               (AUSTRAL, 109), (BOREAL, 121), (ALPINE, 133), (GLACIAL, 145)],
+                                               (AUSTRAL, 109), (BOREAL, 121), (ALPINE, 133), (GLACIAL, 145),
+                                               (LUNAR, 157)],
                          ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas", "polar",
-                              "austral", "boreal", "alpine", "glacial"])
+                              "austral", "boreal", "alpine", "glacial", "lunar"])
 def test_twelve_cases_of_a_list_are_on_each_bench_drawn_later(cases: dict[str, Case], first: int) -> None:
     benches = [f"drawn{number}" for number in range(first, first + 12)]
     assert Counter(case.bench for case in cases.values()) == dict.fromkeys(benches, 12)
@@ -238,18 +248,19 @@ def test_strengths_of_a_list_span_the_stated_range(cases: dict[str, Case], quota
     (DISTANT, QUOTA_OF_DISTANT, [109, 157]), (OVERSEAS, QUOTA_OF_OVERSEAS, [113, 163]),
     (POLAR, QUOTA_OF_POLAR, [127, 173]), (AUSTRAL, QUOTA_OF_AUSTRAL, [131, 179]),
     (BOREAL, QUOTA_OF_BOREAL, [137, 181]), (ALPINE, QUOTA_OF_ALPINE, [139, 191]),
-    (GLACIAL, QUOTA_OF_GLACIAL, [149, 193])],
+    (GLACIAL, QUOTA_OF_GLACIAL, [149, 193]), (LUNAR, QUOTA_OF_LUNAR, [167, 197])],
     ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas", "polar", "austral", "boreal",
-         "alpine", "glacial"])
+         "alpine", "glacial", "lunar"])
 def test_a_list_is_drawn_as_it_was(cases: dict[str, Case], quota: Quota, seed: list[int]) -> None:
     drawn = Counter((bench, count, frozenset(strengths))
                     for bench, _, count, strengths in draw(quota, np.random.default_rng(seed)))
     assert Counter((case.bench, case.count, frozenset(case.effects)) for case in cases.values()) == drawn
 
 
-@pytest.mark.parametrize("cases", [REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL, BOREAL, ALPINE, GLACIAL],
+@pytest.mark.parametrize("cases", [REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL, BOREAL, ALPINE, GLACIAL,
+                                   LUNAR],
                          ids=["remote", "outlying", "distant", "overseas", "polar", "austral", "boreal", "alpine",
-                              "glacial"])
+                              "glacial", "lunar"])
 def test_both_effects_of_a_case_of_the_last_lists_are_of_listed_pairs_and_visible(cases: dict[str, Case]) -> None:
     limits = read_limits()
     pairs = [(LAWS[name], strength / limits[name, case.bench]) for case in cases.values() if len(case.effects) == 2

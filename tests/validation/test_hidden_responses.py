@@ -9,7 +9,8 @@ from hidden.valve import play, plays
 NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock",
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
             "relax", "opens", "warms", "swings", "clings", "locks", "silts", "doubts",
-            "bubbles", "waits", "chokes", "wipes", "tracks", "gaps")  # on a ramp by a time of its own
+            "bubbles", "waits", "chokes", "wipes", "tracks", "gaps",
+            "sets", "predicts")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -298,6 +299,28 @@ def test_a_gap_of_the_wheel_holds_the_reading_while_it_passes() -> None:
     first = [HEAVY.time[row[0]] for row in starts]
     assert first[0] == pytest.approx(2 * first[1], rel=0.1)
     assert first[0] == pytest.approx(0.5 * 0.16 * 20 / 20.2, abs=0.01)
+
+
+def test_oil_that_has_set_holds_back_the_reading_until_it_is_stirred() -> None:
+    ramp = 14 * HEAVY.time[None]
+    late = HEAVY.time - RESPONSES["sets"](ramp, 0.02, "pressure", HEAVY)[0] / 14
+    assert late[20] == pytest.approx(HEAVY.time[20], rel=0.25)
+    stirred = 0.1 * 14 / (18 / 12)  # at the end: what is stirred in the time over which the oil sets again
+    assert late[-1] == pytest.approx(0.02 * (0.2 + 6 * np.exp(-stirred)), rel=0.1)
+    rests = np.interp(HEAVY.time, [0, 0.5, 1.4, 1.9], [0, 7, 7, 14])[None]
+    reading = RESPONSES["sets"](rests, 0.02, "pressure", HEAVY)[0]
+    np.testing.assert_allclose(reading[HEAVY.time > 1.4][:150] - 7, reading[:150], atol=0.05)
+
+
+def test_a_receiver_goes_on_as_straight_as_before() -> None:
+    ramp = 20 + 5 * HEAVY.time[None]
+    late = np.abs(RESPONSES["predicts"](ramp, 0.02, "output_speed", HEAVY) - ramp)[0]
+    np.testing.assert_allclose(late[HEAVY.time >= 0.08], 0, atol=1e-9)
+    assert late[39] == pytest.approx(5 * HEAVY.time[39])
+    bent = np.interp(HEAVY.time, [0, 1, 2], [0, 50, 50])[None]
+    beyond = RESPONSES["predicts"](bent, 0.02, "output_speed", HEAVY)[0]
+    assert np.max(beyond) == pytest.approx(50 * 1.04, abs=0.2)
+    np.testing.assert_allclose(beyond[HEAVY.time > 1.13], 50, atol=1e-9)
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -20,6 +20,7 @@ from .cases import (
     DISTANT,
     FARTHER,
     GLACIAL,
+    LUNAR,
     OUTLYING,
     OVERSEAS,
     POLAR,
@@ -45,6 +46,7 @@ from .tenth import TENTH
 from .thirteenth import THIRTEENTH
 from .twelfth import TWELFTH
 from .twentieth import TWENTIETH
+from .twentyfirst import TWENTYFIRST
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
 RUNS = 54
@@ -63,9 +65,9 @@ def used() -> Iterator[tuple[str, str]]:
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
                                             *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-                                            *EIGHTEENTH, *NINETEENTH, *TWENTIETH)}
+                                            *EIGHTEENTH, *NINETEENTH, *TWENTIETH, *TWENTYFIRST)}
     for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL,
-                  BOREAL, ALPINE, GLACIAL):
+                  BOREAL, ALPINE, GLACIAL, LUNAR):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

@@ -412,6 +412,31 @@ def gaps(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.nda
     return filtered
 
 
+def sets(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by 6 times `strength` behind oil that has set, and hardly where it is stirred: by a fifth of `strength`.
+
+    It is set at the command, is stirred by each change of a twelfth of the range, and sets again over 0.1 s of rest.
+    """
+    slowness = _slowness(setup)
+    again, twelfth = np.exp(-setup.period / (0.1 * slowness)), size(name, setup) / 12
+    filtered, stirred = signal.copy(), np.zeros(len(signal))
+    for k in range(1, signal.shape[1]):
+        lag = strength * slowness * (0.2 + 6 * np.exp(-stirred))
+        step = (1 - np.exp(-setup.period / lag)) * (signal[:, k] - filtered[:, k - 1])
+        filtered[:, k] = filtered[:, k - 1] + step
+        stirred = again * stirred + np.abs(step) / twelfth
+    return filtered
+
+
+def predicts(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Read every 4 times `strength`, and go on meanwhile as straight as between the last two readings."""
+    time, interval = setup.time, 4 * strength * _slowness(setup)
+    number = np.floor(time / interval + 1e-9)
+    last, before = (np.array([np.interp(np.maximum(number - back, 0) * interval, time, row) for row in signal])
+                    for back in (0, 1))
+    return last + (last - before) * (time / interval - number)
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -453,4 +478,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "silts": silts, "doubts": doubts,
              "bubbles": bubbles, "waits": waits,
              "chokes": chokes, "wipes": wipes,
-             "tracks": tracks, "gaps": gaps}
+             "tracks": tracks, "gaps": gaps,
+             "sets": sets, "predicts": predicts}
