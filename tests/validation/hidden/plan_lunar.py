@@ -20,7 +20,7 @@ LUNAR = twelve_each(TWENTYFIRST, BENCHES, dict(zip(DRAWN, TEMPTING, strict=True)
 
 def main() -> None:
     """Draw the list and write it."""
-    random = np.random.default_rng([167, 197])
+    random = np.random.default_rng([167, 199])
     write("lunar", cases(LUNAR, random), random, 26000, letter="b")
 
 

@@ -60,8 +60,8 @@ TWENTYFIRST_PHYSICAL = (
            lambda s, x: -s * (1.3 * absorbed(x - 0.0002, 0.0004, 0.0014, 0.00014) - 0.3)),
     # The lip of the seal is drawn into its gap ever more on the way out, until it snaps out; on the way back it is free
     Effect("seal_lip_is_drawn_into_its_gap_and_snaps_out", "torque", "net_pressure", "driving_pressure", "difference",
-           "bar", 0.8, lambda s, p: -np.sign(p) * np.minimum(np.abs(p), s * np.where(
-               p > 0, 1.3 * stopping(np.maximum(p, 0), 4.6, 0.15), 0.4 * ramp(-p, 0, 0.8)))),
+           "bar", 1.2, lambda s, p: -np.sign(p) * np.minimum(np.abs(p), s * np.where(
+               p > 0, 1.3 * stopping(np.maximum(p, 0), 7, 0.2), 0.4 * ramp(-p, 0, 0.8)))),
     # Plates
     # The plates swing in the flow of the oil over the slip, on one branch after another
     Effect("plates_swing_in_the_oil_on_three_branches", "torque", "friction_coefficient", "slip", "ratio", "1", 0.12,

@@ -62,7 +62,7 @@ def shock(x: np.ndarray, at: float, width: float, fall: float) -> np.ndarray:
     It falls to 0.7 over `fall`, like a hyperbola.
     """
     behind = sigmoid((x - at) / width)
-    return behind * (0.3 + 0.8 / (1 + np.maximum(x - at, 0) / fall)) - 0.3 * (1 - behind) * np.minimum(x / at, 1)
+    return behind * (0.3 + 0.8 / (1 + np.maximum(x - at, 0) / fall)) - 0.3 * (1 - behind) * np.clip(x / at, 0, 1)
 
 
 def pulled(x: np.ndarray, last: float) -> np.ndarray:
