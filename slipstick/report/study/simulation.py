@@ -13,8 +13,9 @@ from slipstick.study.settings import StudySettings
 
 _CLOSED = ("Gap closed: 1 − (after² − right²) / (before² − right²). Before: the best fit without the findings to the "
            "same recordings. After: the fit with them. Right: what sensor noise and the scatter of the parameters "
-           "alone would leave. Predictions of a motor speed or current profile come from fits without it. Within "
-           "engagements: all signals, beside the scatter of the parameters, in standard deviations of the noise.")
+           "alone would leave. A motor speed or current profile is predicted by means and coefficients that are "
+           "estimated without it; names, measured laws and scatter are those of all engagements. Within engagements: "
+           "all signals, beside the scatter of the parameters, in standard deviations of the noise.")
 _BLOCKS = ("The model is cut at its measured signals. Each block is driven by what was measured at its input, so that "
            "an error upstream does not reach it. Reduced chi-square is 1 if only noise is left.")
 _FITTED = ("Deviations of the mean from the nominal value, and standard deviations from engagement to engagement, both "
