@@ -146,8 +146,33 @@ def _delay_times(basis, late, factor, found):  # type: ignore[no-untyped-def]
                 found[i, j, t] *= factor[i, t]
 
 
-def late(signal: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Change (n, k) of the reading of a signal (n, k) for each second by which its clock is late."""
-    change = np.zeros_like(signal)
-    change[:, 1:] = -np.diff(signal, axis=1) / np.diff(time)
-    return change
+def late(signal: np.ndarray, time: np.ndarray, clock: float) -> np.ndarray:
+    """Change (n, k) of the reading of a signal (n, k) whose clock is late by `clock` s.
+
+    By a parabola through three samples: a line between two of them would smooth the signal, which looks like a lag.
+    """
+    slope, bend = _differences(signal)
+    by = clock / (time[1] - time[0])
+    return np.asarray(by * (0.5 * by * bend - slope))
+
+
+def later(signal: np.ndarray, time: np.ndarray, clock: float) -> np.ndarray:
+    """Derivative (n, k) of `late` with respect to the clock, in the unit of the signal per s."""
+    slope, bend = _differences(signal)
+    step = time[1] - time[0]
+    return np.asarray((clock / step * bend - slope) / step)
+
+
+def _differences(signal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and second central differences (n, k) of a signal (n, k), which is constant before and after."""
+    wide = np.pad(signal, ((0, 0), (1, 1)), mode="edge")
+    return 0.5 * (wide[:, 2:] - wide[:, :-2]), wide[:, 2:] - 2 * signal + wide[:, :-2]
+
+
+def bent(signal: np.ndarray) -> np.ndarray:
+    """Samples (n, k) between which a line has the integral of a `signal` (n, k) that bends between its samples.
+
+    That is less than the trapezoid by a twelfth of the change of its slope (the first term of the Euler-Maclaurin
+    formula).
+    """
+    return np.asarray(signal - _differences(signal)[1] / 12)

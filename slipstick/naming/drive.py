@@ -2,21 +2,24 @@
 
     T_conv(w, m) = t(w/m) (m / c(w/m))^2 (1 + e(w/m)),   m = motor (1 - sag pump),   pump = (m / c)^2 / the largest one
 
-with the torque ratio t and the capacity factor c. The error e is linear between knots. The motor is slower under the
-torque of the pump.
+with the torque ratio t and the capacity factor c. The error e is a cubic spline: curves of converters are smooth,
+and what one that is linear between so few knots leaves was called a torque where noise is weak. The motor is slower
+under the torque of the pump.
 """
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from slipstick.bench.converter import Converter
 from slipstick.blocks.input import curves_of
-from slipstick.naming.bases import hats
 
 KNOTS = 8
 """Knots of the error of the converter's torque over the speed ratio."""
+_CLOSER = 4
+"""Pieces between two knots of a curve with the error, which is linear between its points."""
 _OUTERMOST = 0.001
 """Share of the samples beyond the outermost knots."""
 _SLOPE_STEP = 1e-3
@@ -44,8 +47,8 @@ class AtSpeed(NamedTuple):
 class Drive:
     """A converter with `curves` (3, c) of torque ratio and capacity over the speed ratio, and `knots` (KNOTS,) of e.
 
-    `largest` is the largest torque of the pump in N m. `ratios` are the points of its tables, and `onto` (KNOTS, t)
-    maps the errors at the knots to them.
+    `largest` is the largest torque of the pump in N m. `ratios` (t,) are the points of its tables, at equal distances,
+    and `onto` (KNOTS, t) maps the errors at the knots to them.
     """
 
     curves: np.ndarray
@@ -60,7 +63,9 @@ class Drive:
         curves = curves_of(converter)
         low, high = np.quantile(np.clip(speed / motor[:, None], 0, 1), [_OUTERMOST, 1 - _OUTERMOST])
         knots, ratios = np.linspace(low, high, KNOTS), np.linspace(curves[0, 0], curves[0, -1], _POINTS)
-        return cls(curves, knots, float(((motor.max() / curves[2]) ** 2).max()), ratios, hats(ratios[None], knots)[0])
+        spline = scipy.interpolate.CubicSpline(knots, np.eye(KNOTS), axis=1)
+        return cls(curves, knots, float(((motor.max() / curves[2]) ** 2).max()), ratios,
+                   spline(np.clip(ratios, knots[0], knots[-1])))
 
     def torque(self, speed: np.ndarray, motor: np.ndarray) -> np.ndarray:
         """Torque in N m by the given curve."""
@@ -94,6 +99,13 @@ class Drive:
         """Torque (n, k) in N m of a curve with the errors in `table`."""
         return np.asarray(self.torque(speed, motor) * (1 + np.interp(speed / motor, self.ratios, table)))
 
+    def basis(self, ratio: np.ndarray) -> np.ndarray:
+        """Changes (n, KNOTS, k) of e at speed ratios (n, k) with the errors at the knots."""
+        place = np.clip((ratio - self.ratios[0]) / (self.ratios[1] - self.ratios[0]), 0, len(self.ratios) - 1.0)
+        at = np.minimum(place.astype(int), len(self.ratios) - 2)
+        before, after = self.onto[:, at], self.onto[:, at + 1]
+        return np.ascontiguousarray((before + (place - at) * (after - before)).transpose(1, 0, 2))
+
     def tables(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torque of turbine and pump over the square of the motor speed at the `ratios`, with the `errors` (KNOTS,)."""
         torque, capacity = (np.interp(self.ratios, self.curves[0], row) for row in self.curves[1:])
@@ -101,13 +113,14 @@ class Drive:
 
     def corrected(self, motor: float, sag: float, errors: np.ndarray) -> Converter:
         """The converter with the `errors` (KNOTS,) of its curve, and with the sag at this `motor` speed in rad/s."""
-        ratio = np.union1d(self.curves[0], self.knots)
+        between = np.linspace(self.knots[0], self.knots[-1], _CLOSER * (KNOTS - 1) + 1)
+        ratio = np.union1d(self.curves[0], between)
         torque, capacity = (np.interp(ratio, self.curves[0], row) for row in self.curves[1:])
         speeds = np.full(ratio.shape, motor)
         given, pump = self.torque(ratio * speeds, speeds), (speeds / capacity) ** 2
         sagged = self.torque(ratio * speeds, speeds * (1 - sag * pump / self.largest))
         factor = np.where(given > 0, sagged / np.maximum(given, _LEAST), 1.0)
-        factor = factor * (1 + hats(ratio[None], self.knots)[0].T @ errors)
+        factor = factor * (1 + np.interp(ratio, self.ratios, self._table(errors)))
         return Converter(tuple(ratio.tolist()), tuple(np.maximum(torque * factor, 0.0).tolist()),
                          tuple(capacity.tolist()))
 

@@ -42,7 +42,7 @@ class InputBlock:
     def __init__(self, scene: Scene) -> None:
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
-        self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
+        self.measured, self.torque = scene.measured(self.signal), bases.bent(scene.measured("output_torque"))
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self._shaft = Shaft(scene)
         self.fixed: tuple[str, ...] = ("clock", *self._shaft.shared)
@@ -75,7 +75,7 @@ class InputBlock:
                 torque = torque - coefficients @ self._given_by(pair)
         speed = self._shaft.turned(points, torque - self._shaft.kick(points), factor)
         speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
-        return np.asarray(speed + self._clock * bases.late(reference, self.scene.time))
+        return np.asarray(speed + bases.late(reference, self.scene.time, self._clock))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without a kick.
@@ -129,7 +129,7 @@ class InputBlock:
         speed, against = self._speed, self._against(laws, self._read) - self._late(laws, self._about.driven)
         changes = self._shaft.columns(points, speed, self._about, against)
         own, fixed = (sensor_errors.as_read(self.scene, one, speed, laws, SENSOR, self.finer) for one in changes)
-        return own, np.concatenate([bases.late(speed, self.scene.time)[:, None], fixed], axis=1)
+        return own, np.concatenate([bases.later(speed, self.scene.time, self._clock)[:, None], fixed], axis=1)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""

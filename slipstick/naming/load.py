@@ -53,7 +53,7 @@ class LoadBlock:
         conditions = scene.recordings.conditions
         self.scene, self.fine = scene, scene.settings.fine_knots
         self.finer: Mapping[Pair, int] = {}
-        self.measured, self.torque = scene.measured(self.signal), scene.measured("output_torque")
+        self.measured, self.torque = scene.measured(self.signal), bases.bent(scene.measured("output_torque"))
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
         self.viscous = scene.value("output_viscous")
@@ -87,7 +87,7 @@ class LoadBlock:
         speed = self._driven(points, torque)
         self._moving = speed[:, 1:] > 0
         speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
-        speed = speed + self._shared[0] * bases.late(reference, self.scene.time)
+        speed = speed + bases.late(reference, self.scene.time, float(self._shared[0]))
         return np.asarray(speed + np.einsum("nq,nqk->nk", points[:, 3:], self._kicks(points)))
 
     def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -136,7 +136,7 @@ class LoadBlock:
         of_inertia = net / (self.inertia * self._inverse(points))[:, None]
         own = self._respond(points, np.stack([viscous, brake, of_inertia], axis=1))
         own = sensor_errors.as_read(self.scene, own, speed, laws, SENSOR, self.finer)
-        clock = bases.late(speed, self.scene.time)
+        clock = bases.later(speed, self.scene.time, float(self._shared[0]))
         fixed = np.concatenate([clock[:, None], own[:, 2:3] * self._inertias[:, :, None],
                                 own[:, 1:2] * self._brakes[:, :, None]], axis=1)
         return np.concatenate([own, self._kicks(points)], axis=1), fixed

@@ -61,7 +61,7 @@ class LockBlock:
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Change (n, 1, k) in rad/s^2 with the clock."""
-        return bases.late(self.scene.gear * self.output, self.scene.time)[:, None]
+        return bases.later(self.scene.gear * self.output, self.scene.time, 0.0)[:, None]
 
     def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of both speed sensors, and a twist of the shaft between them."""

@@ -14,7 +14,6 @@ import numpy as np
 
 from slipstick.bench.converter import Converter
 from slipstick.clutch.ensemble import initial_input_speed
-from slipstick.naming import bases
 from slipstick.naming.drive import KNOTS, AtSpeed, Drive
 from slipstick.naming.filters import first_order
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, drifting_columns, lock_spike
@@ -120,8 +119,8 @@ class Shaft:
         decay = np.exp(-np.cumsum(about.rate * self._step, axis=1))
         start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]
         own[:, 3] += start  # the shaft turns with the motor before the plates meet
-        hats = bases.hats(now.ratio, self._drive.knots)
-        sag, converter = -motor * now.pump, (given / (1 + self._errors @ hats))[:, None] * hats
+        basis = self._drive.basis(now.ratio)
+        sag, converter = -motor * now.pump, (given / (1 + self._errors @ basis))[:, None] * basis
         fixed = self.responded(np.concatenate([sag[:, None], converter], axis=1), about)
         levels = own[:, 3:4] * self._levels[:, :, None]
         return (np.concatenate([own, start[:, None]], axis=1),

@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from slipstick.naming.bases import between, between_knots, evenly, from_zero, gain_basis, hats, supported
+from slipstick.naming.bases import (
+    bent,
+    between,
+    between_knots,
+    evenly,
+    from_zero,
+    gain_basis,
+    hats,
+    late,
+    later,
+    supported,
+)
 
 
 def test_hats_add_up_to_one_and_interpolate() -> None:
@@ -88,3 +99,26 @@ def test_a_gain_error_is_a_share_and_one_that_grows_with_the_signal() -> None:
     gain = gain_basis(signal, 1.5)
     np.testing.assert_allclose(gain[:, 0], signal)
     np.testing.assert_allclose(gain[:, 1], signal * np.abs(signal) / 1.5)
+
+
+def test_a_late_clock_reads_a_parabola_exactly() -> None:
+    time = 0.004 * np.arange(50)
+    def speed(at: np.ndarray) -> np.ndarray:
+        return (3 - 40 * at + 900 * at**2)[None]
+
+    inside = slice(1, -1)
+    for clock in (0.0, 0.0013, -0.002, 0.0055):
+        np.testing.assert_allclose((speed(time) + late(speed(time), time, clock))[:, inside],
+                                   speed(time - clock)[:, inside], rtol=1e-10)
+        step = 1e-6
+        slope = (late(speed(time), time, clock + step) - late(speed(time), time, clock - step)) / (2 * step)
+        np.testing.assert_allclose(later(speed(time), time, clock), slope, rtol=1e-6)
+
+
+def test_a_sampled_torque_has_the_integral_of_the_bent_one() -> None:
+    step = 0.3
+    time = step * np.arange(80)
+    torque = np.sin(time / 2) ** 2  # which does not change before the first sample
+    errors = [np.abs(np.concatenate([[0.0], np.cumsum(0.5 * step * (one[1:] + one[:-1]))])
+                     - 0.5 * (time - np.sin(time)))[:-1].max() for one in (torque, bent(torque[None])[0])]
+    assert errors[1] < 0.15 * errors[0]

@@ -138,7 +138,7 @@ def test_a_torque_that_is_read_late_is_the_one_between_two_samples(bench: Bench)
         block.at(np.array([delay]))
         left[delay] = np.abs((read - block.base(points)) * counted).max()
     block.at(np.zeros(1))
-    between = block.base(points) + late * bases.late(block.base(points), scene.time)  # on straight lines
+    between = bases.delayed(block.base(points), late / scene.step)  # on straight lines
     assert left[late] < WITHIN["clutch"] * block.noise(points).std
     assert left[0.0] > 10 * left[late]
     assert np.abs((read - between) * counted).max() > 3 * left[late]
