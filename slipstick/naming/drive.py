@@ -101,10 +101,7 @@ class Drive:
 
     def basis(self, ratio: np.ndarray) -> np.ndarray:
         """Changes (n, KNOTS, k) of e at speed ratios (n, k) with the errors at the knots."""
-        place = np.clip((ratio - self.ratios[0]) / (self.ratios[1] - self.ratios[0]), 0, len(self.ratios) - 1.0)
-        at = np.minimum(place.astype(int), len(self.ratios) - 2)
-        before, after = self.onto[:, at], self.onto[:, at + 1]
-        return np.ascontiguousarray((before + (place - at) * (after - before)).transpose(1, 0, 2))
+        return np.stack([np.interp(ratio, self.ratios, one) for one in self.onto], axis=1)
 
     def tables(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torque of turbine and pump over the square of the motor speed at the `ratios`, with the `errors` (KNOTS,)."""

@@ -40,6 +40,7 @@ def test_a_weak_finding_beside_strong_ones_is_less_likely() -> None:
 def test_a_rare_pair_is_less_likely() -> None:
     plain = Evidence(8.0, alone=True, further=False, share=1.0)
     assert confidence(plain._replace(rare=True)) < 0.7 * confidence(plain)
+    assert confidence(plain) > 0.5
 
 
 def test_a_lead_below_zero_is_no_lead() -> None:
