@@ -51,7 +51,8 @@ def main(files: list[Path]) -> None:
         start = [run, commit, settings.digest[:12], file.stem]
         seconds = round(found.seconds, 1)
         every = [evidence_of(finding, found.findings) for finding in found.findings]
-        for finding, evidence, is_reported in zip(found.findings, every, are_reported(every), strict=True):
+        are = are_reported(every, [finding.nats for finding in found.findings])
+        for finding, evidence, is_reported in zip(found.findings, every, are, strict=True):
             if is_reported:
                 its = answer(finding, found.measured.get(finding.pair))
                 rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair,

@@ -11,6 +11,7 @@ BANDS = (("0.9 or more", 0.95), ("0.8 to 0.9", 0.85), ("0.6 to 0.8", 0.7), ("0.4
 """Bands of the confidence, and a value in each."""
 KINDS = (("nothing else is found", Evidence(0.0, True, False, 1.0)),
          ("the same, a rare pair", Evidence(0.0, True, False, 1.0, True)),
+         ("others are found, none of which may leave something in its blocks", Evidence(0.0, False, False, 1.0)),
          ("others are found, it has half of all nats", Evidence(0.0, False, False, 0.5)),
          ("the same, with a twentieth of all nats", Evidence(0.0, False, False, 0.05)),
          ("another one in its part of the bench gains more, it has a tenth of all nats",

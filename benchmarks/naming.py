@@ -37,6 +37,7 @@ from slipstick.naming.selection import Finding, is_further
 from slipstick.naming.study import name
 from slipstick.recordings import Recordings
 from slipstick.study.confidence import FILE as CONFIDENCE
+from slipstick.study.confidence import share_of
 from tests.validation.hidden import cases, files
 from tests.validation.hidden.truths import truth
 from worker.cluster import Cluster
@@ -46,7 +47,7 @@ FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
 COUNTED = {"polar": ("polar_again",), "austral": ("austral_again",), "boreal": ("boreal_again",),
            "alpine": ("alpine", "alpine_from_2"), "glacial": ("glacial_from_1", "glacial_from_2"),
-           "lunar": ("lunar", "lunar_from_1")}
+           "lunar": ("lunar", "lunar_from_1", "lunar_from_2")}
 """The lists whose findings make the confidence, and the files with the last answers to each."""
 
 
@@ -67,7 +68,8 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
                         "laws": []}
     return entry | {"findings": [{"pair": its.pair, "nats": its.nats, "errors": its.errors, "lead": its.lead,
                                   "rivals": [rival.pair for rival in its.rivals], "effect": answer(its, law).effect,
-                                  "further": is_further(its, found.findings), "rare": its.rare,
+                                  "further": is_further(its, found.findings),
+                                  "share": share_of(its, found.findings), "rare": its.rare,
                                   "left_out": left_out(its, law)}
                                  for its, law in ((its, found.measured.get(its.pair)) for its in found.findings)],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,

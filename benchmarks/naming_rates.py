@@ -157,8 +157,8 @@ def accuracy(entries: list[dict[str, Any]]) -> list[list[object]]:
 
 def findings_of(entry: dict[str, Any]) -> list[tuple[Evidence, bool]]:
     """The evidence of each finding, and whether it or a rival is right."""
-    every, nats = right_of_any(entry), sum(its["nats"] for its in entry["findings"])
-    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], its["nats"] / nats, its["rare"]),
+    every = right_of_any(entry)
+    return [(Evidence(its["lead"], len(entry["findings"]) == 1, its["further"], its["share"], its["rare"]),
              bool({same(its["pair"]), *(same(pair) for pair in its["rivals"])} & every))
             for its in entry["findings"]]
 
@@ -169,7 +169,7 @@ def reported(entry: dict[str, Any], which: str) -> dict[str, Any]:
     What others leave in a block that only unlikely ones explain is not explained.
     """
     found, kept, unlikely = findings_of(entry), list[dict[str, Any]](), list[dict[str, Any]]()
-    are = are_reported([evidence for evidence, _ in found], which)
+    are = are_reported([evidence for evidence, _ in found], [its["nats"] for its in entry["findings"]], which)
     for its, (evidence, is_right), is_reported in zip(entry["findings"], found, are, strict=True):
         (kept if is_reported else unlikely).append(its | {"confidence": confidence(evidence, which), "right": is_right})
     left = {*entry["unexplained"], *(block(its["pair"]) for its in unlikely)}

@@ -18,7 +18,9 @@ def finding(pair: tuple[str, str], lead: float, *, further: bool, rivals: tuple[
 
 def case(*findings: Any) -> dict[str, Any]:
     hidden = {"name": "quadratic", "pair": ["load torque", "output speed"], "listed": True}
-    return {"case": "x", "hidden": [hidden], "findings": list(findings), "unexplained": []}
+    nats = sum(its["nats"] for its in findings)
+    return {"case": "x", "hidden": [hidden], "findings": [its | {"share": its["nats"] / nats} for its in findings],
+            "unexplained": []}
 
 
 RIGHT = finding(("load torque", "output speed"), 9.0, further=False)

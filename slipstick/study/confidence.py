@@ -21,6 +21,8 @@ BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
 """Bounds of the ranges of confidence in which right findings are counted."""
 LEAST = 0.5
 """Confidence above which a finding is reported beside the one that gains most: it is more likely right than wrong."""
+_SEPARATE = {"valve", "lock"}
+"""Blocks in which nothing shows that is left of findings in other ones."""
 _CLEAR_LEAD = 5.0
 """Standard errors at the naming limit. Above it, what is wrong is a cause that no pair describes, at any lead."""
 _STEPS = 20
@@ -37,7 +39,7 @@ class Evidence(NamedTuple):
     further: bool
     """Whether another finding gains more in its part of the bench: what the law of one leaves shows as another one."""
     share: float
-    """Its share of the nats of all findings: what a strong effect leaves in other parts shows as weak findings."""
+    """Its share of the nats of the findings that may leave something in its blocks: that shows as weak findings."""
     rare: bool = False
     """Whether hardly any bench has such a pair: it follows what is left of others, or of what no pair describes."""
 
@@ -54,8 +56,19 @@ class Evidence(NamedTuple):
 
 def evidence_of(finding: Finding, findings: Sequence[Finding]) -> Evidence:
     """The evidence of one of the `findings` of a case."""
-    return Evidence(finding.lead, len(findings) == 1, is_further(finding, findings),
-                    finding.nats / sum(one.nats for one in findings), finding.rare)
+    return Evidence(finding.lead, len(findings) == 1, is_further(finding, findings), share_of(finding, findings),
+                    finding.rare)
+
+
+def share_of(finding: Finding, findings: Sequence[Finding]) -> float:
+    """The share of a finding in the nats of those of the `findings` that may leave something in its blocks.
+
+    The valve is between measured current and pressure, and the shafts after lock-up between two measured speeds: only
+    findings in the same block can leave something there. The clutch takes pressure and slip from others, and clutch,
+    load and input have the torque sensor in common.
+    """
+    its = set(finding.blocks)
+    return finding.nats / sum(one.nats for one in findings if not its <= _SEPARATE or its & set(one.blocks))
 
 
 def confidence(evidence: Evidence, without: str = "") -> float:
@@ -66,16 +79,19 @@ def confidence(evidence: Evidence, without: str = "") -> float:
     return float(_expected([evidence], without)[0])
 
 
-def are_reported(every: Sequence[Evidence], without: str = "") -> list[bool]:
-    """Which of all findings of a case are reported as such: the one that gains most, and others that are likely enough.
+def are_reported(every: Sequence[Evidence], nats: Sequence[float], without: str = "") -> list[bool]:
+    """Which of all findings of a case, which gain these `nats`, are reported: the largest, and others that are likely.
 
     That something is missing is certain where anything was found. A smaller finding says that there is another cause,
     where the law of the first may only not follow its own one. A rare pair beside a usual one follows what is left of
     that: of 38 that were reported in `outlying` to `alpine`, one was right.
     """
-    possible = [one for one in every if not one.rare] or list(every)
-    most = max((one.share for one in possible), default=0.0)
-    return [one in possible and (one.share == most or confidence(one, without) > LEAST) for one in every]
+    are_possible = [not one.rare for one in every]
+    if not any(are_possible):
+        are_possible = [True] * len(every)
+    most = max((gain for gain, is_possible in zip(nats, are_possible, strict=True) if is_possible), default=0.0)
+    return [is_possible and (gain == most or confidence(one, without) > LEAST)
+            for one, gain, is_possible in zip(every, nats, are_possible, strict=True)]
 
 
 def counted(its: float) -> CountedFindings:

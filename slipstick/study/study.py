@@ -62,7 +62,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     """Confirm in the simulation what `examine` has named, and say what it is worth."""
     found = from_json(named)
     every = judged(settings, found)
-    are = are_reported([one.evidence for one in every])
+    are = are_reported([one.evidence for one in every], [one.finding.nats for one in every])
     reported = [one for one, its in zip(every, are, strict=True) if its]
     left_over = [remainder(one) for one, its in zip(every, are, strict=True) if not its]
     found = replace(found, findings=tuple(one.finding for one in reported))

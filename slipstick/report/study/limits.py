@@ -24,7 +24,7 @@ _ALWAYS: Entries = [
     ("A second cause may be missed:", "of two effects on simulated benches, each large enough to be named alone, both "
      "were found in two of five recordings, and more often in different blocks than in the same one. Signs of one are "
      "findings that are too uncertain to be reported, and blocks that are not explained."),
-    ("Effects outside the catalogue:", "on simulated benches, one in five of them was given the name of an effect that "
+    ("Effects outside the catalogue:", "on simulated benches, one in six of them was given the name of an effect that "
      "resembles it. The measured law is that of the named pair."),
     ("“Nothing” has a limit:", "what is missing by less than about a fifth of the noise variance in a block is not "
      "reported as unexplained, and a pair that gains less than the settings require is not named."),

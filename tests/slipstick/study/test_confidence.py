@@ -7,7 +7,17 @@ import pytest
 from scipy.stats import chi2
 
 from slipstick.naming.selection import Finding, Rival
-from slipstick.study.confidence import BANDS, LEAST, Evidence, are_reported, confidence, counted, evidence_of, found
+from slipstick.study.confidence import (
+    BANDS,
+    LEAST,
+    Evidence,
+    are_reported,
+    confidence,
+    counted,
+    evidence_of,
+    found,
+    share_of,
+)
 
 LEADS = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)
 
@@ -62,13 +72,36 @@ def test_findings_beside_the_largest_must_be_likely_enough() -> None:
     largest, beside = (Evidence(8.0, alone=False, further=False, share=share) for share in (0.7, 0.3))
     doubtful = Evidence(1.0, alone=False, further=True, share=0.01)
     assert confidence(doubtful) < LEAST < confidence(beside)
-    assert are_reported([largest, doubtful, beside]) == [True, False, True]
-    assert are_reported([beside, largest]) == [True, True]
-    assert are_reported([doubtful]) == [True]
+    assert are_reported([largest, doubtful, beside], [70.0, 1.0, 30.0]) == [True, False, True]
+    assert are_reported([beside, largest], [30.0, 70.0]) == [True, True]
+    assert are_reported([doubtful], [1.0]) == [True]
     rare = largest._replace(rare=True)
-    assert are_reported([rare, doubtful]) == [False, True]
-    assert are_reported([rare]) == [True]
-    assert are_reported([]) == []
+    assert are_reported([rare, doubtful], [70.0, 1.0]) == [False, True]
+    assert are_reported([rare], [70.0]) == [True]
+    assert are_reported([], []) == []
+
+
+def test_the_largest_gains_most_and_need_not_have_the_largest_share() -> None:
+    """A twist that nothing else can have left, beside a friction that gains more and is unlikely."""
+    friction, twist = Evidence(0.0, alone=False, further=False, share=0.5), Evidence(9.0, False, False, 1.0)
+    assert confidence(friction) < LEAST < confidence(twist)
+    assert are_reported([friction, twist], [500.0, 50.0]) == [True, True]
+    assert are_reported([friction, twist], [50.0, 500.0]) == [False, True]
+
+
+def test_a_share_is_among_the_findings_that_may_leave_something_in_its_blocks() -> None:
+    """Nothing of the clutch shows in the valve or after lock-up; what the valve leaves shows in the clutch."""
+    def found(block: str, quantity: str, nats: float) -> Finding:
+        return Finding((block,), (quantity, "time"), np.full(10, nats / 10))
+
+    current, pressure = found("valve", "valve current", 30.0), found("valve", "pressure sensor", 10.0)
+    friction, load = found("clutch", "friction coefficient", 900.0), found("load", "load torque", 60.0)
+    twist, every = found("lock", "stick torque", 50.0), [found("lock", "input speed sensor", 150.0)]
+    every += [current, pressure, friction, load, twist]
+    shares = [share_of(one, every) for one in (current, pressure, twist, friction, load)]
+    assert shares == pytest.approx([0.75, 0.25, 0.25, 0.75, 0.05])
+    joint = Finding(("input", "lock"), ("input speed sensor", "lag"), np.full(10, 15.0))
+    assert share_of(joint, [joint, friction]) == pytest.approx(150 / 1050)
 
 
 def test_the_mean_confidence_is_the_share_of_right_findings() -> None:
