@@ -101,7 +101,7 @@ _OF_FEW = ("lag", "past current", "twist", "run order")
 """Dependences of laws that mix a few lags, plays or windows, or over a value of each engagement."""
 CLOSING = ("piston gain", "clearance", "film torque", "piston rate", "friction lag")
 """Quantities whose laws show only while the plates close, within little time; each column takes an integration."""
-_OF_FEW_VALUES = ("offset", "direction", "motor speed")
+_OF_FEW_VALUES = ("offset", "motor speed")
 """Dependences of laws that are a few numbers, or over few levels, and that have no resolution."""
 NOT_FINER = ("contact pressure", "lag"), ("output torque sensor", "lag")
 """Lags without a resolution. Those of the friction and of the torque sensor are the same in full contact, and one with

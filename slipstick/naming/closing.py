@@ -13,6 +13,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.piston_laws import OVER_RATE
 from slipstick.naming.restarts import evidence_of, from_common, settled
 from slipstick.naming.search import retimed
 from slipstick.naming.selection import (
@@ -32,8 +33,6 @@ from slipstick.naming.torque_lag import OF_FRICTION, OF_SENSOR
 from slipstick.naming.varying_lag import CONSTANT
 
 _MOST = 2
-_CONTAINED: dict[Pair, Pair] = {("piston rate", "piston rate"): ("piston rate", "direction")}
-"""A pair whose laws contain that of another one, which is a number: a drag takes the same off every rate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +107,11 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
         best = _plainest(enough, settings)
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         sensors = [(one.gain + elsewhere(one.fit), OF_SENSOR) for one in enough if one.pair == OF_FRICTION]
-        apart = [one for one in tried if one is not best and _CONTAINED.get(one.pair) != best.pair]
+        apart = [one for one in tried if one is not best]
+        alike = _alike(best, apart)
+        apart = [one for one in apart if one not in alike]
         tied = rivals(best.gain, [*((one.gain, one.pair) for one in apart if one in enough), *sensors], settings)
+        tied += tuple(Rival(one.pair, one.nats, in_errors(best.gain - one.gain)) for one in alike)
         others = [Rival(pair, float(gain.sum()), in_errors(best.gain - gain))
                   for gain, pair in [*((one.gain, one.pair) for one in apart), *sensors]]
         found.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
@@ -163,13 +165,17 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
 
 
 def _plainest(enough: Sequence[_Tried], settings: NamingSettings) -> _Tried:
-    """The one that gains most, or one whose law it contains, if that explains most of what it gains by itself.
-
-    A lag that changes must lead the others: it has the freedom to follow what is left of their laws.
-    """
-    best = next((one for one in enough if one.pair[0] not in CONSTANT
+    """The one that gains most. A lag that changes must lead the others: it can follow what is left of their laws."""
+    return next((one for one in enough if one.pair[0] not in CONSTANT
                  and not leads(enough[0].gain, one.gain, settings)), enough[0])
-    return next((one for one in enough if one.pair == _CONTAINED.get(best.pair) and one.nats > NEAR * best.nats), best)
+
+
+def _alike(best: _Tried, others: Sequence[_Tried]) -> list[_Tried]:
+    """The other law over the piston rate, if it explains most of what the best one does.
+
+    Both follow most changes of a rate, with knots that few recordings tell apart: what differs is the rate near 0.
+    """
+    return [one for one in others if one.pair == OVER_RATE.get(best.pair) and one.nats > NEAR * best.nats]
 
 
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray | None = None,

@@ -14,6 +14,7 @@ from slipstick.naming.block import CLOSING, Block, Pair
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import Gain, gains, table
 from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.piston_laws import OVER_RATE
 from slipstick.naming.restarts import annealed, evidence_of, from_common, regained
 from slipstick.naming.selection import is_unexplained
 from slipstick.naming.settings import NamingSettings
@@ -49,8 +50,9 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
                     pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> list[tuple[Gain, CurvedFit]]:
     """The fits with the best of the `pairs` that promise something, from `now` and common points.
 
-    By default they are all usual ones, but the constant lag beside one that changes, which is the same effect; and lags
-    that change where something is missing. Each comes with what its pair gains in the linear model.
+    By default they are all usual ones, but the constant lag beside one that changes, which is the same effect, and one
+    law over the piston rate beside the other; and lags that change where something is missing. Each comes with what its
+    pair gains in the linear model.
 
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it. A
     parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
@@ -58,6 +60,7 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
     if pairs is None:
         known = {with_constant_lag(law) for law in now.laws} - {*now.laws}
+        known |= {OVER_RATE[law] for law in now.laws if law in OVER_RATE}
         usual = [pair for pair in block.pairs() if shows_closing(pair) and pair not in known]
         pairs = [*usual, *(lags_beside(block, now) if lacks else ())]
     about = table(now, pairs)
@@ -86,6 +89,8 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     best = begun[:1 + settings.rivals]
     others = [one for one in begun if is_another_effect(one.laws[-1], begun[0].laws[-1])]
     best += [one for one in others[:1] if one not in best]  # the lead is that over another effect
+    alike = {OVER_RATE[one.laws[-1]] for one in best if one.laws[-1] in OVER_RATE}
+    best += [one for one in begun if one.laws[-1] in alike and one not in best]
     found = _in_threads(ended, best, lambda start: ask(Asked("clutch", ("clutch",), start.laws[-1])))
     return [(linear[one.laws[-1]], one) for one in found]
 

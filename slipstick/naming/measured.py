@@ -81,11 +81,13 @@ class LawPoints:
         """The law for the simulator, with at most 16 points; None where it is not a law of a quantity over a number.
 
         A law known up to a constant or a line belongs to the parameters of the fit that measured it. A gain error of a
-        sensor is a law over its own signal.
+        sensor is a law over its own signal, and what depends on the direction of the piston one over its rate.
         """
         quantity, on = _IN_SIMULATOR.get(self.pair[0], self.pair[0]), self.pair[1]
         if on == "gain":
             on = quantity.removesuffix(" sensor")
+        if on == "direction":
+            on = "piston rate"
         possible = OF_SENSORS if quantity in SENSORS else DEPENDENCES
         if quantity not in QUANTITIES or on not in possible or self.x is None or len(self.x) < 2:
             return None

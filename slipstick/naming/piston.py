@@ -262,17 +262,14 @@ class ClutchBlock:
         """
         values = np.tile(self._nominal, (len(points), 1))
         values[:, self._own] *= 1 + self._all(points)
-        tables, drag = {"rate": (_EMPTY, _EMPTY), "place": (_EMPTY, _EMPTY)}, 0.0
+        tables = dict.fromkeys(("drag", "rate", "place"), (_EMPTY, _EMPTY))
         for pair, c in laws:
             law = self._law(pair)
             if law.kind in tables:
-                unit = self.scene.bench.scales.piston_rate if law.kind == "place" else 1.0
-                tables[law.kind] = law.basis, np.concatenate([[0.0], c * unit])
-            elif law.kind == "drag":
-                drag = max(0.0, float(c[0])) * float(law.basis[0])
+                tables[law.kind] = law.basis, law.values.onto @ c
         signals = (added[one] for one in ("chamber", "gain", "clearance", "friction", "film", "rate_extra"))
-        return (self.scene.step, _SUB, self.clock, end, *self._inputs, values, *signals, *tables["rate"],
-                *tables["place"], drag, *others)
+        return (self.scene.step, _SUB, self.clock, end, *self._inputs, values, *signals, *tables["drag"],
+                *tables["rate"], *tables["place"], *others)
 
     def _read(self, torque: np.ndarray, laws: Laws) -> np.ndarray:
         """What the sensor reads of a torque (n, k) in N m, with errors that are among the laws."""

@@ -1,10 +1,11 @@
 """The piston and the torque of the plates, engagement by engagement (lines 3 and 4 of eq. 1, and eq. 2).
 
-    v = b2/c2 (p + chamber - aa) + a2/c2 p' - d2/c2 x,   x' = v (1 + rate(v)) + place(x) + rate_extra,   x(0) = initial
+    u = b2/c2 (p + chamber - aa) + a2/c2 p' - d2/c2 x,   v = u + drag(u)
+    x' = v (1 + rate(|v|)) + place(x) + rate_extra,   x(0) = initial
     z = min(contact, max(0, alpha_T (1 + gain) x) - clearance),   s = the share of the ramp before contact that z is on
     torque = g (s^2 (3 - 2 s) alpha (1 + friction) F + beta (1 + film) slip / gap),   F = 1e5 z p / (contact - length)
 
-A drag d takes v d / sqrt(v^2 + d^2) off the rate v. Heun's method integrates x with a pressure linear between samples.
+Heun's method integrates x with a pressure linear between samples.
 """
 
 import numpy as np
@@ -41,18 +42,22 @@ def at(x, its, cell):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def rate_of(driven, extra, x, d, drag, rates, places, rate_cell, place_cell):  # type: ignore[no-untyped-def]
+def slope(x, its, cell):  # type: ignore[no-untyped-def]
+    """The slope at x of a table, in whose `cell` it is."""
+    return its[2, cell] if its.size > 0 and its[0, 0] < x < its[0, -1] else 0.0
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def rate_of(driven, extra, x, d, drags, rates, places, cells):  # type: ignore[no-untyped-def]
     """The rate of x, its derivatives with x and with the rate that the pressure gives, and the cells of the tables."""
-    v, turn = driven - d * x, 1.0
-    if drag > 0:
-        size = np.sqrt(v * v + drag * drag)
-        v, turn = v * (1 - drag / size), 1 - drag**3 / size**3
-    rate, rate_cell = at(v, rates, rate_cell)
-    place, place_cell = at(x, places, place_cell)
-    bend = rates[2, rate_cell] if rates.size > 0 and rates[0, 0] < v < rates[0, -1] else 0.0
-    spring = places[2, place_cell] if places.size > 0 and places[0, 0] < x < places[0, -1] else 0.0
-    steep = turn * (1 + rate + v * bend)
-    return v * (1 + rate) + place + extra, spring - d * steep, steep, rate_cell, place_cell
+    u = driven - d * x
+    drag, drag_cell = at(u, drags, cells[0])
+    v = u + drag
+    rate, rate_cell = at(abs(v), rates, cells[1])
+    place, place_cell = at(x, places, cells[2])
+    steep = (1 + slope(u, drags, drag_cell)) * (1 + rate + abs(v) * slope(abs(v), rates, rate_cell))
+    spring = slope(x, places, place_cell)
+    return v * (1 + rate) + place + extra, spring - d * steep, steep, (drag_cell, rate_cell, place_cell)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -65,32 +70,34 @@ def drive(last, p, pressure, change, chamber, driven):  # type: ignore[no-untype
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def close(step, sub, late, end, pressure, change, slip, p, chamber, gain_change, clearance,  # type: ignore[no-untyped-def]
-          friction_change, film_change, rate_extra, rate_at, rate_value, place_at, place_value, drag, torque, position):
+          friction_change, film_change, rate_extra, drag_at, drag_value, rate_at, rate_value, place_at, place_value,
+          torque, position):
     """Fill `torque` (n, k) in N m and `position` (n, k) in m up to the samples `end` (n,); both stay 0 beyond.
 
     `pressure` in bar, its derivative `change` in bar/s and the `slip` in rad/s behind the gear are (n, k); `p` (n, 13)
     has the parameters `NAMES`. What laws add is (n, k): pressure in the `chamber` in bar, relative changes of piston
-    gain, friction and film torque, the `clearance` in m and `rate_extra` in m/s; or a table of the rate and of the
-    position (`place`) at some points; or the `drag` in m/s. A sample has `sub` steps. A signal at a sample is that of
-    `late` s before: the piston leaves its initial position, which it has at the command, that much later.
+    gain, friction and film torque, the `clearance` in m and `rate_extra` in m/s; or a table over the rate, in m/s
+    (`drag`) or relative (`rate`), or over the position (`place`). A sample has `sub` steps. A signal at a sample is
+    that of `late` s before: the piston leaves its initial position, which it has at the command, that much later.
     """
-    driven, rates, places = np.empty(pressure.shape[1]), table(rate_at, rate_value), table(place_at, place_value)
+    driven = np.empty(pressure.shape[1])
+    drags, rates, places = table(drag_at, drag_value), table(rate_at, rate_value), table(place_at, place_value)
     for i in range(len(p)):
         last = min(end[i], len(driven))
         if last == 0:
             continue
         drive(last, p[i], pressure[i], change[i], chamber[i], driven)
-        _move(step, sub, late, last, p[i, 7], p[i, 3] / p[i, 2], driven, rate_extra[i], rates, places, drag,
+        _move(step, sub, late, last, p[i, 7], p[i, 3] / p[i, 2], driven, rate_extra[i], drags, rates, places,
               position[i])
         _press(last, p[i], pressure[i], slip[i], chamber[i], gain_change[i], clearance[i], friction_change[i],
                film_change[i], torque[i], position[i])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _move(step, sub, late, last, x, d, driven, extra, rates, places, drag, position):  # type: ignore[no-untyped-def]
+def _move(step, sub, late, last, x, d, driven, extra, drags, rates, places, position):  # type: ignore[no-untyped-def]
     """Fill `position` with x at the samples, between which the rate that the pressure gives and `extra` are linear."""
-    is_linear = drag <= 0 and rates.size == 0 and places.size == 0
-    per, rate_cell, place_cell = 1 / sub, 0, 0
+    is_linear = drags.size == 0 and rates.size == 0 and places.size == 0
+    per, cells = 1 / sub, (0, 0, 0)
     position[0] = x
     for t in range(last - 1):
         # From the command on; where signals are read early, the first step has what lies before it.
@@ -102,9 +109,8 @@ def _move(step, sub, late, last, x, d, driven, extra, rates, places, drag, posit
             if is_linear:  # the same step, in which only one product waits for the last one
                 x = decay * x + 0.5 * h * ((now + added) * kept + now + rise + added + more)
                 continue
-            r0, _, _, rate_cell, place_cell = rate_of(now, added, x, d, drag, rates, places, rate_cell, place_cell)
-            r1, _, _, rate_cell, place_cell = rate_of(now + rise, added + more, x + h * r0, d, drag, rates, places,
-                                                      rate_cell, place_cell)
+            r0, _, _, cells = rate_of(now, added, x, d, drags, rates, places, cells)
+            r1, _, _, cells = rate_of(now + rise, added + more, x + h * r0, d, drags, rates, places, cells)
             x = x + 0.5 * h * (r0 + r1)
         position[t + 1] = x
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from slipstick.naming import bases, sensor_errors
 from slipstick.naming.block import CLOSING
-from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single, unit_of
+from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, unit_of
 from slipstick.naming.scene import OF_PLATES, WITHIN, Pair, Scene
 from slipstick.naming.sensor_lags import lag_scale
 from slipstick.naming.varying_lag import OVER
@@ -36,6 +36,9 @@ _CHAMBER = 0.1
 """Unit in bar of chamber pressures, so that coefficients are about 1."""
 _RATE, _DRAG = 0.1, 0.05
 """Units of laws of the piston rate, over the largest rate, so that coefficients are about 1."""
+OVER_RATE: dict[Pair, Pair] = {("piston rate", "direction"): ("piston rate", "piston rate"),
+                               ("piston rate", "piston rate"): ("piston rate", "direction")}
+"""Pairs whose laws are both over the rate that the pressure gives, and differ only where that is near 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,13 +46,12 @@ class PistonLaw:
     """The `kind` of input that a law changes, its number of coefficients `size`, its `basis` and its `values`.
 
     The basis is (n, m, k) for the kinds in `ADDED`; the knots (m + 1,) of a table that is 0 at the first one for "rate"
-    (relative, over m/s) and "place" (over m, in piston rates of the bench); a rate (1,) in m/s for "drag"; empty for a
-    "reading".
+    (relative, over the size of the rate in m/s), "drag" (over the rate) and "place" (over m); empty for a "reading".
 
     Changes of friction, film torque and piston gain are relative. Friction has a mean of 0 over the samples in full
-    contact; others known up to a constant are 0 at the first knot. A larger clearance delays the contact. The drag
-    of the direction is taken off the piston rate. A contact pressure lags like the torque of a slow sensor,
-    which is right for a lag of the whole friction torque.
+    contact; others known up to a constant are 0 at the first knot. A larger clearance delays the contact. What
+    depends on the direction is added to the rate that the pressure gives. A contact pressure lags like the torque of a
+    slow sensor, which is right for a lag of the whole friction torque.
     """
 
     kind: str
@@ -156,15 +158,29 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
         return PistonLaw.signal("rate_extra", hats * rate * _RATE, over(pair, knots, _RATE * rate * values))
     knots = np.linspace(0, 1, count)
     if pair == ("piston rate", "piston rate"):
-        law = over(pair, knots * rate, values[:, 1:], relative=True, up_to="constant")
-        return PistonLaw("rate", count - 1, knots * rate, law)
+        top = max(map(abs, free_rates(given)))
+        law = over(pair, knots * top, values[:, 1:], relative=True, up_to="constant")
+        return PistonLaw("rate", count - 1, knots * top, law)
     if pair == ("piston rate", "piston position"):
         # The kernel's table is over the state of the piston, which the gain turns into its position.
         law = over(pair, knots * stroke * scene.value("temperature_gain"), rate * values[:, 1:], up_to="constant")
         return PistonLaw("place", count - 1, knots * stroke, law)
     if pair == ("piston rate", "direction"):
-        return PistonLaw("drag", 1, np.array([_DRAG * rate]), single(_DRAG * rate, "m/s"))
+        # Friction is not 0 where the rate is, and differs between both ways: a change of the rate instead of a share.
+        knots = np.linspace(*free_rates(given), count)
+        law = over(pair, knots, _DRAG * rate * values[:, 1:], up_to="constant", x_unit="m/s")
+        return PistonLaw("drag", count - 1, knots, law)
     raise KeyError(pair)
+
+
+def free_rates(given: Loading) -> tuple[float, float]:
+    """The least and the largest piston rate in m/s that the pressure gives while the plates close."""
+    value, moving = given.scene.value, given.counted & (given.in_contact.full == 0)
+    driven = (value("piston_pressure") * (given.pressure - value("pressure_bias"))
+              + value("piston_pressure_rate") * np.gradient(given.pressure, given.scene.step, axis=1)
+              - value("piston_return") * given.in_contact.position / value("temperature_gain"))
+    knots = bases.evenly(driven / value("piston_inertia"), moving, 2)
+    return float(knots[0]), float(knots[1])
 
 
 _KINDS = {"friction coefficient": "friction", "film torque": "film", "piston gain": "gain", "clearance": "clearance",

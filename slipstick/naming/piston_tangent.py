@@ -16,14 +16,14 @@ _CHAMBER, _RATE, _GAIN, _CLEARANCE = range(len(KINDS))
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def respond(step, sub, late, end, pressure, change, slip, p, chamber, gain_change, clearance,  # type: ignore[no-untyped-def]
-            friction_change, film_change, rate_extra, rate_at, rate_value, place_at, place_value, drag, kind, basis,
-            found):
+            friction_change, film_change, rate_extra, drag_at, drag_value, rate_at, rate_value, place_at, place_value,
+            kind, basis, found):
     """Fill `found` (n, m, k) with the changes of the torque in N m with the coefficients of a law; 0 beyond `end` (n,).
 
     The law adds `basis` (n, m, k) to the quantity of this `kind`. The other arguments are those of `close`.
     """
     n, m, k = basis.shape
-    rates, places = table(rate_at, rate_value), table(place_at, place_value)
+    drags, rates, places = table(drag_at, drag_value), table(rate_at, rate_value), table(place_at, place_value)
     driven, x, kept, before, after = np.empty(k), np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     of_state, of_law = np.empty(k), np.empty(k)
     for i in range(n):
@@ -32,7 +32,7 @@ def respond(step, sub, late, end, pressure, change, slip, p, chamber, gain_chang
             drive(last, p[i], pressure[i], change[i], chamber[i], driven)
             x[0] = p[i, 7]
             to_drive, to_rate = p[i, 1] / p[i, 2] if kind == _CHAMBER else 0.0, 1.0 if kind == _RATE else 0.0
-            _follow(step, sub, late, last, p[i, 3] / p[i, 2], driven, rate_extra[i], rates, places, drag, to_drive,
+            _follow(step, sub, late, last, p[i, 3] / p[i, 2], driven, rate_extra[i], drags, rates, places, to_drive,
                     to_rate, x, kept, before, after)
             _press(kind, last, p[i], pressure[i], slip[i], chamber[i], gain_change[i], clearance[i],
                    friction_change[i], film_change[i], x, of_state, of_law)
@@ -46,23 +46,22 @@ def respond(step, sub, late, end, pressure, change, slip, p, chamber, gain_chang
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _follow(step, sub, late, last, d, driven, extra, rates, places, drag, to_drive, to_rate,  # type: ignore[no-untyped-def]
+def _follow(step, sub, late, last, d, driven, extra, drags, rates, places, to_drive, to_rate,  # type: ignore[no-untyped-def]
             x, kept, before, after):
     """Fill x at the samples from x[0] on, and the derivatives of each with the one before and with the law at both.
 
     A law adds `to_drive` times its value to the rate that the pressure gives, and `to_rate` times it to the rate.
     """
-    per, rate_cell, place_cell = 1 / sub, 0, 0
+    per, cells = 1 / sub, (0, 0, 0)
     for t in range(last - 1):
         h = per * min(max((t + 1) * step - late, 0.0), step if t > 0 else 2 * step)
         rise, more = per * (driven[t + 1] - driven[t]), per * (extra[t + 1] - extra[t])
         state, kept[t], before[t], after[t] = x[t], 1.0, 0.0, 0.0
         for j in range(sub):
             now, added = driven[t] + j * rise, extra[t] + j * more
-            r0, slope0, steep0, rate_cell, place_cell = rate_of(now, added, state, d, drag, rates, places, rate_cell,
-                                                               place_cell)
-            r1, slope1, steep1, rate_cell, place_cell = rate_of(now + rise, added + more, state + h * r0, d, drag,
-                                                               rates, places, rate_cell, place_cell)
+            r0, slope0, steep0, cells = rate_of(now, added, state, d, drags, rates, places, cells)
+            r1, slope1, steep1, cells = rate_of(now + rise, added + more, state + h * r0, d, drags, rates, places,
+                                                cells)
             state += 0.5 * h * (r0 + r1)
             carried = 1 + 0.5 * h * (slope0 + slope1 + h * slope0 * slope1)
             first = 0.5 * h * (1 + h * slope1) * (to_drive * steep0 + to_rate)

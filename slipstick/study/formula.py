@@ -23,13 +23,16 @@ def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | 
     formula is not one over the points: that of a sensor, of a memory, or found under another pair.
     """
     effect = find(name)
-    if law.x is None or effect.memory is not None or law.pair != effect.pairs[0] or law.pair[1] not in _FIELDS:
+    on, blank = law.pair[1], Signals(*[0.0] * len(Signals._fields))
+    if law.x is None or effect.memory is not None or law.pair != effect.pairs[0] or on not in (*_FIELDS, "direction"):
         return None
-    x = law.x / _RUN if law.pair[1] == "run order" else law.x
-    base = 1.0 if law.relative else 0.0
-    blank = Signals(*[0.0] * len(Signals._fields))
-    signals = [blank._replace(**{_FIELDS[law.pair[1]]: float(at)}) for at in x]
-    change = np.array([effect.formula(base, one, tuple(values)) - base for one in signals])
+    x = law.x / _RUN if on == "run order" else law.x
+    if on == "direction":  # of the piston, over whose rate the law is
+        change = np.array([effect.formula(float(at), blank, tuple(values)) - at for at in x])
+    else:
+        base = 1.0 if law.relative else 0.0
+        signals = [blank._replace(**{_FIELDS[on]: float(at)}) for at in x]
+        change = np.array([effect.formula(base, one, tuple(values)) - base for one in signals])
     weight = 1 / np.maximum(law.std, 1e-3 * law.std.max())
     if law.relative and law.up_to == "constant":
         total = weight * (1 + change)

@@ -5,7 +5,7 @@ from slipstick.pictures import theme
 from slipstick.study.result import FindingResult, StudyResult
 
 _X = {"slip": "slip of the plates", "time": "time since the shift command", "heat": "friction heat of the engagement",
-      "gain": "reading", "run order": "position in the run order"}
+      "gain": "reading", "direction": "piston rate without the law", "run order": "position in the run order"}
 
 
 def within(title: str) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 from slipstick.bench import Bench
 from slipstick.clutch import effects
-from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES
+from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES, Signals
 from slipstick.clutch.lag import lagged_signal
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Block, Pair
@@ -35,7 +35,6 @@ AMONG = {("valve current", "past current"): 1, ("converter torque", "lag"): 1, (
          ("output speed sensor", "lag"): 1, ("output torque sensor", "lag"): 1, ("pressure sensor", "lag"): 1}
 """Which of the lags or widths of a basis is the strength of the effect."""
 EFFECTS = {("valve current", "past current"): "valve_hysteresis", ("converter torque", "lag"): "converter_lag",
-           ("piston rate", "direction"): "seal_friction",
            **{(f"{name} sensor", on): f"{name} sensor {on}".replace(" ", "_") for on in ("offset", "gain", "lag")
               for name in ("pressure", "input speed", "output speed", "output torque")
               if (name, on) != ("pressure", "gain")}}
@@ -160,6 +159,18 @@ def test_a_lag_of_the_friction_that_is_the_same_everywhere_is_a_first_order_one(
     np.testing.assert_allclose(found[seen], expected[seen], atol=0.002 * plain.max())
 
 
+@both
+def test_a_seal_friction_is_a_law_over_the_rate_that_the_pressure_gives(bench: Bench) -> None:
+    effect, blank = effects.find("seal_friction").on(bench.scales), Signals(*[0.0] * len(Signals._fields))
+    drag, pair = effect.typical[0], ("piston rate", "direction")
+    block = simulated_block("clutch", bench, Model(bench.physics).with_effect(effect.name, {"drag": drag}))
+    block.finer = {pair: 2}
+    law = block.law(pair)
+    assert law.x is not None
+    change = [effect.formula(rate, blank, (drag,)) - rate for rate in law.x]
+    assert left(block, pair, np.linalg.lstsq(law.onto, change)[0]) < 0.1
+
+
 @each
 def test_every_pair_has_units_and_one_of_these_tests(name: str) -> None:
     block = nominal(HEAVY, name)
@@ -175,7 +186,7 @@ def test_every_pair_has_units_and_one_of_these_tests(name: str) -> None:
             assert law.x.shape == law.onto.shape[:1]
             assert np.all(np.diff(law.x) > 0)
             assert law.unit == ("1" if law.relative else UNITS[pair[0]])
-            known = {**SCALAR_DEPENDENCES, "output position": "rad", "gain": UNITS[pair[0]]}
+            known = {**SCALAR_DEPENDENCES, "output position": "rad", "direction": "m/s", "gain": UNITS[pair[0]]}
             assert law.x_unit == known[pair[1]]
         if pair not in {*DIRECT, *EFFECTS} and is_simulated(pair):
             assert values(pair, law, law.onto[0]).simulated() is not None

@@ -11,7 +11,7 @@ import scipy
 from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming.block import Pair
-from slipstick.naming.closing import _again, _backward, _finer, _plainest, _Tried, followed
+from slipstick.naming.closing import _again, _alike, _backward, _finer, _plainest, _Tried, followed
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import fit
 from slipstick.naming.piston import ClutchBlock
@@ -102,15 +102,12 @@ def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_tho
     assert [one.pair for one in _backward(block, stuck, named[:1], [piston], SETTINGS)[1]] == [HEAT, piston.pair]
 
 
-@pytest.mark.parametrize(("drag", "chosen"), [(60.0, "direction"), (40.0, "piston rate")])
-def test_a_law_over_the_rate_is_a_drag_if_that_explains_most_of_it(drag: float, chosen: str) -> None:
-    """A law of many knots contains the drag, a single number, and follows its form better."""
-    def tried(on: str, nats: float) -> _Tried:
-        return _Tried(("piston rate", on), np.array([nats]), coarse(HEAT)[1], 0, 5.0)
-
-    enough = [tried("piston rate", 100.0), tried("pressure", 90.0), tried("direction", drag)]
-    assert _plainest(enough, SETTINGS).pair == ("piston rate", chosen)
-    assert _plainest(enough[1:], SETTINGS).pair == ("piston rate", "pressure")
+@pytest.mark.parametrize(("share", "tied"), [(0.6, True), (0.4, False)])
+def test_both_laws_over_the_rate_are_tied_where_each_explains_most_of_the_other(share: float, tied: bool) -> None:
+    friction, flow, other = (_Tried(("piston rate", on), np.full(COUNT, nats), coarse(HEAT)[1], 0, 5.0)
+                             for on, nats in (("direction", 10.0), ("piston rate", 10 * share), ("pressure", 9.0)))
+    assert [one.pair for one in _alike(friction, [other, flow])] == [flow.pair] * tied
+    assert _alike(other, [friction, flow]) == []
 
 
 def test_a_lag_that_changes_must_lead_other_laws() -> None:
