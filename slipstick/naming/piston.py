@@ -180,7 +180,7 @@ class ClutchBlock:
         return self._law(pair).size
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Changes (n, m, k) in N m with the coefficients of a law, forward: a drag has no negative coefficient."""
+        """Changes (n, m, k) in N m with the coefficients of a law."""
         law = self._law(pair)
         if law.kind == "reading":
             # At the mean parameters, because a column with an engagement's own scatter would explain that.

@@ -32,6 +32,12 @@ def test_a_share_of_the_mean_is_compared_after_a_factor_is_fitted() -> None:
     np.testing.assert_allclose(found, measured.change, atol=1e-12)  # type: ignore[arg-type]
 
 
+def test_a_seal_friction_takes_the_drag_off_a_rate_in_both_directions() -> None:
+    rates = np.array([-30.0, 0.0, 30.0])
+    measured = LawPoints(("piston rate", "direction"), rates, "m/s", 0 * rates, "m/s", False, np.eye(3))
+    np.testing.assert_allclose(formula("seal_friction", [0.01], measured), [0.01, 0.0, -0.01], rtol=1e-6)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("name", "pair"), [
     ("friction_buildup_lag", ("contact pressure", "lag")), ("entrained_air", ("piston rate", "pressure"))])
 def test_memories_and_other_pairs_have_no_formula_over_the_points(name: str, pair: tuple[str, str]) -> None:
