@@ -107,9 +107,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
         best = _plainest(enough, settings)
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
         sensors = [(one.gain + elsewhere(one.fit), OF_SENSOR) for one in enough if one.pair == OF_FRICTION]
-        apart = [one for one in tried if one is not best]
-        alike = _alike(best, apart)
-        apart = [one for one in apart if one not in alike]
+        alike = _alike(best, tried)
+        apart = [one for one in tried if one is not best and one not in alike]
         tied = rivals(best.gain, [*((one.gain, one.pair) for one in apart if one in enough), *sensors], settings)
         tied += tuple(Rival(one.pair, one.nats, in_errors(best.gain - one.gain)) for one in alike)
         others = [Rival(pair, float(gain.sum()), in_errors(best.gain - gain))

@@ -86,12 +86,11 @@ def are_reported(every: Sequence[Evidence], nats: Sequence[float], without: str 
     where the law of the first may only not follow its own one. A rare pair beside a usual one follows what is left of
     that: of 38 that were reported in `outlying` to `alpine`, one was right.
     """
-    are_possible = [not one.rare for one in every]
-    if not any(are_possible):
-        are_possible = [True] * len(every)
-    most = max((gain for gain, is_possible in zip(nats, are_possible, strict=True) if is_possible), default=0.0)
-    return [is_possible and (gain == most or confidence(one, without) > LEAST)
-            for one, gain, is_possible in zip(every, nats, are_possible, strict=True)]
+    are_all_rare = all(one.rare for one in every)
+    possible = {place for place, one in enumerate(every) if are_all_rare or not one.rare}
+    most = max((nats[place] for place in possible), default=0.0)
+    return [place in possible and (nats[place] == most or confidence(one, without) > LEAST)
+            for place, one in enumerate(every)]
 
 
 def counted(its: float) -> CountedFindings:

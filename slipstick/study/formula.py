@@ -27,12 +27,11 @@ def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | 
     if law.x is None or effect.memory is not None or law.pair != effect.pairs[0] or on not in (*_FIELDS, "direction"):
         return None
     x = law.x / _RUN if on == "run order" else law.x
-    if on == "direction":  # of the piston, over whose rate the law is
-        change = np.array([effect.formula(float(at), blank, tuple(values)) - at for at in x])
-    else:
-        base = 1.0 if law.relative else 0.0
-        signals = [blank._replace(**{_FIELDS[on]: float(at)}) for at in x]
-        change = np.array([effect.formula(base, one, tuple(values)) - base for one in signals])
+    # What depends on the direction of the piston is measured over its rate, which is the quantity itself.
+    before = x if on == "direction" else np.full(len(x), 1.0 if law.relative else 0.0)
+    signals = [blank._replace(**{_FIELDS[on]: float(at)}) if on in _FIELDS else blank for at in x]
+    change = np.array([effect.formula(float(base), one, tuple(values)) - base
+                       for base, one in zip(before, signals, strict=True)])
     weight = 1 / np.maximum(law.std, 1e-3 * law.std.max())
     if law.relative and law.up_to == "constant":
         total = weight * (1 + change)
