@@ -4,7 +4,7 @@ import numpy as np
 
 from slipstick.clutch.driveline import driveline
 from slipstick.clutch.events import DIVERGES, LOCKS, NO_EVENT, SEGMENT_ENDS, apply_event, locate_event, mark_events
-from slipstick.clutch.fastmath import kernel
+from slipstick.clutch.fastmath import inlined, kernel
 from slipstick.clutch.hydraulics import hydraulics
 from slipstick.clutch.integrator import accept_step, first_stage, other_stages
 from slipstick.clutch.lanes import (
@@ -16,8 +16,11 @@ from slipstick.clutch.lanes import (
     DIRECTION,
     EVENT,
     GEAR,
+    INPUT_SPEED,
     LANES,
     LAWS,
+    OUTPUT_SPEED,
+    PRESSURE,
     SEGMENT_END,
     SEGMENT_TIME,
     SLIPPING,
@@ -105,7 +108,8 @@ def drive(b, lanes, first, stop, conditions_per_point, vectors, coefficients, ac
         mark_events(b)
         if count > 0:
             for i in range(LANES):
-                if engagements[i] >= 0:
+                # A step in which there is no sample is not worth the call.
+                if engagements[i] >= 0 and sampled[i] < count and sample_times[sampled[i]] <= b[TIME + i] + b[STEP + i]:
                     event, fraction = locate_event(b, i) if b[EVENT + i] > SEGMENT_ENDS else (NO_EVENT, 1.0)
                     if event != DIVERGES:
                         sampled[i] = sample(b, i, state_size, sample_times, sampled[i],
@@ -133,24 +137,31 @@ def observe(b, first, stop, conditions_per_point, vectors, coefficients, active_
             load(b, i, vectors, coefficients, active_effects, point, conditions, condition, 0.0)
             set_segment(b, i, profile_segments, profile, segment)
         for start in range(0, count, LANES):
-            valid = min(LANES, count - start)  # the lanes behind keep what they had
+            end = min(count, start + LANES)
+            valid = end - start  # the lanes behind keep what they had
             for s in range(state_size):
-                for i in range(valid):
-                    b[STAGE + s * LANES + i] = samples[engagement - first, s, start + i]
+                fill(b[STAGE + s * LANES:], samples[engagement - first, s, start:end])
+            fill(b[SLIPPING:], samples[engagement - first, state_size, start:end])
+            fill(b[DIRECTION:], samples[engagement - first, state_size + 1, start:end])
+            fill(b[STAGE_TIME:], sample_times[start:end])
             for i in range(valid):
-                b[SLIPPING + i] = samples[engagement - first, state_size, start + i]
-                b[DIRECTION + i] = samples[engagement - first, state_size + 1, start + i]
-                b[STAGE_TIME + i] = sample_times[start + i]
-            for i in range(valid):
-                while sample_times[start + i] >= profile_segments[profile, segment, 3]:
+                while b[STAGE_TIME + i] >= profile_segments[profile, segment, 3]:
                     segment += 1
                 if b[SEGMENT_TIME + i] != profile_segments[profile, segment, 0]:
                     set_segment(b, i, profile_segments, profile, segment)
             hydraulics(b, active)
             driveline(b, active)
+            fill(signals[0, engagement, start:end], b[PRESSURE:PRESSURE + valid])
+            fill(signals[1, engagement, start:end], b[INPUT_SPEED:INPUT_SPEED + valid])
+            fill(signals[2, engagement, start:end], b[OUTPUT_SPEED:OUTPUT_SPEED + valid])
+            torque, position = signals[3, engagement, start:end], signals[4, engagement, start:end]
             for i in range(valid):
-                signals[0, engagement, start + i] = b[STAGE + i]
-                signals[1, engagement, start + i] = b[STAGE + 3 * LANES + i]
-                signals[2, engagement, start + i] = b[STAGE + 4 * LANES + i]
-                signals[3, engagement, start + i] = b[GEAR + i] * b[CLUTCH_TORQUE + i]
-                signals[4, engagement, start + i] = b[CONTACT_POSITION + i] - b[CLEARANCE + i]
+                torque[i] = b[GEAR + i] * b[CLUTCH_TORQUE + i]
+                position[i] = b[CONTACT_POSITION + i] - b[CLEARANCE + i]
+
+
+@inlined
+def fill(target, values):
+    """Copy `values` to the beginning of `target`: assignment of a slice would copy it twice, into memory of its own."""
+    for i in range(len(values)):
+        target[i] = values[i]

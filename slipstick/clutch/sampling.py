@@ -1,6 +1,6 @@
 """Samples of the state vector within steps, on polynomials through what the method knows of each step."""
 
-from slipstick.clutch.fastmath import kernel
+from slipstick.clutch.fastmath import inlined, kernel
 from slipstick.clutch.lanes import (
     DIRECTION,
     END,
@@ -16,7 +16,7 @@ from slipstick.clutch.lanes import (
 )
 
 
-@kernel
+@inlined
 def sample(b, i, state_size, sample_times, first, end, row, samples):
     """Store the samples of lane i from number `first` up to the time `end` in s; returns the next number.
 
@@ -29,6 +29,7 @@ def sample(b, i, state_size, sample_times, first, end, row, samples):
     if last == first:
         return last
     step, start_time = b[STEP + i], b[TIME + i]
+    now = sample_times[first:last]  # an index that might be negative would be looked up value by value
     per_step = 1.0 / step
     for s in range(state_size):
         k = s * LANES + i
@@ -42,12 +43,13 @@ def sample(b, i, state_size, sample_times, first, end, row, samples):
         else:
             c2, c3 = middle - 1.5 * before - 0.5 * after, 2.0 / 3.0 * (before - middle + after)
             c4, c5 = 0.0, 0.0
-        for j in range(first, last):
-            x = (sample_times[j] - start_time) * per_step
-            samples[row, s, j] = start + x * (before + x * (c2 + x * (c3 + x * (c4 + x * c5))))
-    for j in range(first, last):
-        samples[row, state_size, j] = b[SLIPPING + i]
-        samples[row, state_size + 1, j] = b[DIRECTION + i]
+        values = samples[row, s, first:last]
+        for j in range(len(now)):
+            x = (now[j] - start_time) * per_step
+            values[j] = start + x * (before + x * (c2 + x * (c3 + x * (c4 + x * c5))))
+    slipping, direction = samples[row, state_size, first:last], samples[row, state_size + 1, first:last]
+    for j in range(len(now)):
+        slipping[j], direction[j] = b[SLIPPING + i], b[DIRECTION + i]
     return last
 
 

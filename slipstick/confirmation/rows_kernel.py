@@ -11,14 +11,17 @@ def fill(signal, late, rho, scale, width, failed, out):  # type: ignore[no-untyp
     y is the `signal` (m, k) with a clock that is `late` by this share of a sample, by its derivative as `np.gradient`
     has it; root is sqrt(1 - rho^2), and 1 in the first sample. Means that are not numbers become `failed`.
     """
-    k, fresh = signal.shape[1], scale / np.sqrt(1 - rho * rho)
+    k, root, half = signal.shape[1], np.sqrt(1 - rho * rho), 0.5 * late
+    y, factor = np.empty(k), scale / (root * width)
     for i in range(len(signal)):
-        before = 0.0
-        for block in range(out.shape[1]):
+        row, means = signal[i], out[i]
+        y[0], y[-1] = row[0] - late * (row[1] - row[0]), row[-1] - late * (row[-1] - row[-2])
+        for t in range(1, k - 1):  # without branches: vectors
+            y[t] = row[t] - half * (row[t + 1] - row[t - 1])
+        before, total = 0.0, (root - 1) * y[0]
+        for block in range(len(means)):
+            for now in y[block * width:(block + 1) * width]:
+                total += now - rho * before
+                before = now
+            means[block] = failed if np.isnan(total) else factor * total
             total = 0.0
-            for t in range(block * width, (block + 1) * width):
-                behind, ahead = max(0, t - 1), min(k - 1, t + 1)
-                y = signal[i, t] - late * (signal[i, ahead] - signal[i, behind]) / (ahead - behind)
-                total += scale * y if t == 0 else fresh * (y - rho * before)
-                before = y
-            out[i, block] = failed if np.isnan(total) else total / width
