@@ -6,7 +6,7 @@ prints them. A test compares them with the pages.
 """
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -55,12 +55,17 @@ def rates_of(file: str) -> dict[str, list[str]]:
         return {name: cells for name, *cells in csv.reader(lines)}
 
 
+def summed(files: Iterable[str], name: str) -> tuple[int, int]:
+    """How many of how many a rate is in several files, of those that have it."""
+    cells = [its[name] for file in files if name in (its := rates_of(file))]
+    return sum(int(one[0]) for one in cells), sum(int(one[1]) for one in cells)
+
+
 def counted(files: tuple[str, ...], name: str) -> str:
     """The cell of a rate: how many of how many, and its 95 % bounds."""
-    cells = [rates_of(file).get(name) for file in files]
-    if None in cells:  # a rate that was not computed at that time
+    if any(name not in rates_of(file) for file in files):  # a rate that was not computed at that time
         return ""
-    hits, n = (sum(int(one[place]) for one in cells if one) for place in range(2))
+    hits, n = summed(files, name)
     low, high = bounds(hits, n)
     return f"{hits} of {n} ({100 * low:.0f} to {100 * high:.0f} %)" if n else "no case"
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
 from slipstick.clutch.laws import DEPENDENCES
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.report.study.limits import limits
 from slipstick.uncertainty.chaos import ORDER, ExpansionSettings
 from slipstick.uncertainty.fit.intervals import drop_at_level
 from slipstick.uncertainty.likelihood import TOLERANCE
@@ -81,6 +83,16 @@ def test_the_rates_of_naming_are_those_of_its_tables() -> None:
     for page, columns in (("naming.md", naming_sums.COLUMNS), ("naming_tests.md", naming_sums.FIRST_RUNS)):
         its = naming_sums.table(columns, targets=page == "naming.md")
         assert its in (DOCS / page).read_text(), "python -m benchmarks.naming_sums"
+
+
+@pytest.mark.parametrize(("words", "share", "rate"), [
+    ("two of five", Fraction(2, 5), "two effects, both from 1 naming limit: both found"),
+    ("one in six", Fraction(1, 6), "unlisted, visible: a name of the catalogue")])
+def test_rates_that_a_report_states_are_those_of_the_tables(words: str, share: Fraction, rate: str) -> None:
+    """The nearest fraction with a denominator up to six, over all first runs."""
+    assert words in " ".join(text for _, text in limits({"run_order": None}))
+    found, of = naming_sums.summed((file for files in naming_sums.FIRST_RUNS.values() for file in files), rate)
+    assert Fraction(found, of).limit_denominator(6) == share
 
 
 def test_the_confidence_is_that_of_its_page() -> None:
