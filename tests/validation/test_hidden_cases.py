@@ -32,6 +32,7 @@ from hidden.cases import (
     OVERSEAS,
     POLAR,
     REMOTE,
+    SOLAR,
 )
 from hidden.cases import UNSEEN as UNSEEN_CASES
 from hidden.effect import Effect
@@ -77,6 +78,8 @@ from hidden.twentieth import BENCHES as OF_TWENTIETH
 from hidden.twentieth import TWENTIETH
 from hidden.twentyfirst import BENCHES as OF_TWENTYFIRST
 from hidden.twentyfirst import TWENTYFIRST
+from hidden.twentysecond import BENCHES as OF_TWENTYSECOND
+from hidden.twentysecond import TWENTYSECOND
 
 from slipstick.recordings import Recordings
 
@@ -121,11 +124,11 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 OF_EACH_QUANTITY: dict[str, Effect] = {}
 for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH, NINTH, TENTH, ELEVENTH, TWELFTH, THIRTEENTH,
                 FOURTEENTH, FIFTEENTH, SIXTEENTH, SEVENTEENTH, EIGHTEENTH, NINETEENTH,
-                TWENTIETH, TWENTYFIRST):
+                TWENTIETH, TWENTYFIRST, TWENTYSECOND):
     OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
 ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
                | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH
-               | OF_NINETEENTH | OF_TWENTIETH | OF_TWENTYFIRST)
+               | OF_NINETEENTH | OF_TWENTIETH | OF_TWENTYFIRST | OF_TWENTYSECOND)
 
 
 @pytest.mark.parametrize(("place", "effect"), [
@@ -147,7 +150,7 @@ def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     for (name, _), limit in limits.items():
         drawn = name in (OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH | OF_THIRTEENTH
                          | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH
-                         | OF_NINETEENTH | OF_TWENTIETH | OF_TWENTYFIRST)
+                         | OF_NINETEENTH | OF_TWENTIETH | OF_TWENTYFIRST | OF_TWENTYSECOND)
         least, most = (0.5, 100) if drawn else (1, 100) if name in ITS_BENCHES else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
@@ -203,7 +206,8 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
                                               ("further", 2), ("beyond", 2), ("abroad", 2), ("afield", 2),
                                               ("farther", 2), ("remote", 2), ("outlying", 2), ("distant", 2),
                                               ("overseas", 2), ("polar", 2), ("austral", 2), ("boreal", 2),
-                                              ("alpine", 2), ("glacial", 2), ("lunar", 2)])
+                                              ("alpine", 2), ("glacial", 2), ("lunar", 2),
+                                              ("solar", 2)])
 def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
@@ -213,7 +217,8 @@ def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
             "distant": ["ambient", "batches"], "overseas": ["loud_sensor", "many_bad_runs"],
             "polar": ["batches", "thermometer"], "austral": ["ambient", "loud_sensor"],
             "boreal": ["many_bad_runs", "thermometer"], "alpine": ["ambient", "many_bad_runs"],
-            "glacial": ["batches", "loud_sensor"], "lunar": ["ambient", "thermometer"]}.get(which, [])
+            "glacial": ["batches", "loud_sensor"], "lunar": ["ambient", "thermometer"],
+            "solar": ["batches", "many_bad_runs"]}.get(which, [])
     assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(
         [*TEMPTATIONS] * times + more)
 
@@ -293,11 +298,11 @@ def test_seeds_and_files_of_the_lists_differ() -> None:
                                        *REMOTE.values(), *OUTLYING.values(), *DISTANT.values(),
                                        *OVERSEAS.values(), *POLAR.values(), *AUSTRAL.values(),
                                        *BOREAL.values(), *ALPINE.values(), *GLACIAL.values(),
-                                       *LUNAR.values())]
+                                       *LUNAR.values(), *SOLAR.values())]
     assert len(set(seeds)) == len(seeds)
     assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER, *BEYOND, *ABROAD,
                 *AFIELD, *FARTHER, *REMOTE, *OUTLYING, *DISTANT, *OVERSEAS, *POLAR, *AUSTRAL, *BOREAL,
-                *ALPINE, *GLACIAL, *LUNAR}) == len(seeds)
+                *ALPINE, *GLACIAL, *LUNAR, *SOLAR}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:

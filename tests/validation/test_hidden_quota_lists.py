@@ -1,4 +1,4 @@
-"""The lists from `FRESH` to `LUNAR` of the simulated test benches are as their README states."""
+"""The lists from `FRESH` to `SOLAR` of the simulated test benches are as their README states."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -24,6 +24,7 @@ from hidden.cases import (
     OVERSEAS,
     POLAR,
     REMOTE,
+    SOLAR,
 )
 from hidden.effect import Effect
 from hidden.eighteenth import EIGHTEENTH
@@ -55,6 +56,7 @@ from hidden.plan_outlying import OUTLYING as QUOTA_OF_OUTLYING
 from hidden.plan_overseas import OVERSEAS as QUOTA_OF_OVERSEAS
 from hidden.plan_polar import POLAR as QUOTA_OF_POLAR
 from hidden.plan_remote import REMOTE as QUOTA_OF_REMOTE
+from hidden.plan_solar import SOLAR as QUOTA_OF_SOLAR
 from hidden.quota import Quota
 from hidden.quota import cases as draw
 from hidden.seventeenth import SEVENTEENTH
@@ -67,6 +69,7 @@ from hidden.thirteenth import THIRTEENTH
 from hidden.twelfth import TWELFTH
 from hidden.twentieth import TWENTIETH
 from hidden.twentyfirst import TWENTYFIRST
+from hidden.twentysecond import TWENTYSECOND
 
 EARLIER = (*EFFECTS.values(), *UNSEEN, *THIRD, *FOURTH)
 KINDS = (True, False), (False, False), (False, True)  # of `Quota.alone`: listed pair, over a further channel
@@ -103,6 +106,7 @@ OF_BOREAL = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None
 OF_ALPINE = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
 OF_GLACIAL = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=0, sizes=None, least=3.0, most=60.0)
 OF_LUNAR = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
+OF_SOLAR = Stated(nulls=24, alone=(84, 12, 4), pairs=10, repeated=1, sizes=None, least=3.0, most=60.0)
 LISTS = pytest.mark.parametrize(
     ("cases", "quota", "stated"),
     [(FRESH, QUOTA_OF_FRESH, Stated()), (LATER, QUOTA_OF_LATER, Stated()), (FURTHER, QUOTA_OF_FURTHER, Stated()),
@@ -112,9 +116,11 @@ LISTS = pytest.mark.parametrize(
      (DISTANT, QUOTA_OF_DISTANT, OF_DISTANT), (OVERSEAS, QUOTA_OF_OVERSEAS, OF_OVERSEAS),
      (POLAR, QUOTA_OF_POLAR, OF_POLAR), (AUSTRAL, QUOTA_OF_AUSTRAL, OF_AUSTRAL),
      (BOREAL, QUOTA_OF_BOREAL, OF_BOREAL), (ALPINE, QUOTA_OF_ALPINE, OF_ALPINE),
-     (GLACIAL, QUOTA_OF_GLACIAL, OF_GLACIAL), (LUNAR, QUOTA_OF_LUNAR, OF_LUNAR)],
+     (GLACIAL, QUOTA_OF_GLACIAL, OF_GLACIAL), (LUNAR, QUOTA_OF_LUNAR, OF_LUNAR),
+     (SOLAR, QUOTA_OF_SOLAR, OF_SOLAR)],
     ids=["fresh", "later", "further", "beyond", "abroad", "afield", "farther", "remote", "outlying",
-         "distant", "overseas", "polar", "austral", "boreal", "alpine", "glacial", "lunar"])
+         "distant", "overseas", "polar", "austral", "boreal", "alpine", "glacial", "lunar",
+         "solar"])
 
 
 @pytest.mark.parametrize(("effects", "earlier", "kinds"), [(FIFTH, EARLIER, (36, 9, 3)),
@@ -164,7 +170,13 @@ LISTS = pytest.mark.parametrize(
                                                                           *NINTH, *TENTH, *ELEVENTH, *TWELFTH,
                                                                           *THIRTEENTH, *FOURTEENTH, *FIFTEENTH,
                                                                           *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH,
-                                                                          *NINETEENTH, *TWENTIETH), (27, 8, 3))])
+                                                                          *NINETEENTH, *TWENTIETH), (27, 8, 3)),
+                                                           (TWENTYSECOND, (*EARLIER, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH,
+                                                                           *NINTH, *TENTH, *ELEVENTH, *TWELFTH,
+                                                                           *THIRTEENTH, *FOURTEENTH, *FIFTEENTH,
+                                                                           *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH,
+                                                                           *NINETEENTH, *TWENTIETH, *TWENTYFIRST),
+                                                            (27, 8, 3))])
 def test_a_set_of_effects_has_new_ones_of_all_or_of_different_listed_pairs(
         effects: tuple[Effect, ...], earlier: tuple[Effect, ...], kinds: tuple[int, int, int]) -> None:
     own = {effect.name for effect in effects}
@@ -205,9 +217,9 @@ def test_eight_cases_of_the_list_beyond_are_on_each_drawn_bench() -> None:
 @pytest.mark.parametrize(("cases", "first"), [(ABROAD, 13), (AFIELD, 25), (FARTHER, 37), (REMOTE, 49),
                                                (OUTLYING, 61), (DISTANT, 73), (OVERSEAS, 85), (POLAR, 97),
                                                (AUSTRAL, 109), (BOREAL, 121), (ALPINE, 133), (GLACIAL, 145),
-                                               (LUNAR, 157)],
+                                               (LUNAR, 157), (SOLAR, 169)],
                          ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas", "polar",
-                              "austral", "boreal", "alpine", "glacial", "lunar"])
+                              "austral", "boreal", "alpine", "glacial", "lunar", "solar"])
 def test_twelve_cases_of_a_list_are_on_each_bench_drawn_later(cases: dict[str, Case], first: int) -> None:
     benches = [f"drawn{number}" for number in range(first, first + 12)]
     assert Counter(case.bench for case in cases.values()) == dict.fromkeys(benches, 12)
@@ -248,9 +260,10 @@ def test_strengths_of_a_list_span_the_stated_range(cases: dict[str, Case], quota
     (DISTANT, QUOTA_OF_DISTANT, [109, 157]), (OVERSEAS, QUOTA_OF_OVERSEAS, [113, 163]),
     (POLAR, QUOTA_OF_POLAR, [127, 173]), (AUSTRAL, QUOTA_OF_AUSTRAL, [131, 179]),
     (BOREAL, QUOTA_OF_BOREAL, [137, 181]), (ALPINE, QUOTA_OF_ALPINE, [139, 191]),
-    (GLACIAL, QUOTA_OF_GLACIAL, [149, 193]), (LUNAR, QUOTA_OF_LUNAR, [167, 199])],
+    (GLACIAL, QUOTA_OF_GLACIAL, [149, 193]), (LUNAR, QUOTA_OF_LUNAR, [167, 199]),
+    (SOLAR, QUOTA_OF_SOLAR, [173, 211])],
     ids=["abroad", "afield", "farther", "remote", "outlying", "distant", "overseas", "polar", "austral", "boreal",
-         "alpine", "glacial", "lunar"])
+         "alpine", "glacial", "lunar", "solar"])
 def test_a_list_is_drawn_as_it_was(cases: dict[str, Case], quota: Quota, seed: list[int]) -> None:
     drawn = Counter((bench, count, frozenset(strengths))
                     for bench, _, count, strengths in draw(quota, np.random.default_rng(seed)))
@@ -258,9 +271,9 @@ def test_a_list_is_drawn_as_it_was(cases: dict[str, Case], quota: Quota, seed: l
 
 
 @pytest.mark.parametrize("cases", [REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL, BOREAL, ALPINE, GLACIAL,
-                                   LUNAR],
+                                   LUNAR, SOLAR],
                          ids=["remote", "outlying", "distant", "overseas", "polar", "austral", "boreal", "alpine",
-                              "glacial", "lunar"])
+                              "glacial", "lunar", "solar"])
 def test_both_effects_of_a_case_of_the_last_lists_are_of_listed_pairs_and_visible(cases: dict[str, Case]) -> None:
     limits = read_limits()
     pairs = [(LAWS[name], strength / limits[name, case.bench]) for case in cases.values() if len(case.effects) == 2

@@ -10,7 +10,7 @@ NOT_LATE = ("friction", "changes", "sludge", "adapt", "collapse", "slip", "clock
             "wake", "tooth", "hammer", "divide", "peak", "blind", "paste", "share",
             "relax", "opens", "warms", "swings", "clings", "locks", "silts", "doubts",
             "bubbles", "waits", "chokes", "wipes", "tracks", "gaps",
-            "sets", "predicts")  # on a ramp by a time of its own
+            "sets", "predicts", "bleeds", "queues")  # on a ramp by a time of its own
 
 
 @pytest.mark.parametrize("kind", [kind for kind in RESPONSES if kind not in NOT_LATE])
@@ -321,6 +321,23 @@ def test_a_receiver_goes_on_as_straight_as_before() -> None:
     beyond = RESPONSES["predicts"](bent, 0.02, "output_speed", HEAVY)[0]
     assert np.max(beyond) == pytest.approx(50 * 1.04, abs=0.2)
     np.testing.assert_allclose(beyond[HEAVY.time > 1.13], 50, atol=1e-9)
+
+
+def test_a_ball_lets_a_rise_pass_and_a_leak_lets_out_a_fall_at_a_constant_rate() -> None:
+    ramps = 14 * (1 - np.abs(HEAVY.time - 1))[None]
+    reading = RESPONSES["bleeds"](ramps, 0.06, "pressure", HEAVY)[0]
+    rises = (HEAVY.time > 0.3) & (HEAVY.time < 0.99)
+    np.testing.assert_allclose((ramps[0] - reading)[rises], 14 * 0.02, rtol=0.1)
+    np.testing.assert_allclose(np.diff(reading)[HEAVY.time[1:] > 1.1], -18 / 1.5 * HEAVY.period, rtol=1e-6)
+
+
+def test_pulses_wait_in_a_queue_above_a_rate_until_it_is_thrown_away() -> None:
+    slow, fast = (np.full((1, len(HEAVY.time)), 60 / 8 * rate) + 1e-3 * HEAVY.time for rate in (0.9, 2.0))
+    np.testing.assert_allclose(RESPONSES["queues"](slow, 0.02, "output_speed", HEAVY), slow, atol=1e-9)
+    late = (fast - RESPONSES["queues"](fast, 0.02, "output_speed", HEAVY))[0] / 1e-3
+    np.testing.assert_allclose(late[:200], HEAVY.time[:200] / 2, atol=2e-3)
+    assert np.max(late) == pytest.approx(12 * 0.02, abs=2 * HEAVY.period)
+    assert np.sum(np.diff(late) < -0.1) == 4
 
 
 def test_plays_in_parallel_are_averaged() -> None:

@@ -28,7 +28,8 @@ OTHERS = [setup for setup in SETUPS.values() if setup not in (HEAVY, COMPACT)]
 SOME_DRAWN = [SETUPS[f"drawn{number:02}"]
               for number in (2, 4, 8, 13, 18, 22, 25, 29, 33, 38, 41, 45, 50, 54, 59, 62, 65, 71,
                              74, 77, 83, 86, 90, 94, 98, 101, 106, 110, 113, 117, 124, 126, 127,
-                             137, 139, 144, 146, 148, 154, 158, 163, 167)]
+                             137, 139, 144, 146, 148, 154, 158, 163, 167,
+                             170, 174, 178)]
 MARKED = [(setup, [pytest.mark.slow] * (place % 12 > 0)) for place, setup in enumerate(SOME_DRAWN)]
 BENCHES = pytest.mark.parametrize("bench", [*(setup.name for setup in CHOSEN),
                                             *(pytest.param(setup.name, marks=marks) for setup, marks in MARKED)])
@@ -99,12 +100,12 @@ def test_a_file_with_a_world_can_be_opened_and_has_the_stated_conditions(bench: 
 
 def test_the_drawn_benches_are_the_first_admissible_draws_of_a_stated_size() -> None:
     drawn = [setup for setup in OTHERS if setup not in CHOSEN]
-    assert [setup.name for setup in drawn] == [f"drawn{number:02}" for number in range(1, 169)]
+    assert [setup.name for setup in drawn] == [f"drawn{number:02}" for number in range(1, 181)]
     assert all(24 <= len(setup.profile) <= 72 and 1 <= setup.repeats <= 4 for setup in drawn)
     assert all(0.001 <= setup.period <= 0.01 for setup in drawn)
     for number, attempt in ((1, 1), (13, 1), (33, 1), (40, 1), (54, 1), (66, 2), (77, 2), (86, 5), (104, 3),
                             (113, 5), (131, 2), (137, 5), (143, 3),
-                            (149, 11), (153, 3), (159, 7), (166, 6)):
+                            (149, 11), (153, 3), (159, 7), (166, 6), (171, 18), (175, 4)):
         setup = SETUPS[f"drawn{number:02}"]
         content, repeats = text(setup.name, Chance([SEEDS[number], number, attempt]))
         assert content == (DRAWN / f"{setup.name}.toml").read_text()

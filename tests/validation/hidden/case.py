@@ -32,6 +32,7 @@ from .thirteenth import THIRTEENTH
 from .twelfth import TWELFTH
 from .twentieth import TWENTIETH
 from .twentyfirst import TWENTYFIRST
+from .twentysecond import TWENTYSECOND
 from .unseen import UNSEEN
 from .valve import play, plays
 from .world import World, draw, with_errors, with_other_curves
@@ -39,7 +40,7 @@ from .world import World, draw, with_errors, with_other_curves
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
 UNSEEN_ONES = (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH,
                *TWELFTH, *THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-               *EIGHTEENTH, *NINETEENTH, *TWENTIETH, *TWENTYFIRST)
+               *EIGHTEENTH, *NINETEENTH, *TWENTIETH, *TWENTYFIRST, *TWENTYSECOND)
 LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN_ONES}}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run

@@ -1,6 +1,6 @@
 """Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
 `FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT`, `OVERSEAS`, `POLAR`,
-`AUSTRAL`, `BOREAL`, `ALPINE`, `GLACIAL` and `LUNAR` for judging it.
+`AUSTRAL`, `BOREAL`, `ALPINE`, `GLACIAL`, `LUNAR` and `SOLAR` for judging it.
 """
 
 import csv
@@ -58,8 +58,9 @@ BOREAL = read(_DATA / "boreal.csv")
 ALPINE = read(_DATA / "alpine.csv")
 GLACIAL = read(_DATA / "glacial.csv")
 LUNAR = read(_DATA / "lunar.csv")
+SOLAR = read(_DATA / "solar.csv")
 LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
          "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
          "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT, "overseas": OVERSEAS,
          "polar": POLAR, "austral": AUSTRAL, "boreal": BOREAL, "alpine": ALPINE, "glacial": GLACIAL,
-         "lunar": LUNAR}
+         "lunar": LUNAR, "solar": SOLAR}

@@ -1,4 +1,4 @@
-"""Draws the benches `drawn01` to `drawn168`, whose numbers nobody has chosen; run once for each twelve.
+"""Draws the benches `drawn01` to `drawn180`, whose numbers nobody has chosen; run once for each twelve.
 
     python -m tests.validation.hidden.drawn
 
@@ -19,7 +19,7 @@ from .run import Run, observe
 
 SEEDS = {number: seed for first, seed in ((1, 41), (13, 83), (25, 127), (37, 173), (49, 211), (61, 251), (73, 271),
                                           (85, 293), (97, 331), (109, 373), (121, 421), (133, 461), (145, 503),
-                                          (157, 547))
+                                          (157, 547), (169, 587))
          for number in range(first, first + 12)}
 """Seed of each number of a bench."""
 ENGAGEMENTS = range(24, 73)

@@ -25,6 +25,7 @@ from .cases import (
     OVERSEAS,
     POLAR,
     REMOTE,
+    SOLAR,
 )
 from .eighteenth import EIGHTEENTH
 from .eighth import EIGHTH
@@ -47,6 +48,7 @@ from .thirteenth import THIRTEENTH
 from .twelfth import TWELFTH
 from .twentieth import TWENTIETH
 from .twentyfirst import TWENTYFIRST
+from .twentysecond import TWENTYSECOND
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
 RUNS = 54
@@ -65,9 +67,10 @@ def used() -> Iterator[tuple[str, str]]:
     benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
     benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
                                             *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-                                            *EIGHTEENTH, *NINETEENTH, *TWENTIETH, *TWENTYFIRST)}
+                                            *EIGHTEENTH, *NINETEENTH, *TWENTIETH, *TWENTYFIRST,
+                                            *TWENTYSECOND)}
     for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL,
-                  BOREAL, ALPINE, GLACIAL, LUNAR):
+                  BOREAL, ALPINE, GLACIAL, LUNAR, SOLAR):
         for case in cases.values():
             for name in case.effects:
                 benches[name] = *benches[name], case.bench

@@ -1,4 +1,4 @@
-"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK`, `GIANT`, `LIGHT`, `SLOW` and 168 drawn ones, from data files."""
+"""The nominal benches, `HEAVY`, `COMPACT`, `BRISK`, `GIANT`, `LIGHT`, `SLOW` and 180 drawn ones, from data files."""
 
 import csv
 import json

@@ -437,6 +437,35 @@ def predicts(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np
     return last + (last - before) * (time / interval - number)
 
 
+def bleeds(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Lag by a third of `strength` behind a rise, and fall at most by the range in 25 times `strength`.
+
+    It is a line with a ball, which a rise lifts, and beside which a leak of constant flow lets out a fall.
+    """
+    share = 1 - np.exp(-3 * setup.period / (strength * _slowness(setup)))
+    largest = size(name, setup) * setup.period / (25 * strength * _slowness(setup))
+    filtered = signal.copy()
+    for k in range(1, signal.shape[1]):
+        missing = signal[:, k] - filtered[:, k - 1]
+        filtered[:, k] = filtered[:, k - 1] + np.where(missing > 0, share * missing, np.maximum(missing, -largest))
+    return filtered
+
+
+def queues(signal: np.ndarray, strength: float, name: str, setup: Setup) -> np.ndarray:
+    """Read pulses from a queue, which takes up more than it gives above an eighth of the range.
+
+    The reading is that of the pulse whose turn it is. Once it is late by 12 times `strength`, the queue is thrown away.
+    """
+    time, longest = setup.time, 12 * strength * _slowness(setup)
+    source, readings = np.zeros(len(signal)), signal.copy()
+    for k in range(1, signal.shape[1]):
+        rate = np.abs(readings[:, k - 1]) / (size(name, setup) / 8)
+        source = np.minimum(source + setup.period / np.maximum(rate, 1e-3), time[k])
+        source = np.where(time[k] - source > longest, time[k], source)
+        readings[:, k] = [np.interp(at, time, row) for at, row in zip(source, signal, strict=True)]
+    return readings
+
+
 def lagged(signal: np.ndarray, lag: float, setup: Setup) -> np.ndarray:
     """Filter (n, k) by a first-order lag, exact for signals that are linear between samples and initially constant."""
     decay = np.exp(-setup.period / lag)
@@ -479,4 +508,5 @@ RESPONSES = {"delay": delay, "ring": ring, "slew": slew, "count": count, "hold":
              "bubbles": bubbles, "waits": waits,
              "chokes": chokes, "wipes": wipes,
              "tracks": tracks, "gaps": gaps,
-             "sets": sets, "predicts": predicts}
+             "sets": sets, "predicts": predicts,
+             "bleeds": bleeds, "queues": queues}
