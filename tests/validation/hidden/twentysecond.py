@@ -16,7 +16,6 @@ from .twentysecond_shapes import (
     jets,
     nested,
     posistor,
-    pulse,
     released,
     ridden,
     struck,
@@ -57,7 +56,7 @@ TWENTYSECOND_PHYSICAL = (
     Effect("flap_of_the_feed_goes_over_its_dead_centre", "torque", "piston_rate", "free_piston_rate", "ratio", "1", 0.4,
            lambda s, v: (1 + s) ** (1.1 * toggled(v, 0.0008, 0.0145))),
     # The guide ring is wedged by a taper of the bore up to a step, springs open behind it, and is wedged again
-    Effect("guide_ring_is_wedged_by_two_tapers", "torque", "net_pressure", "piston", "difference", "bar", 1.0,
+    Effect("guide_ring_is_wedged_by_two_tapers", "torque", "net_pressure", "piston", "difference", "bar", 1.4,
            lambda s, x: -s * (1.2 * released(x, 0.0001, 0.0021) - 0.2)),
     # A second lip of the seal is opened by the pressure on the way out, and turns over; on the way back it is closed
     Effect("second_lip_of_the_seal_opens_and_turns_over", "torque", "net_pressure", "driving_pressure", "difference",
@@ -76,9 +75,9 @@ TWENTYSECOND_PHYSICAL = (
     # The grooves drain ever better over the slip, up to one at which their film begins to whirl
     Effect("film_in_the_grooves_whirls_from_a_slip", "torque", "friction_lag", "slip", "difference", "s", 0.022,
            lambda s, v: s * (0.2 + 1.3 * posistor(v, 1, 42))),
-    # A thickener is put in, and settles; thin oil is put in, and the rest of the thickener is stirred up
-    Effect("thickener_is_put_in_and_thin_oil_later", "torque", "film_coefficient", "sequence", "ratio", "1", 4.0,
-           lambda s, r: (1 + s) ** (0.6 * pulse(r, 0, 1))),
+    # Thick oil is put in, a leak of gear oil thickens it further, and thin oil is put in, which takes up the rest
+    Effect("thick_oil_and_a_leak_are_followed_by_thin_oil", "torque", "film_coefficient", "sequence", "ratio", "1", 8.0,
+           lambda s, r: (1 + s) ** (0.6 * (ridden(r, 0, 1) - 0.35))),
     # Shafts, converter and load
     # The pads of the coupling climb a rib, give way ever more on its ramp, and fall behind it
     Effect("coupling_pads_climb_a_rib_and_fall_behind_it", "torque", "shaft_compliance", "twist", "difference",
@@ -93,10 +92,13 @@ TWENTYSECOND_PHYSICAL = (
 TWENTYSECOND = (*TWENTYSECOND_PHYSICAL, *TWENTYSECOND_SENSORS, *TWENTYSECOND_UNLISTED)
 NEAR = {"suction_jets_break_off_at_two_speeds": (171, 172, 175, 177, 178, 179),
         "lubrication_lips_open_and_turn_over_by_the_pump": (171, 172, 177, 178),
+        "drain_flap_turns_over_by_the_pump": (171, 172, 177, 178),
         "armature_opens_lips_and_strikes_on_its_way_back": (171, 172),
         "washer_rides_on_the_cone_of_the_spool": (175, 176),
         "grains_grip_at_one_pressure_and_fibres_at_another": (169, 176, 178, 180),
         "resin_has_a_transition_while_the_oil_is_thin": (169,),
+        "thick_oil_and_a_leak_are_followed_by_thin_oil": (172, 174, 175),
+        "guide_ring_is_wedged_by_two_tapers": (170, 174, 175, 177, 179),
         "pressure_line_bleeds_through_a_leak": (178,),
         "input_speed_supply_passes_on_a_ventilator": (180,)}
 """Numbers of the drawn benches on which a form is less than 12 % away from a textbook form, or hardly acts."""

@@ -8,19 +8,19 @@ from .effect import Effect
 from .twentysecond_shapes import duckbill, nested, posistor, pulse, released, ridden, struck, toggled, twin
 
 TWENTYSECOND_UNLISTED = (
-    # Line pressure over the slip: the lubrication takes oil from the line in a narrow and in a broad range of slips,
-    # for which its two valves are set
-    Effect("lubrication_takes_oil_in_two_ranges_of_slips", "pressure", "pressure_gain", "slip", "ratio", "1", 0.06,
-           lambda s, v: 1 - s * (1.3 * twin(v, 1, 42) - 0.3)),
+    # Clearance over the current: the coil of the valve, which is beside the drum, pulls two plates of the pack, one of
+    # which is soon let go
+    Effect("coil_beside_the_drum_pulls_two_plates", "torque", "clearance", "current", "ratio", "1", 0.12,
+           lambda s, u: 1 - s * (1.3 * twin(u, 0.22, 0.82) - 0.3)),
     # Film torque over the motor speed: the pump pushes open the lips of a valve of the lubrication, which turn over
     Effect("lubrication_lips_open_and_turn_over_by_the_pump", "torque", "film_coefficient", "motor_speed", "ratio", "1",
            4.0, lambda s, w: (1 + s) ** (0.9 * duckbill(w, 95, 205) - 0.4)),
-    # Valve current over the slip: plates that slip shake the cover of the valve, whose armature climbs a burr and falls
-    Effect("armature_climbs_a_burr_by_the_shaking_plates", "pressure", "valve_current", "slip", "difference", "A", 0.02,
-           lambda s, v: s * 1.1 * ridden(v, 1, 42)),
-    # Chamber pressure over the slip: the plates draw oil out of the chamber, until its dished seal turns over
-    Effect("chamber_seal_turns_over_by_the_slip", "torque", "chamber_pressure", "slip", "difference", "bar", 0.6,
-           lambda s, v: s * 1.1 * toggled(v, 1, 42)),
+    # Valve current over output position: the output winds up the wire of the valve, which slips off
+    Effect("output_winds_the_valve_wire_over_a_clamp", "pressure", "valve_current", "output_position", "difference",
+           "A", 0.02, lambda s, x: s * 1.1 * ridden(x, 0, 11)),
+    # Chamber pressure over the motor speed: the pump draws at the drain of the chamber, whose flap turns over
+    Effect("drain_flap_turns_over_by_the_pump", "torque", "chamber_pressure", "motor_speed", "difference", "bar", 0.6,
+           lambda s, w: s * 1.1 * toggled(w, 95, 205)),
     # Load torque over piston position: the piston pushes the shaft of the load, whose bearing has play
     Effect("piston_pushes_the_load_bearing_through_its_play", "output speed", "load_torque", "piston", "difference",
            "N m", 30.0, lambda s, x: s * (1.3 * struck(x, 0.0003, 0.0022) - 0.2)),
