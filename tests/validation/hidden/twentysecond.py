@@ -18,12 +18,14 @@ from .twentysecond_shapes import (
     posistor,
     released,
     ridden,
+    rounded,
     struck,
     toggled,
     twin,
 )
 from .twentysecond_unlisted import TWENTYSECOND_UNLISTED
 
+_LIPS, _STRIKE = rounded(duckbill, 0.02), rounded(struck, 0.02)
 TWENTYSECOND_PHYSICAL = (
     # Line pressure and valve
     # Two jets help the suction of the pump ever less as it turns faster, and break off in their throats
@@ -31,8 +33,8 @@ TWENTYSECOND_PHYSICAL = (
            lambda s, w: 1 + s * 1.2 * jets(w, 92, 205)),
     # The lips of a damper are opened by the armature's way out, and turn over; on its way back it strikes at last
     Effect("armature_opens_lips_and_strikes_on_its_way_back", "pressure", "valve_current", "current_excess",
-           "difference", "A", 0.02, lambda s, i: -s * (1 - np.exp(-((i / 0.01) ** 2))) * np.where(
-               i > 0, 1.1 * duckbill(i, -0.02, 0.46), -struck(-i, 0.005, 0.4))),
+           "difference", "A", 0.02, lambda s, i: -s * (1 - np.exp(-((i / 0.03) ** 4))) * np.where(
+               i > 0, 1.1 * _LIPS(np.clip((i + 0.12) / 0.58, 0, 1)), -_STRIKE(np.clip(-i / 0.4, 0, 1)))),
     # A washer climbs the collar of the spool, rides up its cone, and falls off behind it
     Effect("washer_rides_on_the_cone_of_the_spool", "pressure", "valve_current", "current", "difference", "A", 0.02,
            lambda s, u: s * 1.1 * ridden(u, 0.28, 0.78)),

@@ -4,8 +4,10 @@ Most are curves through the places that the parts of a mechanism pass on their w
 between them and level outside.
 """
 
+from collections.abc import Callable
+
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import BSpline, PchipInterpolator, make_interp_spline
 
 _TOGGLED = PchipInterpolator([0, 0.22, 0.42, 0.6, 0.7, 0.8, 1], [0, 1, 0, -0.75, -0.65, 1.05, 1.1])
 _STRUCK = PchipInterpolator([0, 0.36, 0.42, 0.5, 0.56, 1], [0, 0.08, 0.95, 0.2, 0.2, 0.7])
@@ -69,6 +71,16 @@ def pulse(x: np.ndarray, start: float, end: float) -> np.ndarray:
 def released(x: np.ndarray, start: float, end: float) -> np.ndarray:
     """Return how far a part is drawn: ever more up to 1, where it is let go, past its rest to -0.35, and to 0.7."""
     return _along(_RELEASED, x, start, end)
+
+
+def rounded(shape: Callable[[np.ndarray, float, float], np.ndarray], width: float) -> BSpline:
+    """Return a shape from 0 to 1, averaged by a bell curve of a `width`, with four derivatives without jumps.
+
+    What the valve's current depends on needs it, because the pressure depends on the rate of the current.
+    """
+    places, away = np.linspace(-0.1, 1.1, 601), np.linspace(-4, 4, 81)
+    weights = np.exp(-(away**2) / 2)
+    return make_interp_spline(places, shape(places[:, None] + width * away, 0, 1) @ weights / weights.sum(), k=5)
 
 
 def nested(x: np.ndarray, at: float, width: float, inner: float, narrow: float) -> np.ndarray:
