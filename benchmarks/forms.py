@@ -1,15 +1,11 @@
 """How far the unseen forms of the hidden test benches are from the formulas of the catalogue.
 
-    python -m benchmarks.forms [final|unseen|elsewhere|fresh|later|further|beyond|abroad|afield|farther|remote|outlying|
-                                distant|overseas|polar|austral|boreal|alpine]
+    python -m benchmarks.forms [LIST]
 
-The forms are those of a list of cases (forms.csv, forms_unseen.csv, forms_elsewhere.csv, forms_fresh.csv,
-forms_later.csv, forms_further.csv, forms_beyond.csv, forms_abroad.csv, forms_afield.csv, forms_farther.csv,
-forms_remote.csv, forms_outlying.csv, forms_distant.csv, forms_overseas.csv, forms_polar.csv, forms_austral.csv,
-forms_boreal.csv, forms_alpine.csv). Each form of a listed pair is compared with each catalogue effect of the same
-pair, at its typical strength and on the benches on which the list may have it: the RMS difference after the best fit of
-the effect's coefficients within their bounds, as a share of the range of the form. Both are evenly spaced over the
-abscissae that twelve engagements with the form visit.
+The forms are those of a list of cases (forms_LIST.csv, and forms.csv for `final`). Each form of a listed pair is
+compared with each catalogue effect of the same pair, at its typical strength and on the benches on which the list may
+have it: the RMS difference after the best fit of the effect's coefficients within their bounds, as a share of the range
+of the form. Both are evenly spaced over the abscissae that twelve engagements with the form visit.
 
 - Where the law is over one number, a second fit adds a constant, which a parameter of the model would take up.
 - A lag, an offset or a compliance is compared as such, with the constant of the catalogue; zero counts to its range.
@@ -19,6 +15,7 @@ abscissae that twelve engagements with the form visit.
 
 import argparse
 from collections.abc import Callable, Iterable
+from importlib import import_module
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -31,59 +28,21 @@ from slipstick.clutch.lag import lagged_signal
 from tests.validation.hidden import Case, simulate
 from tests.validation.hidden.case import PLAYS
 from tests.validation.hidden.effect import Effect as Form
-from tests.validation.hidden.eighteenth import BENCHES as OF_EIGHTEENTH
-from tests.validation.hidden.eighteenth import EIGHTEENTH
-from tests.validation.hidden.eighth import BENCHES as OF_EIGHTH
-from tests.validation.hidden.eighth import EIGHTH
-from tests.validation.hidden.eleventh import BENCHES as OF_ELEVENTH
-from tests.validation.hidden.eleventh import ELEVENTH
 from tests.validation.hidden.equations import MAGNET_TIME
-from tests.validation.hidden.fifteenth import BENCHES as OF_FIFTEENTH
-from tests.validation.hidden.fifteenth import FIFTEENTH
-from tests.validation.hidden.fifth import BENCHES as OF_FIFTH
-from tests.validation.hidden.fifth import FIFTH
-from tests.validation.hidden.fourteenth import BENCHES as OF_FOURTEENTH
-from tests.validation.hidden.fourteenth import FOURTEENTH
-from tests.validation.hidden.fourth import FOURTH
-from tests.validation.hidden.nineteenth import BENCHES as OF_NINETEENTH
-from tests.validation.hidden.nineteenth import NINETEENTH
-from tests.validation.hidden.ninth import BENCHES as OF_NINTH
-from tests.validation.hidden.ninth import NINTH
 from tests.validation.hidden.nominal import Setup
 from tests.validation.hidden.pairs import listed, pair
 from tests.validation.hidden.responses import RESPONSES
 from tests.validation.hidden.run import Run
-from tests.validation.hidden.seventeenth import BENCHES as OF_SEVENTEENTH
-from tests.validation.hidden.seventeenth import SEVENTEENTH
-from tests.validation.hidden.seventh import BENCHES as OF_SEVENTH
-from tests.validation.hidden.seventh import SEVENTH
-from tests.validation.hidden.sixteenth import BENCHES as OF_SIXTEENTH
-from tests.validation.hidden.sixteenth import SIXTEENTH
-from tests.validation.hidden.sixth import BENCHES as OF_SIXTH
-from tests.validation.hidden.sixth import SIXTH
-from tests.validation.hidden.tenth import BENCHES as OF_TENTH
-from tests.validation.hidden.tenth import TENTH
-from tests.validation.hidden.third import THIRD
-from tests.validation.hidden.thirteenth import BENCHES as OF_THIRTEENTH
-from tests.validation.hidden.thirteenth import THIRTEENTH
-from tests.validation.hidden.twelfth import BENCHES as OF_TWELFTH
-from tests.validation.hidden.twelfth import TWELFTH
-from tests.validation.hidden.unseen import UNSEEN
 from tests.validation.hidden.valve import play, plays
 
-FORMS = {"final": ("forms", UNSEEN, tuple(SHIPPED)), "unseen": ("forms_unseen", THIRD, tuple(SHIPPED)),
-         "elsewhere": ("forms_elsewhere", FOURTH, ("brisk",)), "fresh": ("forms_fresh", FIFTH, ()),
-         "later": ("forms_later", SIXTH, ()), "further": ("forms_further", SEVENTH, ()),
-         "beyond": ("forms_beyond", EIGHTH, ()), "abroad": ("forms_abroad", NINTH, ()),
-         "afield": ("forms_afield", TENTH, ()), "farther": ("forms_farther", ELEVENTH, ()),
-         "remote": ("forms_remote", TWELFTH, ()), "outlying": ("forms_outlying", THIRTEENTH, ()),
-         "distant": ("forms_distant", FOURTEENTH, ()), "overseas": ("forms_overseas", FIFTEENTH, ()),
-         "polar": ("forms_polar", SIXTEENTH, ()), "austral": ("forms_austral", SEVENTEENTH, ()),
-         "boreal": ("forms_boreal", EIGHTEENTH, ()), "alpine": ("forms_alpine", NINETEENTH, ())}
-# From `fresh` on
-ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
-               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH
-               | OF_NINETEENTH)
+MODULES = {"final": "unseen", "unseen": "third", "elsewhere": "fourth", "fresh": "fifth", "later": "sixth",
+           "further": "seventh", "beyond": "eighth", "abroad": "ninth", "afield": "tenth", "farther": "eleventh",
+           "remote": "twelfth", "outlying": "thirteenth", "distant": "fourteenth", "overseas": "fifteenth",
+           "polar": "sixteenth", "austral": "seventeenth", "boreal": "eighteenth", "alpine": "nineteenth",
+           "glacial": "twentieth", "lunar": "twentyfirst", "solar": "twentysecond"}
+"""List -> the module of tests/validation/hidden with its forms, and from `fresh` on the benches of each."""
+OTHERS = {"elsewhere": ("brisk",)}
+"""Benches of the forms of a list before `fresh`, if they are not the shipped ones."""
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",
@@ -215,11 +174,19 @@ def near(share: float, with_constant: float | str) -> str:
     return "with a constant" if isinstance(with_constant, float) and with_constant < LEAST else ""
 
 
-def rows(forms: Iterable[Form], benches: Iterable[str]) -> list[tuple[object, ...]]:
-    """The rows of the table: each listed one of the forms, bench (of `ITS_BENCHES`, if any) and catalogue effect."""
+def forms_of(which: str) -> list[tuple[Form, tuple[str, ...]]]:
+    """The forms of a list of cases, each with the benches on which the list may have it."""
+    name = MODULES[which]
+    module = import_module(f"tests.validation.hidden.{name}")
+    benches = getattr(module, "BENCHES", {})
+    return [(form, benches.get(form.name, OTHERS.get(which, tuple(SHIPPED)))) for form in getattr(module, name.upper())]
+
+
+def rows(forms: Iterable[tuple[Form, Iterable[str]]]) -> list[tuple[object, ...]]:
+    """The rows of the table: each listed one of the forms, bench and catalogue effect."""
     found: list[tuple[object, ...]] = []
-    for form in filter(listed, forms):
-        for bench in ITS_BENCHES.get(form.name, benches):
+    for form, benches in forms:
+        for bench in benches if listed(form) else ():
             run = simulate(Case({form.name: form.typical}, seed=SEED, count=ENGAGEMENTS, bench=bench), relative=1e-5)
             found += [(form.name, *pair(form), bench, effect.name, *(both := shares(form, effect, run)), near(*both))
                       for effect in matching(*pair(form))]
@@ -230,6 +197,7 @@ def rows(forms: Iterable[Form], benches: Iterable[str]) -> list[tuple[object, ..
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="python -m benchmarks.forms")
-    parser.add_argument("which", choices=FORMS, nargs="?", default="final")
-    name, its, benches = FORMS[which := parser.parse_args().which]
-    write(name, HEADER, rows(its, benches), f"python -m benchmarks.forms {which}")
+    parser.add_argument("which", choices=MODULES, nargs="?", default="final")
+    which = parser.parse_args().which
+    write("forms" if which == "final" else f"forms_{which}", HEADER, rows(forms_of(which)),
+          f"python -m benchmarks.forms {which}")
