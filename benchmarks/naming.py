@@ -47,7 +47,7 @@ FOLDER = Path("var")
 PICTURES = Path(__file__).parents[1] / "docs"
 COUNTED = {"polar": ("polar_again",), "austral": ("austral_again",), "boreal": ("boreal_again",),
            "alpine": ("alpine", "alpine_from_2"), "glacial": ("glacial_from_1", "glacial_from_2"),
-           "lunar": ("lunar", "lunar_from_1", "lunar_from_2")}
+           "lunar": ("lunar", "lunar_from_1", "lunar_from_2"), "solar": ("solar", "solar_from_1")}
 """The lists whose findings make the confidence, and the files with the last answers to each."""
 
 

@@ -13,11 +13,13 @@ import numpy as np
 
 from benchmarks.rates import bounds
 
-COLUMNS = {"`glacial` and `lunar`, first runs":
+COLUMNS = {"`solar`, by this version": ("solar", "solar_from_1"),
+           "`glacial` and `lunar`, first runs":
            ("glacial", "glacial_from_1", "glacial_from_2", "lunar", "lunar_from_1", "lunar_from_2"),
            "`polar`, `austral` and `boreal`, again": ("polar_again", "austral_again", "boreal_again")}
 """Column of docs/naming.md -> the files naming_FILE.csv whose cases it has."""
-FIRST_RUNS = {"lunar": ("lunar", "lunar_from_1", "lunar_from_2"),
+FIRST_RUNS = {"solar": ("solar", "solar_from_1"),
+              "lunar": ("lunar", "lunar_from_1", "lunar_from_2"),
               "glacial": ("glacial", "glacial_from_1", "glacial_from_2"),
               "alpine": ("alpine", "alpine_from_1", "alpine_from_2", "alpine_from_2_rest"),
               **{which: (which, f"{which}_from_1") for which in ("boreal", "austral", "polar", "overseas")},

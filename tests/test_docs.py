@@ -86,7 +86,7 @@ def test_the_rates_of_naming_are_those_of_its_tables() -> None:
 
 
 @pytest.mark.parametrize(("words", "share", "rate"), [
-    ("two of five", Fraction(2, 5), "two effects, both from 1 naming limit: both found"),
+    ("one of three", Fraction(1, 3), "two effects, both from 1 naming limit: both found"),
     ("one in six", Fraction(1, 6), "unlisted, visible: a name of the catalogue")])
 def test_rates_that_a_report_states_are_those_of_the_tables(words: str, share: Fraction, rate: str) -> None:
     """The nearest fraction with a denominator up to six, over all first runs."""

@@ -22,7 +22,7 @@ _ALWAYS: Entries = [
      "laws of the piston rate are missed, those over rate, pressure and position are not always told apart, and their "
      "intervals are those of a linear model. A weak law of the piston is missed beside a strong one of full contact."),
     ("A second cause may be missed:", "of two effects on simulated benches, each large enough to be named alone, both "
-     "were found in two of five recordings, and more often in different blocks than in the same one. Signs of one are "
+     "were found in one of three recordings, and more often in different blocks than in the same one. Signs of one are "
      "findings that are too uncertain to be reported, and blocks that are not explained."),
     ("Effects outside the catalogue:", "on simulated benches, one in six of them was given the name of an effect that "
      "resembles it. The measured law is that of the named pair."),
