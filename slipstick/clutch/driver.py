@@ -108,7 +108,7 @@ def drive(b, lanes, first, stop, conditions_per_point, vectors, coefficients, ac
         mark_events(b)
         if count > 0:
             for i in range(LANES):
-                # A step in which there is no sample is not worth the call.
+                # A step that ends before the next sample has none.
                 if engagements[i] >= 0 and sampled[i] < count and sample_times[sampled[i]] <= b[TIME + i] + b[STEP + i]:
                     event, fraction = locate_event(b, i) if b[EVENT + i] > SEGMENT_ENDS else (NO_EVENT, 1.0)
                     if event != DIVERGES:
