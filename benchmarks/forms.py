@@ -175,18 +175,19 @@ def near(share: float, with_constant: float | str) -> str:
 
 
 def forms_of(which: str) -> list[tuple[Form, tuple[str, ...]]]:
-    """The forms of a list of cases, each with the benches on which the list may have it."""
+    """The listed forms of a list of cases, each with the benches on which the list may have it."""
     name = MODULES[which]
     module = import_module(f"tests.validation.hidden.{name}")
     benches = getattr(module, "BENCHES", {})
-    return [(form, benches.get(form.name, OTHERS.get(which, tuple(SHIPPED)))) for form in getattr(module, name.upper())]
+    return [(form, benches.get(form.name, OTHERS.get(which, tuple(SHIPPED))))
+            for form in getattr(module, name.upper()) if listed(form)]
 
 
 def rows(forms: Iterable[tuple[Form, Iterable[str]]]) -> list[tuple[object, ...]]:
-    """The rows of the table: each listed one of the forms, bench and catalogue effect."""
+    """The rows of the table: each of the forms, bench and catalogue effect."""
     found: list[tuple[object, ...]] = []
     for form, benches in forms:
-        for bench in benches if listed(form) else ():
+        for bench in benches:
             run = simulate(Case({form.name: form.typical}, seed=SEED, count=ENGAGEMENTS, bench=bench), relative=1e-5)
             found += [(form.name, *pair(form), bench, effect.name, *(both := shares(form, effect, run)), near(*both))
                       for effect in matching(*pair(form))]
