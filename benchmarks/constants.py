@@ -142,7 +142,7 @@ def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
         try:
             recordings = Recordings.open(recorded("development", identity))
             some = recordings.take(np.linspace(0, len(recordings) - 1, min(most, len(recordings))).astype(int))
-            found = name(BENCHES[cases.DEVELOPMENT[identity].bench], some, Settings(**changes))
+            found = name(BENCHES[cases.LISTS["development"][identity].bench], some, Settings(**changes))
             answers[identity] = [[list(one.pair) for one in found.findings], list(found.unexplained)]
         except Exception as error:  # an answer as well: a constant without which nothing runs decides
             answers[identity] = [[], [type(error).__name__]]
@@ -160,7 +160,8 @@ def others(some: list[Constant]) -> tuple[list[list[Any]], str]:
 def main(count: int = 30, processes: int = 2, engagements: int = 54, names: Sequence[str] = ()) -> None:
     """Sweep what has no line yet of the constants with these `names`, by default of all, and write the table."""
     some = [one for one in constants() if not names or ".".join(one) in names]
-    eligible = [name for name, case in cases.DEVELOPMENT.items() if case.count <= 54 and len(case.effects) <= 1]
+    eligible = [name for name, case in cases.LISTS["development"].items()
+                if case.count <= 54 and len(case.effects) <= 1]
     chosen = [eligible[place] for place in np.linspace(0, len(eligible) - 1, count).astype(int)]
     LINES.parent.mkdir(exist_ok=True)
     done = {(tuple(one["constant"]), one["factor"]): one["answers"]

@@ -15,12 +15,11 @@ of the form. Both are evenly spaced over the abscissae that twelve engagements w
 
 import argparse
 from collections.abc import Callable, Iterable
-from importlib import import_module
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from benchmarks.benches import BENCHES, SHIPPED
+from benchmarks.benches import BENCHES
 from benchmarks.results import write
 from slipstick.clutch.effects import Effect, matching
 from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES, Signals
@@ -29,20 +28,14 @@ from tests.validation.hidden import Case, simulate
 from tests.validation.hidden.case import PLAYS
 from tests.validation.hidden.effect import Effect as Form
 from tests.validation.hidden.equations import MAGNET_TIME
+from tests.validation.hidden.forms import BENCHES as ON
+from tests.validation.hidden.forms import FORMS
 from tests.validation.hidden.nominal import Setup
 from tests.validation.hidden.pairs import listed, pair
 from tests.validation.hidden.responses import RESPONSES
 from tests.validation.hidden.run import Run
 from tests.validation.hidden.valve import play, plays
 
-MODULES = {"final": "unseen", "unseen": "third", "elsewhere": "fourth", "fresh": "fifth", "later": "sixth",
-           "further": "seventh", "beyond": "eighth", "abroad": "ninth", "afield": "tenth", "farther": "eleventh",
-           "remote": "twelfth", "outlying": "thirteenth", "distant": "fourteenth", "overseas": "fifteenth",
-           "polar": "sixteenth", "austral": "seventeenth", "boreal": "eighteenth", "alpine": "nineteenth",
-           "glacial": "twentieth", "lunar": "twentyfirst", "solar": "twentysecond"}
-"""List -> the module of tests/validation/hidden with its forms, and from `fresh` on the benches of each."""
-OTHERS = {"elsewhere": ("brisk",)}
-"""Benches of the forms of a list before `fresh`, if they are not the shipped ones."""
 LEAST = 0.1
 ENGAGEMENTS, RUNS, SEED, POINTS, STARTS = 12, 54, 70, 100, 8
 HEADER = ("form", "quantity", "depends on", "bench", "effect", "RMS difference [share of range]",
@@ -176,11 +169,7 @@ def near(share: float, with_constant: float | str) -> str:
 
 def forms_of(which: str) -> list[tuple[Form, tuple[str, ...]]]:
     """The listed forms of a list of cases, each with the benches on which the list may have it."""
-    name = MODULES[which]
-    module = import_module(f"tests.validation.hidden.{name}")
-    benches = getattr(module, "BENCHES", {})
-    return [(form, benches.get(form.name, OTHERS.get(which, tuple(SHIPPED))))
-            for form in getattr(module, name.upper()) if listed(form)]
+    return [(form, ON[which][form.name]) for form in FORMS[which] if listed(form)]
 
 
 def rows(forms: Iterable[tuple[Form, Iterable[str]]]) -> list[tuple[object, ...]]:
@@ -198,7 +187,7 @@ def rows(forms: Iterable[tuple[Form, Iterable[str]]]) -> list[tuple[object, ...]
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="python -m benchmarks.forms")
-    parser.add_argument("which", choices=MODULES, nargs="?", default="final")
+    parser.add_argument("which", choices=FORMS, nargs="?", default="final")
     which = parser.parse_args().which
     write("forms" if which == "final" else f"forms_{which}", HEADER, rows(forms_of(which)),
           f"python -m benchmarks.forms {which}")

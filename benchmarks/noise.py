@@ -28,8 +28,8 @@ WITHIN = (1.2, 2.0)
 
 def ratios() -> Iterator[tuple[str, float, float]]:
     """Yield a signal, and the estimated power over the true one without and with the blocks."""
-    for identity in list(cases.FINAL)[::EVERY]:
-        case = cases.FINAL[identity]
+    for identity in list(cases.LISTS["final"])[::EVERY]:
+        case = cases.LISTS["final"][identity]
         run, recordings = simulate(case, relative=1e-6), Recordings.open(recorded("final", identity))
         assert recordings.signals is not None
         good = np.setdiff1d(np.arange(len(recordings)), [bad.run for bad in bad_runs_of(case, run.conditions)])

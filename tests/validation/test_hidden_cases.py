@@ -11,75 +11,16 @@ import numpy as np
 import pytest
 from hidden import EFFECTS, INGREDIENTS, LAWS, UNSEEN, Case, World, simulate
 from hidden.__main__ import main
-from hidden.cases import (
-    ABROAD,
-    AFIELD,
-    ALPINE,
-    AUSTRAL,
-    BEYOND,
-    BOREAL,
-    DEVELOPMENT,
-    DISTANT,
-    ELSEWHERE,
-    FARTHER,
-    FINAL,
-    FRESH,
-    FURTHER,
-    GLACIAL,
-    LATER,
-    LUNAR,
-    OUTLYING,
-    OVERSEAS,
-    POLAR,
-    REMOTE,
-    SOLAR,
-)
-from hidden.cases import UNSEEN as UNSEEN_CASES
+from hidden.cases import LISTS
 from hidden.effect import Effect
-from hidden.eighteenth import BENCHES as OF_EIGHTEENTH
-from hidden.eighteenth import EIGHTEENTH
-from hidden.eighth import BENCHES as OF_EIGHTH
-from hidden.eighth import EIGHTH
-from hidden.eleventh import BENCHES as OF_ELEVENTH
-from hidden.eleventh import ELEVENTH
-from hidden.fifteenth import BENCHES as OF_FIFTEENTH
-from hidden.fifteenth import FIFTEENTH
-from hidden.fifth import BENCHES as OF_FIFTH
-from hidden.fifth import FIFTH
-from hidden.fourteenth import BENCHES as OF_FOURTEENTH
-from hidden.fourteenth import FOURTEENTH
-from hidden.fourth import FOURTH
+from hidden.forms import BENCHES, FORMS, ON_DRAWN
 from hidden.limits import compute, used
 from hidden.limits import read as read_limits
-from hidden.nineteenth import BENCHES as OF_NINETEENTH
-from hidden.nineteenth import NINETEENTH
-from hidden.ninth import BENCHES as OF_NINTH
-from hidden.ninth import NINTH
 from hidden.nominal import BRISK
 from hidden.pairs import DEPENDS_ON, LISTED, QUANTITY, listed, pair
 from hidden.plan import LARGEST_STRENGTH
-from hidden.seventeenth import BENCHES as OF_SEVENTEENTH
-from hidden.seventeenth import SEVENTEENTH
-from hidden.seventh import BENCHES as OF_SEVENTH
-from hidden.seventh import SEVENTH
-from hidden.sixteenth import BENCHES as OF_SIXTEENTH
-from hidden.sixteenth import SIXTEENTH
-from hidden.sixth import BENCHES as OF_SIXTH
-from hidden.sixth import SIXTH
+from hidden.plan_drawn import PLANS
 from hidden.temptations import TEMPTATIONS
-from hidden.tenth import BENCHES as OF_TENTH
-from hidden.tenth import TENTH
-from hidden.third import THIRD
-from hidden.thirteenth import BENCHES as OF_THIRTEENTH
-from hidden.thirteenth import THIRTEENTH
-from hidden.twelfth import BENCHES as OF_TWELFTH
-from hidden.twelfth import TWELFTH
-from hidden.twentieth import BENCHES as OF_TWENTIETH
-from hidden.twentieth import TWENTIETH
-from hidden.twentyfirst import BENCHES as OF_TWENTYFIRST
-from hidden.twentyfirst import TWENTYFIRST
-from hidden.twentysecond import BENCHES as OF_TWENTYSECOND
-from hidden.twentysecond import TWENTYSECOND
 
 from slipstick.recordings import Recordings
 
@@ -122,20 +63,17 @@ def few(bench: str, **effects: float) -> dict[str, np.ndarray]:
 
 
 OF_EACH_QUANTITY: dict[str, Effect] = {}
-for effects in (UNSEEN, THIRD, FOURTH, FIFTH, SIXTH, SEVENTH, EIGHTH, NINTH, TENTH, ELEVENTH, TWELFTH, THIRTEENTH,
-                FOURTEENTH, FIFTEENTH, SIXTEENTH, SEVENTEENTH, EIGHTEENTH, NINETEENTH,
-                TWENTIETH, TWENTYFIRST, TWENTYSECOND):
+for effects in FORMS.values():
     OF_EACH_QUANTITY |= {effect.quantity: effect for effect in effects if effect.quantity not in OF_EACH_QUANTITY}
-ITS_BENCHES = (OF_FIFTH | OF_SIXTH | OF_SEVENTH | OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH
-               | OF_THIRTEENTH | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH
-               | OF_NINETEENTH | OF_TWENTIETH | OF_TWENTYFIRST | OF_TWENTYSECOND)
+ITS_BENCHES = {name: on for benches in BENCHES.values() for name, on in benches.items()}
 
 
 @pytest.mark.parametrize(("place", "effect"), [
     pytest.param(place, effect, id=quantity, marks=[pytest.mark.slow] * (place % 4 > 0))
     for place, (quantity, effect) in enumerate(OF_EACH_QUANTITY.items())])
 def test_an_unseen_effect_is_visible(place: int, effect: Effect) -> None:
-    bench = "brisk" if effect in FOURTH else ITS_BENCHES.get(effect.name, ("heavy", "compact"))[place % 2]
+    on = ITS_BENCHES[effect.name]
+    bench = on[place % len(on[:2])]
     changed = few(bench, **{effect.name: effect.typical})
     rms = {name: np.sqrt(np.mean((changed[name] - signal) ** 2)) / np.ptp(signal)
            for name, signal in alone(bench).items()}
@@ -147,11 +85,10 @@ def test_an_unseen_effect_is_visible(place: int, effect: Effect) -> None:
 def test_a_limit_is_reproducible_and_stored_for_every_effect() -> None:
     limits = read_limits()
     assert set(limits) == set(used())
+    drawn = {name for which in ON_DRAWN for name in BENCHES[which]}
+    own = {name for which in ("fresh", "later", "further") for name in BENCHES[which]}
     for (name, _), limit in limits.items():
-        drawn = name in (OF_EIGHTH | OF_NINTH | OF_TENTH | OF_ELEVENTH | OF_TWELFTH | OF_THIRTEENTH
-                         | OF_FOURTEENTH | OF_FIFTEENTH | OF_SIXTEENTH | OF_SEVENTEENTH | OF_EIGHTEENTH
-                         | OF_NINETEENTH | OF_TWENTIETH | OF_TWENTYFIRST | OF_TWENTYSECOND)
-        least, most = (0.5, 100) if drawn else (1, 100) if name in ITS_BENCHES else (1.2, 50)
+        least, most = (0.5, 100) if name in drawn else (1, 100) if name in own else (1.2, 50)
         assert least < LAWS[name].typical / limit < most
     assert compute("torque_zero_drifts", "heavy") == pytest.approx(limits["torque_zero_drifts", "heavy"], rel=0.05)
 
@@ -161,7 +98,7 @@ def is_null(case: Case) -> bool:
 
 
 def test_the_development_list_is_as_stated() -> None:
-    cases = list(DEVELOPMENT.values())
+    cases = list(LISTS["development"].values())
     assert len(cases) == 80
     assert sum(map(is_null, cases)) == 15
     assert {name for case in cases for name in case.effects} == set(EFFECTS)
@@ -173,7 +110,7 @@ def test_the_development_list_is_as_stated() -> None:
 
 
 def test_the_final_list_has_only_unseen_effects() -> None:
-    cases = list(FINAL.values())
+    cases = list(LISTS["final"].values())
     unseen = {effect.name for effect in UNSEEN}
     assert {name for case in cases for name in case.effects} == unseen
     assert sum(map(is_null, cases)) == 32
@@ -185,7 +122,7 @@ def test_the_final_list_has_only_unseen_effects() -> None:
 
 
 def test_the_unseen_list_has_only_effects_of_its_own() -> None:
-    cases, own = list(UNSEEN_CASES.values()), {effect.name for effect in THIRD}
+    cases, own = list(LISTS["unseen"].values()), {effect.name for effect in FORMS["unseen"]}
     assert not own & {effect.name for effect in UNSEEN} | own & set(EFFECTS)
     assert {name for case in cases for name in case.effects} <= own
     assert len(cases) == 48
@@ -202,23 +139,12 @@ def test_the_unseen_list_has_only_effects_of_its_own() -> None:
     assert all(54 <= case.count <= 108 for case in cases if case.count != 27)
 
 
-@pytest.mark.parametrize(("which", "times"), [("unseen", 1), ("elsewhere", 1), ("fresh", 2), ("later", 2),
-                                              ("further", 2), ("beyond", 2), ("abroad", 2), ("afield", 2),
-                                              ("farther", 2), ("remote", 2), ("outlying", 2), ("distant", 2),
-                                              ("overseas", 2), ("polar", 2), ("austral", 2), ("boreal", 2),
-                                              ("alpine", 2), ("glacial", 2), ("lunar", 2),
-                                              ("solar", 2)])
-def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
+@pytest.mark.parametrize("which", list(LISTS)[2:])
+def test_nulls_of_a_list_tempt_in_every_way(which: str) -> None:
     with (DATA / f"{which}.csv").open() as file:
         texts = [row["world"].split("+") for row in csv.DictReader(file) if not row["effects"]]
-    more = {"beyond": ["batches"], "abroad": ["ambient", "many_bad_runs"],
-            "afield": ["batches", "loud_sensor"], "farther": ["ambient", "thermometer"],
-            "remote": ["batches", "many_bad_runs"], "outlying": ["loud_sensor", "thermometer"],
-            "distant": ["ambient", "batches"], "overseas": ["loud_sensor", "many_bad_runs"],
-            "polar": ["batches", "thermometer"], "austral": ["ambient", "loud_sensor"],
-            "boreal": ["many_bad_runs", "thermometer"], "alpine": ["ambient", "many_bad_runs"],
-            "glacial": ["batches", "loud_sensor"], "lunar": ["ambient", "thermometer"],
-            "solar": ["batches", "many_bad_runs"]}.get(which, [])
+    times = 1 if which in ("unseen", "elsewhere") else 2
+    more = {"beyond": ["batches"], **{which: list(plan.more) for which, plan in PLANS.items()}}.get(which, [])
     assert sorted(name for text in texts for name in text if name in TEMPTATIONS) == sorted(
         [*TEMPTATIONS] * times + more)
 
@@ -226,7 +152,7 @@ def test_nulls_of_a_list_tempt_in_every_way(which: str, times: int) -> None:
 def test_strengths_of_the_unseen_list_span_the_stated_range() -> None:
     limits = read_limits()
     multiples = []
-    for case in UNSEEN_CASES.values():
+    for case in LISTS["unseen"].values():
         for name, strength in case.effects.items():
             assert strength <= LARGEST_STRENGTH * LAWS[name].typical * 1.01
             if len(case.effects) == 1 and listed(LAWS[name]):
@@ -236,13 +162,13 @@ def test_strengths_of_the_unseen_list_span_the_stated_range() -> None:
 
 
 def test_the_list_elsewhere_has_only_effects_and_a_bench_of_its_own() -> None:
-    cases, own = list(ELSEWHERE.values()), {effect.name for effect in FOURTH}
-    assert len(own) == len(FOURTH)
-    assert not own & {effect.name for effect in (*UNSEEN, *THIRD)} | own & set(EFFECTS)
-    assert sum(map(listed, FOURTH)) == 34
+    cases, own = list(LISTS["elsewhere"].values()), {effect.name for effect in FORMS["elsewhere"]}
+    assert len(own) == len(FORMS["elsewhere"])
+    assert not own & {effect.name for effect in (*UNSEEN, *FORMS["unseen"])} | own & set(EFFECTS)
+    assert sum(map(listed, FORMS["elsewhere"])) == 34
     assert {name for case in cases for name in case.effects} <= own
     assert {case.bench for case in cases} == {"brisk"}
-    assert {case.bench for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values())} == {
+    assert {case.bench for which in ("development", "final", "unseen") for case in LISTS[which].values()} == {
         "heavy", "compact"}
     assert len(cases) == 48
     assert sum(map(is_null, cases)) == 12
@@ -260,7 +186,7 @@ def test_the_list_elsewhere_has_only_effects_and_a_bench_of_its_own() -> None:
 def test_strengths_of_the_list_elsewhere_span_the_stated_range() -> None:
     limits = read_limits()
     multiples = []
-    for case in ELSEWHERE.values():
+    for case in LISTS["elsewhere"].values():
         for name, strength in case.effects.items():
             assert strength <= LARGEST_STRENGTH * LAWS[name].typical * 1.01
             if len(case.effects) == 1 and listed(LAWS[name]):
@@ -272,18 +198,19 @@ def test_strengths_of_the_list_elsewhere_span_the_stated_range() -> None:
 def test_strengths_of_the_final_list_span_the_stated_range() -> None:
     limits = read_limits()
     multiples = [strength / limits[name, case.bench]
-                 for case in FINAL.values() for name, strength in case.effects.items() if len(case.effects) == 1]
+                 for case in LISTS["final"].values() if len(case.effects) == 1
+                 for name, strength in case.effects.items()]
     assert max(multiples) <= 30.1
     assert np.mean(np.less(multiples, 0.4)) < 0.05
     assert np.mean(np.less(multiples, 4)) == pytest.approx(0.5, abs=0.15)
-    for case in FINAL.values():
+    for case in LISTS["final"].values():
         for name, strength in case.effects.items():
             assert strength <= LARGEST_STRENGTH * LAWS[name].typical * 1.01
 
 
-@pytest.mark.parametrize("cases", [DEVELOPMENT, FINAL], ids=["development", "final"])
-def test_nulls_have_each_ingredient_alone_and_none_and_all(cases: dict[str, Case]) -> None:
-    present = [frozenset(ingredients(case.drawn_world)) for case in cases.values() if is_null(case)]
+@pytest.mark.parametrize("which", ["development", "final"])
+def test_nulls_have_each_ingredient_alone_and_none_and_all(which: str) -> None:
+    present = [frozenset(ingredients(case.drawn_world)) for case in LISTS[which].values() if is_null(case)]
     assert {frozenset(), frozenset(INGREDIENTS), *(frozenset([name]) for name in INGREDIENTS)} == set(present)
 
 
@@ -292,27 +219,20 @@ def ingredients(world: World) -> list[str]:
 
 
 def test_seeds_and_files_of_the_lists_differ() -> None:
-    seeds = [case.seed for case in (*DEVELOPMENT.values(), *FINAL.values(), *UNSEEN_CASES.values(),
-                                       *ELSEWHERE.values(), *FRESH.values(), *LATER.values(), *FURTHER.values(),
-                                       *BEYOND.values(), *ABROAD.values(), *AFIELD.values(), *FARTHER.values(),
-                                       *REMOTE.values(), *OUTLYING.values(), *DISTANT.values(),
-                                       *OVERSEAS.values(), *POLAR.values(), *AUSTRAL.values(),
-                                       *BOREAL.values(), *ALPINE.values(), *GLACIAL.values(),
-                                       *LUNAR.values(), *SOLAR.values())]
+    seeds = [case.seed for cases in LISTS.values() for case in cases.values()]
     assert len(set(seeds)) == len(seeds)
-    assert len({*DEVELOPMENT, *FINAL, *UNSEEN_CASES, *ELSEWHERE, *FRESH, *LATER, *FURTHER, *BEYOND, *ABROAD,
-                *AFIELD, *FARTHER, *REMOTE, *OUTLYING, *DISTANT, *OVERSEAS, *POLAR, *AUSTRAL, *BOREAL,
-                *ALPINE, *GLACIAL, *LUNAR, *SOLAR}) == len(seeds)
+    assert len({identity for cases in LISTS.values() for identity in cases}) == len(seeds)
 
 
 def test_a_list_is_written_without_its_truth(tmp_path: Path) -> None:
-    name = next(name for name, case in DEVELOPMENT.items() if case.bench == "compact" and len(case.effects) == 1)
+    cases = LISTS["development"]
+    name = next(name for name, case in cases.items() if case.bench == "compact" and len(case.effects) == 1)
     main([str(tmp_path / "files"), "development", name, "--truth", str(tmp_path / "truth.json")])
     file = tmp_path / "files" / f"{name}.h5"
     assert list((tmp_path / "files").iterdir()) == [file]
-    assert len(Recordings.open(file).measured_time) == DEVELOPMENT[name].count
+    assert len(Recordings.open(file).measured_time) == cases[name].count
     (hidden,) = json.loads((tmp_path / "truth.json").read_text())[name]["hidden"]
-    ((effect, strength),) = DEVELOPMENT[name].effects.items()
+    ((effect, strength),) = cases[name].effects.items()
     assert (hidden["name"], hidden["strength"]) == (effect, strength)
     assert tuple(hidden["pair"]) == pair(LAWS[effect])
     written = file.stat().st_mtime_ns

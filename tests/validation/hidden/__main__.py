@@ -2,8 +2,7 @@
 
     python -m tests.validation.hidden DIRECTORY LIST [id ...] [--truth FILE]
 
-LIST is development, final, unseen, elsewhere, fresh, later, further, beyond, abroad, afield, farther,
-remote, outlying, distant, overseas, polar, austral, boreal, alpine, glacial, lunar or solar.
+LIST is one of cases.py, such as final.
 """
 
 import argparse

@@ -10,38 +10,15 @@ import numpy as np
 from . import bad_runs, sensors
 from .bench import Bench
 from .catalogue import PHYSICAL, UNLISTED
-from .eighteenth import EIGHTEENTH
-from .eighth import EIGHTH
-from .eleventh import ELEVENTH
-from .fifteenth import FIFTEENTH
-from .fifth import FIFTH
-from .fourteenth import FOURTEENTH
-from .fourth import FOURTH
-from .nineteenth import NINETEENTH
-from .ninth import NINTH
+from .forms import FORMS
 from .nominal import SETUPS, Setup
 from .run import Run, observe
-from .seventeenth import SEVENTEENTH
-from .seventh import SEVENTH
-from .sixteenth import SIXTEENTH
-from .sixth import SIXTH
 from .temptations import READING, oil_temperature, second_batch
-from .tenth import TENTH
-from .third import THIRD
-from .thirteenth import THIRTEENTH
-from .twelfth import TWELFTH
-from .twentieth import TWENTIETH
-from .twentyfirst import TWENTYFIRST
-from .twentysecond import TWENTYSECOND
-from .unseen import UNSEEN
 from .valve import play, plays
 from .world import World, draw, with_errors, with_other_curves
 
 EFFECTS = {effect.name: effect for effect in (*PHYSICAL, *sensors.SENSORS, *UNLISTED)}
-UNSEEN_ONES = (*UNSEEN, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH,
-               *TWELFTH, *THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-               *EIGHTEENTH, *NINETEENTH, *TWENTIETH, *TWENTYFIRST, *TWENTYSECOND)
-LAWS = {**EFFECTS, **{effect.name: effect for effect in UNSEEN_ONES}}
+LAWS = EFFECTS | {effect.name: effect for effects in FORMS.values() for effect in effects}
 PLAYS = np.linspace(0.1, 1.0, 7)  # fractions that number the plays of a valve with several
 SCATTER = {"aa": 0.05, "x30": 0.08, "alpha": 0.005, "k": 0.005, "kT": 0.005}  # relative std from run to run
 DRIFTING = ("aa", "x30")

@@ -1,12 +1,10 @@
-"""Fixed lists of cases by id: `DEVELOPMENT` for developing a study, `FINAL`, `UNSEEN`, `ELSEWHERE`, `FRESH`, `LATER`,
-`FURTHER`, `BEYOND`, `ABROAD`, `AFIELD`, `FARTHER`, `REMOTE`, `OUTLYING`, `DISTANT`, `OVERSEAS`, `POLAR`,
-`AUSTRAL`, `BOREAL`, `ALPINE`, `GLACIAL`, `LUNAR` and `SOLAR` for judging it.
-"""
+"""Fixed lists of cases by id: `development` for developing a study, those of forms.py for judging it."""
 
 import csv
 from pathlib import Path
 
 from .case import Case
+from .forms import FORMS
 from .nominal import SETUPS
 from .temptations import TEMPTATIONS, tempted
 from .world import INGREDIENTS, World, draw
@@ -37,30 +35,4 @@ def _world(text: str, seed: int, bench: str) -> World | None:
     return tempted(world, seed, [name for name in names if name in TEMPTATIONS])
 
 
-DEVELOPMENT = read(_DATA / "development.csv")
-FINAL = read(_DATA / "final.csv")
-UNSEEN = read(_DATA / "unseen.csv")
-ELSEWHERE = read(_DATA / "elsewhere.csv")
-FRESH = read(_DATA / "fresh.csv")
-LATER = read(_DATA / "later.csv")
-FURTHER = read(_DATA / "further.csv")
-BEYOND = read(_DATA / "beyond.csv")
-ABROAD = read(_DATA / "abroad.csv")
-AFIELD = read(_DATA / "afield.csv")
-FARTHER = read(_DATA / "farther.csv")
-REMOTE = read(_DATA / "remote.csv")
-OUTLYING = read(_DATA / "outlying.csv")
-DISTANT = read(_DATA / "distant.csv")
-OVERSEAS = read(_DATA / "overseas.csv")
-POLAR = read(_DATA / "polar.csv")
-AUSTRAL = read(_DATA / "austral.csv")
-BOREAL = read(_DATA / "boreal.csv")
-ALPINE = read(_DATA / "alpine.csv")
-GLACIAL = read(_DATA / "glacial.csv")
-LUNAR = read(_DATA / "lunar.csv")
-SOLAR = read(_DATA / "solar.csv")
-LISTS = {"development": DEVELOPMENT, "final": FINAL, "unseen": UNSEEN, "elsewhere": ELSEWHERE, "fresh": FRESH,
-         "later": LATER, "further": FURTHER, "beyond": BEYOND, "abroad": ABROAD, "afield": AFIELD,
-         "farther": FARTHER, "remote": REMOTE, "outlying": OUTLYING, "distant": DISTANT, "overseas": OVERSEAS,
-         "polar": POLAR, "austral": AUSTRAL, "boreal": BOREAL, "alpine": ALPINE, "glacial": GLACIAL,
-         "lunar": LUNAR, "solar": SOLAR}
+LISTS = {which: read(_DATA / f"{which}.csv") for which in ("development", *FORMS)}

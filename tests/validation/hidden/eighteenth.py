@@ -1,4 +1,4 @@
-"""Effects that no other list has: `EIGHTEENTH`, for the list `BOREAL` of cases.py, on benches from `drawn121` on.
+"""Effects that no other list has: `EIGHTEENTH`, for the list `boreal` of cases.py, on benches from `drawn121` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: waves that
 are captured, locks that slip, wear at both ends of a swing, modes that are excited by their own stiffness, dry

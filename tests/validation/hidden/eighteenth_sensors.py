@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `BOREAL`; part of `EIGHTEENTH` (eighteenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `boreal`; part of `EIGHTEENTH` (eighteenth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `BOREAL` have."""
+"""Shapes that several effects of the list `boreal` have."""
 
 import numpy as np
 

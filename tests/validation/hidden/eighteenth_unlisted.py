@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `BOREAL`; part of `EIGHTEENTH` (eighteenth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `boreal`; part of `EIGHTEENTH` (eighteenth.py)."""
 
 
 from .effect import Effect

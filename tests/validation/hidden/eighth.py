@@ -1,4 +1,4 @@
-"""Effects that no other list has: `EIGHTH`, for the list `BEYOND` of cases.py, on the drawn benches only.
+"""Effects that no other list has: `EIGHTH`, for the list `beyond` of cases.py, on the drawn benches only.
 
 Units and scales are those of catalogue.py. The forms follow from damage and faults of machines: waves over a root or
 with a modulated phase, waves with flat tops and narrow pulses, overshooting steps, zigzags, wells, and growing waves.

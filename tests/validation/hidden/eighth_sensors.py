@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `BEYOND`; part of `EIGHTH` (eighth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `beyond`; part of `EIGHTH` (eighth.py)."""
 
 import numpy as np
 from scipy.special import sici

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `BEYOND`; part of `EIGHTH` (eighth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `beyond`; part of `EIGHTH` (eighth.py)."""
 
 import numpy as np
 

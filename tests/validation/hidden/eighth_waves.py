@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `BEYOND` have."""
+"""Shapes that several effects of the list `beyond` have."""
 
 import numpy as np
 from scipy.special import ellipj

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `ELEVENTH`, for the list `FARTHER` of cases.py, on benches from `drawn37` on.
+"""Effects that no other list has: `ELEVENTH`, for the list `farther` of cases.py, on benches from `drawn37` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: standing
 waves, steps that swing, bumps between dips, sharp valleys, arches, pointed peaks, and drifts that are set back. No

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `FARTHER`; part of `ELEVENTH` (eleventh.py)."""
+"""Lags, offsets and gain errors of sensors of the list `farther`; part of `ELEVENTH` (eleventh.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `FARTHER` have."""
+"""Shapes that several effects of the list `farther` have."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `FARTHER`; part of `ELEVENTH` (eleventh.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `farther`; part of `ELEVENTH` (eleventh.py)."""
 
 from .effect import Effect
 from .eleventh_shapes import comb

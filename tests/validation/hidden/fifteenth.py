@@ -1,4 +1,4 @@
-"""Effects that no other list has: `FIFTEENTH`, for the list `OVERSEAS` of cases.py, on benches from `drawn85` on.
+"""Effects that no other list has: `FIFTEENTH`, for the list `overseas` of cases.py, on benches from `drawn85` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: trains of
 waves, beats, waves that become ever longer, arches of a ball that bounces, teeth in the logarithm, half ellipses,

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `OVERSEAS`; part of `FIFTEENTH` (fifteenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `overseas`; part of `FIFTEENTH` (fifteenth.py)."""
 
 import numpy as np
 

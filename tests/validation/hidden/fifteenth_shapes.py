@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `OVERSEAS` have."""
+"""Shapes that several effects of the list `overseas` have."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `OVERSEAS`; part of `FIFTEENTH` (fifteenth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `overseas`; part of `FIFTEENTH` (fifteenth.py)."""
 
 from .effect import Effect
 from .fifteenth_shapes import beat, bounces, cusps, dome, fringes, lull, packet, saddle, spike

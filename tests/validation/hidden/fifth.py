@@ -1,4 +1,4 @@
-"""Effects that no other list has: `FIFTH`, for the list `FRESH` of cases.py.
+"""Effects that no other list has: `FIFTH`, for the list `fresh` of cases.py.
 
 Units and scales are those of catalogue.py. The forms are passages through a resonance, polynomials with turning points,
 log-periodic and damped waves, sawtooths, and smooth bends between two straight lines.

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `FRESH`; part of `FIFTH` (fifth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `fresh`; part of `FIFTH` (fifth.py)."""
 
 import numpy as np
 

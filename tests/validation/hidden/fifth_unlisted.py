@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `FRESH`; part of `FIFTH` (fifth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `fresh`; part of `FIFTH` (fifth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `FOURTEENTH`, for the list `DISTANT` of cases.py, on benches from `drawn73` on.
+"""Effects that no other list has: `FOURTEENTH`, for the list `distant` of cases.py, on benches from `drawn73` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: teeth, combs,
 resonances, pointed peaks, bumps between two dips, soft steps, steps that swing, flat valleys, and level parts between

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `DISTANT`; part of `FOURTEENTH` (fourteenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `distant`; part of `FOURTEENTH` (fourteenth.py)."""
 
 import numpy as np
 

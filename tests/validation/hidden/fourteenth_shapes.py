@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `DISTANT` have."""
+"""Shapes that several effects of the list `distant` have."""
 
 import numpy as np
 

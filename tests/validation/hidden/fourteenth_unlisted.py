@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `DISTANT`; part of `FOURTEENTH` (fourteenth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `distant`; part of `FOURTEENTH` (fourteenth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `FOURTH`, for the list `ELSEWHERE` of cases.py, on the bench `brisk` only.
+"""Effects that no other list has: `FOURTH`, for the list `elsewhere` of cases.py, on the bench `brisk` only.
 
 Units and scales are those of catalogue.py. The forms are piecewise linear with bands and flat parts, rational with a
 peak, logarithms and odd powers, bumps over a logarithm, and steps that recover.

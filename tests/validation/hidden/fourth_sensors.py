@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `ELSEWHERE`; part of `FOURTH` (fourth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `elsewhere`; part of `FOURTH` (fourth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `ELSEWHERE`; part of `FOURTH` (fourth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `elsewhere`; part of `FOURTH` (fourth.py)."""
 
 import numpy as np
 

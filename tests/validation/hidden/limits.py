@@ -5,50 +5,16 @@
 
 import csv
 from collections.abc import Iterable, Iterator
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
-from .case import LAWS
-from .cases import (
-    ABROAD,
-    AFIELD,
-    ALPINE,
-    AUSTRAL,
-    BEYOND,
-    BOREAL,
-    DISTANT,
-    FARTHER,
-    GLACIAL,
-    LUNAR,
-    OUTLYING,
-    OVERSEAS,
-    POLAR,
-    REMOTE,
-    SOLAR,
-)
-from .eighteenth import EIGHTEENTH
-from .eighth import EIGHTH
-from .eleventh import ELEVENTH
-from .fifteenth import FIFTEENTH
-from .fifth import BENCHES as OF_FIFTH
-from .fourteenth import FOURTEENTH
-from .fourth import FOURTH
-from .nineteenth import NINETEENTH
-from .ninth import NINTH
-from .nominal import BRISK
+from .case import EFFECTS, LAWS
+from .cases import LISTS
+from .forms import BENCHES, ON_DRAWN
 from .run import SIGNALS
-from .seventeenth import SEVENTEENTH
-from .seventh import BENCHES as OF_SEVENTH
 from .signature import remaining
-from .sixteenth import SIXTEENTH
-from .sixth import BENCHES as OF_SIXTH
-from .tenth import TENTH
-from .thirteenth import THIRTEENTH
-from .twelfth import TWELFTH
-from .twentieth import TWENTIETH
-from .twentyfirst import TWENTYFIRST
-from .twentysecond import TWENTYSECOND
 
 PATH = Path(__file__).parent / "data" / "limits.csv"
 RUNS = 54
@@ -63,20 +29,13 @@ def read() -> dict[tuple[str, str], float]:
 
 
 def used() -> Iterator[tuple[str, str]]:
-    """Yield each effect with each bench on which a list may have it, or has it, from `BEYOND` on."""
-    benches = {effect.name: (BRISK.name,) for effect in FOURTH} | OF_FIFTH | OF_SIXTH | OF_SEVENTH
-    benches |= {effect.name: () for effect in (*EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH, *THIRTEENTH,
-                                            *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH,
-                                            *EIGHTEENTH, *NINETEENTH, *TWENTIETH, *TWENTYFIRST,
-                                            *TWENTYSECOND)}
-    for cases in (BEYOND, ABROAD, AFIELD, FARTHER, REMOTE, OUTLYING, DISTANT, OVERSEAS, POLAR, AUSTRAL,
-                  BOREAL, ALPINE, GLACIAL, LUNAR, SOLAR):
-        for case in cases.values():
-            for name in case.effects:
-                benches[name] = *benches[name], case.bench
-    for name in LAWS:
-        for bench in benches.get(name, ("heavy", "compact")):
-            yield name, bench
+    """Yield each effect with each bench on which a list may have it, or has it where benches were drawn."""
+    yield from product(EFFECTS, ("heavy", "compact"))
+    for which, benches in BENCHES.items():
+        if which in ON_DRAWN:
+            yield from ((name, case.bench) for case in LISTS[which].values() for name in case.effects)
+        else:
+            yield from ((name, bench) for name in benches for bench in benches[name])
 
 
 def compute(name: str, bench: str) -> float:

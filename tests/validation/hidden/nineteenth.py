@@ -1,4 +1,4 @@
-"""Effects that no other list has: `NINETEENTH`, for the list `ALPINE` of cases.py, on benches from `drawn133` on.
+"""Effects that no other list has: `NINETEENTH`, for the list `alpine` of cases.py, on benches from `drawn133` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: resonances
 that interfere with a direct path, loads from which uneven parts slide down, springs that become harder until the

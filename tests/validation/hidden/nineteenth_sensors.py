@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `ALPINE`; part of `NINETEENTH` (nineteenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `alpine`; part of `NINETEENTH` (nineteenth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `ALPINE` have."""
+"""Shapes that several effects of the list `alpine` have."""
 
 import numpy as np
 from scipy.special import fresnel

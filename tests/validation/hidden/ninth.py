@@ -1,4 +1,4 @@
-"""Effects that no other list has: `NINTH`, for the list `ABROAD` of cases.py, on the drawn benches from `drawn13` on.
+"""Effects that no other list has: `NINTH`, for the list `abroad` of cases.py, on the drawn benches from `drawn13` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: soft steps,
 rounded knees, humps with a steep front, flat wells, powers with odd exponents, saturations, and thresholds.

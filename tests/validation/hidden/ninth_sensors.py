@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `ABROAD`; part of `NINTH` (ninth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `abroad`; part of `NINTH` (ninth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `ABROAD` have."""
+"""Shapes that several effects of the list `abroad` have."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `ABROAD`; part of `NINTH` (ninth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `abroad`; part of `NINTH` (ninth.py)."""
 
 import numpy as np
 

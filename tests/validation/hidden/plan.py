@@ -1,7 +1,5 @@
-"""Draws two of the lists of cases.py (the others: plan_unseen.py, plan_elsewhere.py, plan_fresh.py,
-plan_later.py, plan_further.py, plan_beyond.py, plan_abroad.py, plan_afield.py, plan_farther.py,
-plan_remote.py, plan_outlying.py, plan_distant.py, plan_overseas.py, plan_polar.py,
-plan_austral.py, plan_boreal.py, plan_alpine.py, plan_glacial.py, plan_lunar.py, plan_solar.py).
+"""Draws two of the lists of cases.py (the others: plan_unseen.py, plan_elsewhere.py, plan_fresh.py, plan_later.py,
+plan_further.py, plan_beyond.py, plan_drawn.py).
 
 Run once for each list, because a list is fixed before anything is run on it.
 

@@ -1,4 +1,4 @@
-"""Draws the list `ELSEWHERE` of cases.py; run once, before anything is run on it.
+"""Draws the list `elsewhere` of cases.py; run once, before anything is run on it.
 
     python -m tests.validation.hidden.plan_elsewhere
 

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `SEVENTEENTH`, for the list `AUSTRAL` of cases.py, on benches from `drawn109` on.
+"""Effects that no other list has: `SEVENTEENTH`, for the list `austral` of cases.py, on benches from `drawn109` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: grips that
 saturate and slip, valleys between two rises, amplitudes that set in and die out, soft mountings, flows that turn

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `AUSTRAL`; part of `SEVENTEENTH` (seventeenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `austral`; part of `SEVENTEENTH` (seventeenth.py)."""
 
 from .seventeenth_shapes import creeps, flutter, foam, grip, isolated, rebound
 from .unseen_sensors import gain, lag, offset

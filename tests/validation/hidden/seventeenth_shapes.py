@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `AUSTRAL` have."""
+"""Shapes that several effects of the list `austral` have."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `AUSTRAL`; part of `SEVENTEENTH` (seventeenth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `austral`; part of `SEVENTEENTH` (seventeenth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `SEVENTH`, for the list `FURTHER` of cases.py.
+"""Effects that no other list has: `SEVENTH`, for the list `further` of cases.py.
 
 Units and scales are those of catalogue.py. The forms follow from damage and faults of machines: cusps, broken powers,
 skewed and chirped waves, rectified waves and pulses, wells between two slopes, responses to an unbalance, forms that

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `FURTHER`; part of `SEVENTH` (seventh.py)."""
+"""Lags, offsets and gain errors of sensors of the list `further`; part of `SEVENTH` (seventh.py)."""
 
 import numpy as np
 

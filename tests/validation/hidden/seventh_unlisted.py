@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `FURTHER`; part of `SEVENTH` (seventh.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `further`; part of `SEVENTH` (seventh.py)."""
 
 import numpy as np
 

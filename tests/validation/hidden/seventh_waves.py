@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `FURTHER` have."""
+"""Shapes that several effects of the list `further` have."""
 
 import numpy as np
 

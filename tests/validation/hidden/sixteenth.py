@@ -1,4 +1,4 @@
-"""Effects that no other list has: `SIXTEENTH`, for the list `POLAR` of cases.py, on benches from `drawn97` on.
+"""Effects that no other list has: `SIXTEENTH`, for the list `polar` of cases.py, on benches from `drawn97` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: peaks behind
 slits, bonds, fins, absorbers, roughness at all scales, rippling squares, recoils, waves that crowd at two ends or about

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `POLAR`; part of `SIXTEENTH` (sixteenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `polar`; part of `SIXTEENTH` (sixteenth.py)."""
 
 from .sixteenth_shapes import crowded, overtones, recoil, slits, winds
 from .unseen_sensors import gain, lag, offset

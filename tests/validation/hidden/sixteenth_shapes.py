@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `POLAR` have."""
+"""Shapes that several effects of the list `polar` have."""
 
 import numpy as np
 

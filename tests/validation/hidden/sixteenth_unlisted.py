@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `POLAR`; part of `SIXTEENTH` (sixteenth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `polar`; part of `SIXTEENTH` (sixteenth.py)."""
 
 from .effect import Effect
 from .sixteenth_shapes import absorber, bond, echoes, fins, overtones, recoil, rough, slits, winds

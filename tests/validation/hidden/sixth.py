@@ -1,4 +1,4 @@
-"""Effects that no other list has: `SIXTH`, for the list `LATER` of cases.py.
+"""Effects that no other list has: `SIXTH`, for the list `later` of cases.py.
 
 Units and scales are those of catalogue.py. The forms are special functions (error and gamma functions, Bessel,
 Fresnel and exponential integrals, Lambert's W, Planck's law, inverse hyperbolic functions), catenaries, half-sine arcs,

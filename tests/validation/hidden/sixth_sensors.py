@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `LATER`; part of `SIXTH` (sixth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `later`; part of `SIXTH` (sixth.py)."""
 
 import numpy as np
 from scipy.interpolate import CubicSpline

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `LATER`; part of `SIXTH` (sixth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `later`; part of `SIXTH` (sixth.py)."""
 
 import numpy as np
 from scipy.interpolate import CubicSpline

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `TENTH`, for the list `AFIELD` of cases.py, on the drawn benches from `drawn25` on.
+"""Effects that no other list has: `TENTH`, for the list `afield` of cases.py, on the drawn benches from `drawn25` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: pointed
 peaks, flat tops between two flanks, arches side by side, passages through a resonance, and rounded or sharp valleys.

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `AFIELD`; part of `TENTH` (tenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `afield`; part of `TENTH` (tenth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `AFIELD` have."""
+"""Shapes that several effects of the list `afield` have."""
 
 import numpy as np
 

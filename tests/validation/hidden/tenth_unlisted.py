@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `AFIELD`; part of `TENTH` (tenth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `afield`; part of `TENTH` (tenth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects that neither the development list nor the final list has: `THIRD`, for the list `UNSEEN` of cases.py.
+"""Effects that neither the development list nor the final list has: `THIRD`, for the list `unseen` of cases.py.
 
 Units and scales are those of catalogue.py. The forms are not monotone, have several steps or kinks, or are different
 before and after an intervention.

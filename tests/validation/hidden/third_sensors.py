@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `UNSEEN`; part of `THIRD` (third.py)."""
+"""Lags, offsets and gain errors of sensors of the list `unseen`; part of `THIRD` (third.py)."""
 
 import numpy as np
 

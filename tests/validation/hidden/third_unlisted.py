@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `UNSEEN`; part of `THIRD` (third.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `unseen`; part of `THIRD` (third.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `THIRTEENTH`, for the list `OUTLYING` of cases.py, on benches from `drawn61` on.
+"""Effects that no other list has: `THIRTEENTH`, for the list `outlying` of cases.py, on benches from `drawn61` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: stairs, level
 parts between two rises, soft steps, roots, roofs, pointed peaks, sawtooths, dips beside bumps, and steps that swing. No

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `OUTLYING`; part of `THIRTEENTH` (thirteenth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `outlying`; part of `THIRTEENTH` (thirteenth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `OUTLYING` have."""
+"""Shapes that several effects of the list `outlying` have."""
 
 import numpy as np
 

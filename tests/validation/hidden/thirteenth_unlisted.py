@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `OUTLYING`; part of `THIRTEENTH` (thirteenth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `outlying`; part of `THIRTEENTH` (thirteenth.py)."""
 
 import numpy as np
 

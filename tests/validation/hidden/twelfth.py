@@ -1,4 +1,4 @@
-"""Effects that no other list has: `TWELFTH`, for the list `REMOTE` of cases.py, on benches from `drawn49` on.
+"""Effects that no other list has: `TWELFTH`, for the list `remote` of cases.py, on benches from `drawn49` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: straight
 lines between two stops, roofs, valleys with a flat floor, sudden onsets that fade, dips beside bumps, and parts that

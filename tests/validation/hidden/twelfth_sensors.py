@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `REMOTE`; part of `TWELFTH` (twelfth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `remote`; part of `TWELFTH` (twelfth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `REMOTE` have."""
+"""Shapes that several effects of the list `remote` have."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `REMOTE`; part of `TWELFTH` (twelfth.py)."""
+"""Effects in pairs that a catalogue would not list, for the list `remote`; part of `TWELFTH` (twelfth.py)."""
 
 import numpy as np
 

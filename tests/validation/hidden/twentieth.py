@@ -1,4 +1,4 @@
-"""Effects that no other list has: `TWENTIETH`, for the list `GLACIAL` of cases.py, on benches from `drawn145` on.
+"""Effects that no other list has: `TWENTIETH`, for the list `glacial` of cases.py, on benches from `drawn145` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation: waves before
 a turning point, vanes that stall, lobes behind a slit, rings on a drum, waves that lose every other crest, what grows

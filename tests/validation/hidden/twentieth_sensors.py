@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `GLACIAL`; part of `TWENTIETH` (twentieth.py)."""
+"""Lags, offsets and gain errors of sensors of the list `glacial`; part of `TWENTIETH` (twentieth.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `GLACIAL` have."""
+"""Shapes that several effects of the list `glacial` have."""
 
 import numpy as np
 from scipy.special import airy, j1

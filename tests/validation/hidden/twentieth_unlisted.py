@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `GLACIAL`; part of `TWENTIETH` (twentieth.py).
+"""Effects in pairs that a catalogue would not list, for the list `glacial`; part of `TWENTIETH` (twentieth.py).
 
 The comment of each one says why a bench could show it. No earlier list has five of the pairs, which are those of the
 first five effects.

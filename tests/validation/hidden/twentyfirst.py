@@ -1,4 +1,4 @@
-"""Effects that no other list has: `TWENTYFIRST`, for the list `LUNAR` of cases.py, on benches from `drawn157` on.
+"""Effects that no other list has: `TWENTYFIRST`, for the list `lunar` of cases.py, on benches from `drawn157` on.
 
 Units and scales are those of catalogue.py. The forms follow from wear, oil, electronics and installation. None of them
 is a wave: they have regimes of different slopes, stop at an end after ever more, are given in doses, saturate but at

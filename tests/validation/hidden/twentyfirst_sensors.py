@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `LUNAR`; part of `TWENTYFIRST` (twentyfirst.py)."""
+"""Lags, offsets and gain errors of sensors of the list `lunar`; part of `TWENTYFIRST` (twentyfirst.py)."""
 
 import numpy as np
 

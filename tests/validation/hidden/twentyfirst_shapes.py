@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `LUNAR` have."""
+"""Shapes that several effects of the list `lunar` have."""
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator

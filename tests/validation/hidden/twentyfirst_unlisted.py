@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `LUNAR`; part of `TWENTYFIRST` (twentyfirst.py).
+"""Effects in pairs that a catalogue would not list, for the list `lunar`; part of `TWENTYFIRST` (twentyfirst.py).
 
 The comment of each one says why a bench could show it. No earlier list has six of the pairs, which are those of the
 first six effects.

@@ -1,4 +1,4 @@
-"""Effects that no other list has: `TWENTYSECOND`, for the list `SOLAR` of cases.py, on benches from `drawn169` on.
+"""Effects that no other list has: `TWENTYSECOND`, for the list `solar` of cases.py, on benches from `drawn169` on.
 
 Units and scales are those of catalogue.py. The forms follow from mechanisms of valves, seals, linings and couplings.
 None of them is a wave: they go over a dead centre, strike after some play, leap between two falls, break off after a

@@ -1,4 +1,4 @@
-"""Lags, offsets and gain errors of sensors of the list `SOLAR`; part of `TWENTYSECOND` (twentysecond.py)."""
+"""Lags, offsets and gain errors of sensors of the list `solar`; part of `TWENTYSECOND` (twentysecond.py)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shapes that several effects of the list `SOLAR` have.
+"""Shapes that several effects of the list `solar` have.
 
 Most are curves through the places that the parts of a mechanism pass on their way from a `start` to an `end`, monotone
 between them and level outside.

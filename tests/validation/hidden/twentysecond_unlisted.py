@@ -1,4 +1,4 @@
-"""Effects in pairs that a catalogue would not list, for the list `SOLAR`; part of `TWENTYSECOND` (twentysecond.py).
+"""Effects in pairs that a catalogue would not list, for the list `solar`; part of `TWENTYSECOND` (twentysecond.py).
 
 The comment of each one says why a bench could show it. No earlier list has six of the pairs, which are those of the
 first six effects.
