@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 
 from slipstick.bench import parameters
 from slipstick.blocks.sensor_noise import added
@@ -18,9 +17,10 @@ from slipstick.naming.block import Laws, Pair
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
-from slipstick.naming.piston_laws import ADDED, Contact, Loading, PistonLaw, law_of, pairs_of
+from slipstick.naming.piston_laws import ADDED, Loading, PistonLaw, law_of, pairs_of
 from slipstick.naming.piston_tangent import KINDS, respond
 from slipstick.naming.scene import Scene
+from slipstick.naming.touching import Contact
 from slipstick.naming.varying_lag import Trail
 from slipstick.threads import mapped
 
@@ -122,21 +122,9 @@ class ClutchBlock:
         torque, position = self._closed(points, (), self.end)
         nothing = self._added(()).sums
         film, _ = self._at_once(points, (), self.end, {**nothing, "friction": nothing["friction"] - 1})
-        stroke, step = self.scene.value("contact_position"), self.scene.step
-        width = stroke * self.scene.value("ramp_share") * (1 + self._all(points)[:, OWN.index("ramp_share"), None])
-        beyond = np.arange(position.shape[1]) >= self.end[:, None]  # where the plates, once locked, still touch
-        share = np.where(beyond, 1.0, np.clip(1 - (stroke - position) / width, 0.0, 1.0))
-        time = scipy.integrate.cumulative_trapezoid(share**2 * (3 - 2 * share), dx=step, axis=1, initial=0)
-        # In full contact it is the stroke exactly, and after the samples that are integrated it is 0.
-        touching = (position >= stroke) | beyond
-        parts = np.logical_or.accumulate(~touching[:, ::-1], axis=1)[:, ::-1]
-        left = np.where(parts, _run_length(touching[:, ::-1])[:, ::-1], position.shape[1])
-        # Only what the model lacks is smoothed: the torque rises within few samples.
-        lacking = scipy.ndimage.gaussian_filter1d(np.where(beyond, 0.0, self.measured - torque),
-                                                  self.scene.settings.smoothing, axis=1)
-        friction = np.where(beyond, self.scene.smooth[self.signal], np.where(share > 0, torque - film + lacking, 0.0))
-        return Contact(np.minimum(_run_length(touching), left) * step, time, np.maximum(friction, 0.0),
-                       np.where(touching, stroke, position))
+        ramp = self.scene.value("contact_position") * self.scene.value("ramp_share")
+        width = ramp * (1 + self._all(points)[:, OWN.index("ramp_share"), None])
+        return Contact.of(self.scene, position, width, self.end, torque - film, self.measured - torque)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor, and what the error of the explained pressure makes of the torque in full contact."""
@@ -299,12 +287,6 @@ class ClutchBlock:
             lag = Trail.of(delayed["lag"], self.scene.step) if "lag" in delayed and delayed["lag"].any() else None
             self._sums = known = key, _Added({**dict.fromkeys(ADDED, nothing), **delayed}, lag)
         return known[1]
-
-
-def _run_length(values: np.ndarray) -> np.ndarray:
-    """For how many samples (n, k), this one included, values (n, k) have been true without a break."""
-    count = np.cumsum(values, axis=1)
-    return count - np.maximum.accumulate(np.where(values, 0, count), axis=1)
 
 
 def last_of(counted: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from slipstick.naming.block import CLOSING
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, unit_of
 from slipstick.naming.scene import OF_PLATES, WITHIN, Pair, Scene
 from slipstick.naming.sensor_lags import lag_scale
+from slipstick.naming.touching import Contact
 from slipstick.naming.varying_lag import OVER
 
 PAIRS: tuple[Pair, ...] = (
@@ -63,24 +64,6 @@ class PistonLaw:
     def signal(cls, kind: str, basis: np.ndarray, values: LawMap) -> "PistonLaw":
         """A law that adds a basis (n, m, k)."""
         return cls(kind, basis.shape[1], basis, values)
-
-
-@dataclass(frozen=True, eq=False)
-class Contact:
-    """Times (n, k) in s: `full` since full contact, and `time`, the integral of f_reg, on which laws depend.
-
-    A low pressure after a fill pulse may part the plates again, at a time that is hardly known: `full` is the time
-    until they part where that is shorter, and 0 while they are apart.
-
-    f_reg is the share of the friction that acts, which rises from 0 to 1 before full contact. The difference of the two
-    times is that of a slow or fast closing: engagements differ in it. `friction` (n, k) is the torque in N m
-    that heats the plates, without that of the oil film, and `position` (n, k) that of the piston in m.
-    """
-
-    full: np.ndarray
-    time: np.ndarray
-    friction: np.ndarray
-    position: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
