@@ -20,7 +20,7 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
     """
     block, points = before.block, before.fitted.points
     predicted, scene = before.fitted.predicted, before.block.scene
-    own = block.slopes(points, predicted).own
+    own, _ = block.columns(points, (), predicted)
     z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own)
     gained = {}
     for effect in effects.CATALOGUE:

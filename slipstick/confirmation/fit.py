@@ -67,7 +67,7 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.
     """
     block = SimulatedBench(traces, terms, widest)
     begun = _searched(block, points) if shared is None else shared
-    return _ended(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
+    return SimulationFit(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
 
 
 def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
@@ -125,15 +125,10 @@ def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     """
     block = after.block
     again = fit_curved(block, start=before.fitted, shared=shared_of(before, block.terms), iterations=_ITERATIONS)
-    found = best([after, _ended(block, again)])
+    found = best([after, SimulationFit(block, again)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
     return found
-
-
-def _ended(block: SimulatedBench, found: CurvedFit) -> SimulationFit:
-    block.forget()
-    return SimulationFit(block, found)
 
 
 def best(fits: Sequence[SimulationFit]) -> SimulationFit:

@@ -72,7 +72,7 @@ def further(right: SimulationFit, other: SimulationFit, rival: str) -> list[Furt
         block.at(one.fitted.shared)
     mine, its = here.base(points[0]), there.base(points[1])
     locks = np.all(np.abs(mine - its) < 1e5, axis=1)
-    own = there.slopes(points[1], its).own
+    own, _ = there.columns(points[1], (), its)
     left = mine - its
     weighted = own * np.sqrt(other.fitted.variance)[:, None]
     inner = np.eye(own.shape[1]) + weighted @ weighted.transpose(0, 2, 1)

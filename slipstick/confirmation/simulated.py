@@ -12,7 +12,6 @@ import numpy as np
 from slipstick.bench import parameters
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch import ensemble
-from slipstick.confirmation.slopes import Slopes
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import Traces
 from slipstick.naming.block import Laws, Pair
@@ -60,7 +59,6 @@ class SimulatedBench:
         self.shared = np.zeros(len(self.fixed))
         ends = [((one.lower - one.neutral) / one.span, (one.upper - one.neutral) / one.span) for one in terms.unknowns]
         self.bounds = np.array(ends).reshape(-1, 2).T
-        self._kept: Slopes | None = None
 
     def at(self, shared: np.ndarray) -> None:
         """Set the coefficients: `shared` (p,) are differences from neutral over the span."""
@@ -110,27 +108,9 @@ class SimulatedBench:
                                  laws=self.terms.scaled(values))
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As `slopes`, but kept ones of those engagements that they predict: for the iterations of a fit."""
-        missed = np.ones(len(points), bool)
-        if self._kept is not None:
-            missed = self._kept.miss(points, self.shared, predicted, self.counted)
-        if self._kept is None or missed.all():
-            self._kept = self.slopes(points, predicted)
-        elif missed.any():
-            some = SimulatedBench(self.traces.of_engagements(missed), self.terms, self.widest)
-            some.at(self.shared)
-            self._kept = self._kept.renewed(missed, some.slopes(points[missed], predicted[missed]))
-        return self._kept.own, self._kept.common
-
-    def forget(self) -> None:
-        """Keep no slopes of a fit that has ended: for each parameter they are as large as the recordings."""
-        self._kept = None
-
-    def slopes(self, points: np.ndarray, predicted: np.ndarray) -> Slopes:
-        """Derivatives with respect to the parameters, and to the coefficients over their spans."""
+        """Derivatives (n, q, K) with respect to the parameters and (n, p, K) to the coefficients, over their spans."""
         ahead = self.rows_at(points + _STEP * np.eye(len(self.random))[:, None], self.shared)
-        return Slopes(points, np.tile(self.shared, (len(points), 1)), predicted,
-                      ((ahead - predicted) / _STEP).transpose(1, 0, 2), self.shared_columns(points, (), predicted))
+        return ((ahead - predicted) / _STEP).transpose(1, 0, 2), self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Derivatives (n, p, K) with respect to the coefficients, inwards at an upper bound."""
