@@ -2,10 +2,10 @@
 
     python -m benchmarks.studies LIST [PROCESSES]
 
-LIST is sixty, elsewhere, fresh, later, further, beyond, outlying, distant, austral, boreal or glacial. `sixty` is every
-fourth case of the lists development and final, and `outlying` and those after it every eighth of these lists. Every
-finished case is a line of var/studies-LIST.jsonl, so that a killed run goes on where it was. studies_LIST_cases.csv has
-the cases, studies_LIST.csv what comes of them.
+LIST is sixty, elsewhere, fresh, later, further, beyond, outlying, distant, austral, boreal, glacial or solar. `sixty`
+is every fourth case of the lists development and final, and `outlying` and those after it every eighth of these lists.
+Every finished case is a line of var/studies-LIST.jsonl, so that a killed run goes on where it was.
+studies_LIST_cases.csv has the cases, studies_LIST.csv what comes of them.
 """
 
 import json
@@ -34,7 +34,7 @@ CHOSEN = {"sixty": [(which, identity) for which in ("development", "final")
           **{which: [(which, identity) for identity in cases.LISTS[which]]
              for which in ("elsewhere", "fresh", "later", "further", "beyond")},
           **{which: [(which, identity) for identity in list(cases.LISTS[which])[::8]]
-             for which in ("outlying", "distant", "austral", "boreal", "glacial")}}
+             for which in ("outlying", "distant", "austral", "boreal", "glacial", "solar")}}
 
 
 def one(job: tuple[str, str]) -> dict[str, Any]:

@@ -42,7 +42,7 @@ _FIRST_SCATTER, _OTHER_SCATTER = 0.01, 0.03
 _SPREADINGS, _SPREAD = 30, 0.01
 """Most steps of expectation-maximisation, and the relative change of the variances below which they end."""
 
-_SETTLED, _SETTLED_SHARE = 0.3, 0.01
+SETTLED, _SETTLED_SHARE = 0.3, 0.01
 """Change of the evidence below which the iterations end: in nats, far less than any decision depends on, and as a share
 of the standard error of the evidence over engagements, which is large where the model is wrong."""
 
@@ -107,7 +107,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
             best = CurvedFit(block, tuple(laws), values.points, values.shared, values.coefficients,
                              estimate(gram, variance, fixed=True), predicted, noise, values.mean, variance, evidence,
                              squares, False)
-        settled = max(_SETTLED, _SETTLED_SHARE * np.sqrt(n) * float(evidence.std()))
+        settled = max(SETTLED, _SETTLED_SHARE * np.sqrt(n) * float(evidence.std()))
         at_rest = iteration > 1 and abs(evidence.sum() - last) < settled
         if iteration == iterations or at_rest:
             break

@@ -10,7 +10,7 @@ from slipstick.clutch.effects.effect import SENSORS
 from slipstick.clutch.laws import DEPENDENCES, MOST_POINTS, OF_SENSORS, QUANTITIES, MeasuredLaw
 from slipstick.errors import InvalidValue
 from slipstick.naming.block import Block, Pair
-from slipstick.naming.curved import CurvedFit
+from slipstick.naming.curved import SETTLED, CurvedFit
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.law_map import UpTo
 from slipstick.naming.linear_model import LAW_PRECISION
@@ -127,7 +127,8 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
         onto, coefficients = np.insert(onto, 0, 1.0, axis=1), np.insert(coefficients, 0, fit.shared[clock])
         places, precision = np.insert(places, 0, len(fit.block.random) + clock), np.insert(precision, 0, 0.0)
     covariance = fit.fitted.covariance[np.ix_(places, places)]
-    coefficients, covariance, factor = widened(coefficients, covariance, precision)
+    linearised = isinstance(fit, CurvedFit)
+    coefficients, covariance, factor = widened(coefficients, covariance, precision, SETTLED if linearised else 0.0)
     seen = np.einsum("mp,pq,mq->m", onto, covariance, onto) <= _SEEN**2 * prior / factor
     if seen.sum() < 2 or values.x is None:
         seen[:] = True
@@ -141,7 +142,7 @@ def law_points(fit: BlockFit, pair: Pair) -> LawPoints:
     if values.x is not None and pair[1] == "motor speed":
         covariance = covariance + np.diag(_from_stated(values.x[seen], change) ** 2)
     return LawPoints(pair, None if values.x is None else values.x[seen], values.x_unit, change, values.unit,
-                     values.relative, covariance, values.up_to, isinstance(fit, CurvedFit))
+                     values.relative, covariance, values.up_to, linearised)
 
 
 def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -18,30 +18,40 @@ the recordings in the mean direction: from none of the steps to all of them."""
 _ROUNDS, _SETTLED = 50, 1e-3
 """Rounds in which the width of a prior is found at most, and the relative change at which it is."""
 _NOTHING = 1e-9
-"""Share of the largest eigenvalue below which an eigenvalue is 0."""
+"""Share of the largest eigenvalue, or of what a prior tells, below which an eigenvalue, or what is told, is 0."""
+_ROUNDING = 1e-15
+"""Share of the largest variance below which a variance is a rounding error."""
 _BRIDGE = 1 / 12
 """Mean squared deviation of a random walk in continuous time from its chords, over that of its second differences: a
 sixth of the variance of a step, of which a second difference has twice."""
 
 
-def widened(coefficients: np.ndarray, covariance: np.ndarray,
-            precision: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+def widened(coefficients: np.ndarray, covariance: np.ndarray, precision: np.ndarray,
+            unsettled: float = 0.0) -> tuple[np.ndarray, np.ndarray, float]:
     """Coefficients (c,) of a law and their covariance (c, c) with a wider prior, where they are larger than it expects.
 
     They were estimated with independent normal priors of mean 0 and this `precision` (c,), which is multiplied by the
-    factor that is returned, at most 1.
+    factor that is returned, at most 1. In each direction they may be as far from the most likely ones as a rise of the
+    log-likelihood by `unsettled` nats is worth: where the recordings tell little, a wide prior would magnify that.
     """
-    told, factor = np.linalg.inv(covariance), 1.0
-    at, values = told @ coefficients, coefficients
+    own = precision > 0
+    root, before, its = np.sqrt(precision[own]), covariance[np.ix_(own, own)], coefficients[own]
+    # In axes in which the recordings and the prior tell each coordinate by itself, and the prior with variance 1.
+    shares, axes = np.linalg.eigh(root[:, None] * before * root)
+    told, at, factor = np.maximum(1 / shares - 1, 0.0), axes.T @ (root * its) / shares, 1.0
+    known = told / (told + 2 * unsettled + _NOTHING)
+    told, at = known * told, known * at
     for _ in range(_ROUNDS):
-        determined = np.count_nonzero(precision) - factor * (precision * np.diag(covariance)).sum()
-        size = float(values @ (precision * values))
-        before, factor = factor, determined / size if size > determined > 0 else 1.0
-        if abs(factor / before - 1) < _SETTLED:
+        variance = 1 / (told + factor)
+        determined, size = len(told) - factor * variance.sum(), float(((variance * at) ** 2).sum())
+        last, factor = factor, determined / size if size > determined > 0 else 1.0
+        if abs(factor / last - 1) < _SETTLED:
             break
-        covariance = np.linalg.inv(told - np.diag((1 - factor) * precision))
-        values = covariance @ at
-    return values, covariance, factor
+    axes = axes / root[:, None]
+    change = np.eye(len(precision))[:, own]  # of all with their own: the others follow as they are correlated
+    change[~own] = np.linalg.solve(before, covariance[np.ix_(own, ~own)]).T
+    wider = (axes * variance) @ axes.T - before
+    return coefficients + change @ (axes @ (variance * at) - its), covariance + change @ wider @ change.T, factor
 
 
 def smoothed(onto: np.ndarray, coefficients: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -49,13 +59,13 @@ def smoothed(onto: np.ndarray, coefficients: np.ndarray, covariance: np.ndarray)
 
     `onto` (m, c) gives the values at the m points.
     """
-    told = np.linalg.inv(covariance)
     steps = np.diff(onto, axis=0)
     # In axes in which each coordinate is told with variance 1, and the prior has no correlation.
-    axes = np.linalg.inv(np.linalg.cholesky((told + told.T) / 2))
+    variance, axes = np.linalg.eigh(covariance)
+    variance = np.maximum(variance, _ROUNDING * variance.max())
+    axes, at = (axes * np.sqrt(variance)).T, (axes / np.sqrt(variance)).T @ coefficients
     rough, turn = np.linalg.eigh(axes @ (steps.T @ steps) @ axes.T)
-    axes, rough = turn.T @ axes, np.where(rough > _NOTHING * rough.max(), rough, 0.0)
-    at = axes @ told @ coefficients
+    axes, at, rough = turn.T @ axes, turn.T @ at, np.where(rough > _NOTHING * rough.max(), rough, 0.0)
     kept = rough[rough > 0]
     if not len(kept):  # the same value at all points
         return coefficients, covariance

@@ -30,6 +30,41 @@ def test_the_prior_of_a_strong_law_is_as_wide_as_the_law(size: float) -> None:
     assert (values - coefficients).mean() > 0.9 * values.mean()
 
 
+def test_what_a_fit_has_not_settled_does_not_widen_the_prior() -> None:
+    """A fit that ended early is off where the recordings tell nothing (0) and next to nothing (1)."""
+    told = np.array([0.0, 0.0003, 1.0, *[1e5] * (M - 3)])
+    values = np.array([0.0, 0.0, 12.0, *np.linspace(8, 15, M - 3)])
+    precision = np.full(M, 1 / 9)
+    covariance = np.diag(1 / (told + precision))
+    off = covariance @ (told * values) + np.array([2.5, 6.0, *[0.0] * (M - 2)])
+    change, spread, factor = widened(off, covariance, precision, unsettled=0.3)
+    assert 0.01 < factor < 0.2
+    assert np.all(np.abs(change[:2]) < 0.5 * np.sqrt(np.diag(spread)[:2]))
+    np.testing.assert_allclose(change[3:], values[3:], rtol=1e-3)
+    assert widened(off, covariance, precision)[2] < 1e-4  # far wider than the law
+
+
+def test_a_coefficient_without_a_prior_follows_those_with_one() -> None:
+    random = np.random.default_rng(5)
+    rows = random.normal(size=(3 * M, M))
+    told, precision = rows.T @ rows, np.array([0.0, *[1 / 9] * (M - 1)])
+    covariance = np.linalg.inv(told + np.diag(precision))
+    values = 40 * random.normal(size=M)
+    change, spread, factor = widened(covariance @ (told @ values), covariance, precision)
+    wide = np.linalg.inv(told + factor * np.diag(precision))
+    assert factor < 0.1
+    np.testing.assert_allclose(spread, wide, rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(change, wide @ told @ values, rtol=1e-3)
+
+
+def test_a_law_of_which_one_direction_is_hardly_told_is_smoothed() -> None:
+    told = 1e7 * np.eye(M) - 1e7 / M  # all but the mean
+    covariance = np.linalg.inv(told + 1e-6 * np.eye(M))
+    change, spread = smoothed(np.eye(M), np.sin(np.linspace(0, 3, M)), covariance)
+    assert np.ptp(change - np.sin(np.linspace(0, 3, M))) < 1e-3
+    assert np.all(np.diff(np.eye(M), axis=0) @ spread @ np.diff(np.eye(M), axis=0).T < 1e-6)
+
+
 def test_what_the_recordings_tell_well_stays() -> None:
     values = np.sin(np.arange(M))
     change, covariance = smoothed(np.eye(M), *given(np.full(M, 1e6), values))
