@@ -57,8 +57,8 @@ def main(files: list[Path]) -> None:
                 its = answer(finding, found.measured.get(finding.pair))
                 rows.append([*start, its.kind, its.effect, "+".join(finding.blocks), *its.pair,
                              round(confidence(evidence), 2), "+".join(its.others), seconds])
-        rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.unexplained]
-        if not found.findings and not found.unexplained:
+        rows += [[*start, "unlisted", "", block, "", "", "", "", seconds] for block in found.lacking]
+        if not found.findings and not found.lacking:
             rows.append([*start, "none", "", "", "", "", "", "", seconds])
     for row in rows:
         print(row, flush=True)

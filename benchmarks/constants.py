@@ -143,7 +143,7 @@ def swept(job: tuple[Constant, float, list[str], int]) -> dict[str, object]:
             recordings = Recordings.open(recorded("development", identity))
             some = recordings.take(np.linspace(0, len(recordings) - 1, min(most, len(recordings))).astype(int))
             found = name(BENCHES[cases.LISTS["development"][identity].bench], some, Settings(**changes))
-            answers[identity] = [[list(one.pair) for one in found.findings], list(found.unexplained)]
+            answers[identity] = [[list(one.pair) for one in found.findings], list(found.lacking)]
         except Exception as error:  # an answer as well: a constant without which nothing runs decides
             answers[identity] = [[], [type(error).__name__]]
     return {"constant": list(constant), "factor": factor, "answers": answers}

@@ -73,7 +73,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
                                   "left_out": left_out(its, law)}
                                  for its, law in ((its, found.measured.get(its.pair)) for its in found.findings)],
                     "error": "", "seconds": found.seconds, "aside": found.set_aside, "chi_square": found.chi_square,
-                    "unexplained": found.unexplained,
+                    "unexplained": found.lacking,
                     "laws": differences(known, found.measured, case.setup.parameters)}
 
 

@@ -19,7 +19,8 @@ def to_json(found: Naming) -> dict[str, Any]:
                       "expected": None if one.expected is None else one.expected.tolist(),
                       "agreement": one.agreement, "rare": one.rare}
                      for one in found.findings],
-        "set_aside": list(found.set_aside), "unexplained": list(found.unexplained), "chi_square": found.chi_square,
+        "set_aside": list(found.set_aside), "unexplained": list(found.unexplained),
+        "outlying": {key: list(rows) for key, rows in found.outlying.items()}, "chi_square": found.chi_square,
         "measured": [law.to_dict() for law in found.measured.values()],
         "parameters": {name: values.tolist() for name, values in found.parameters.items()},
         "clocks": found.clocks, "converter": found.converter.spec(),
@@ -36,7 +37,8 @@ def from_json(values: dict[str, Any]) -> Naming:
                 one.get("rare", False))
         for one in values["findings"])
     laws = [LawPoints.from_dict(law) for law in values["measured"]]
-    return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]), values["chi_square"],
+    return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]),
+                  {key: tuple(rows) for key, rows in values.get("outlying", {}).items()}, values["chi_square"],
                   {law.pair: law for law in laws},
                   {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
                   Converter.from_spec(values["converter"]),

@@ -41,7 +41,9 @@ _SMOOTHED = 10
 class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
-    In the blocks `unexplained` something is missing that no pair explains. `chi_square` is the reduced chi-square of
+    In the blocks `unexplained` something is missing that no pair explains. Engagements `outlying` in a block are far
+    worse than the others there, and are used: no law explains them, and too many others are set aside, or they show
+    only beside the findings. `chi_square` is the reduced chi-square of
     every block with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with
     units. `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays
     of the signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `noise` has standard
@@ -51,6 +53,7 @@ class Naming:
     findings: tuple[Finding, ...]
     set_aside: tuple[int, ...]
     unexplained: tuple[str, ...]
+    outlying: dict[str, tuple[int, ...]]
     chi_square: dict[str, float]
     measured: dict[Pair, LawPoints]
     parameters: dict[str, np.ndarray]
@@ -58,6 +61,11 @@ class Naming:
     converter: Converter
     noise: dict[str, Noise]
     seconds: float
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Blocks in which something is missing beside the findings, or where there are none in single engagements."""
+        return self.unexplained or (() if self.findings else tuple(self.outlying))
 
 
 @in_one_blas_thread
@@ -85,7 +93,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
         everything, named = _with_piston(now, settings, ask)
     start = now.start
     return Naming((*start.findings, *named), tuple(np.setdiff1d(np.arange(len(whole)), now.kept).tolist()),
-                  _unexplained(start, everything, settings),
+                  _unexplained(start, everything, settings), _outlying(now.kept, everything, settings),
                   {key: float(one.chi2.mean()) for key, one in everything.items()},
                   measured(everything), parameters_of(everything), clocks_of(everything),
                   converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
@@ -134,6 +142,13 @@ def _unexplained(start: Start, everything: Mapping[str, BlockFit], settings: Nam
         before["clutch"] = before["contact"]
     return tuple(key for key, one in everything.items()
                  if key != "contact" and is_unexplained(one.chi2, before[key], settings))
+
+
+def _outlying(kept: np.ndarray, everything: Mapping[str, BlockFit],
+              settings: NamingSettings) -> dict[str, tuple[int, ...]]:
+    """Those of the engagements `kept` that are far worse than the others in a block, the worst first, by block."""
+    found = {key: outlying([one.chi2], settings) for key, one in everything.items()}
+    return {key: tuple(kept[rows].tolist()) for key, rows in found.items() if len(rows)}
 
 
 def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:

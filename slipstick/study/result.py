@@ -38,6 +38,9 @@ class BlockResult:
     """Titles of the findings in this block; empty if there are none."""
     unexplained: bool
     """Whether something is left that no pair explains."""
+    outlying: list[int] = field(default_factory=list)
+    """Engagements, numbered from 0 as in the recordings, that are far worse than the others in this block, and are
+    used nevertheless: the worst first."""
 
 
 @dataclass(frozen=True)

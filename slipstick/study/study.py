@@ -94,11 +94,12 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
               for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
     misfits = [channel for channel, value in left.chi_square.items() if closed and value > settings.naming.strong]
     kind = "several" if len(results) > 1 else results[0].kind if results else \
-        "unlisted" if found.unexplained or misfits else "none"
+        "unlisted" if found.lacking or misfits else "none"
     result = Result(
-        kind, sentence(results, found.unexplained, missing, misfits, left_over), results,
+        kind, sentence(results, found.unexplained, found.outlying, missing, misfits, left_over), results,
         [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
-                     block in found.unexplained) for block, value in found.chi_square.items()],
+                     block in found.unexplained, list(found.outlying.get(block, ())))
+         for block, value in found.chi_square.items()],
         list(found.set_aside), _simulation(before), left, gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
          "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed, traces.scene.unused,

@@ -1,6 +1,7 @@
 """What findings are called, and the answer in one sentence."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from slipstick.clutch import effects
 from slipstick.naming.block import Pair
@@ -24,26 +25,38 @@ def title(pair: Pair, effect: str | None) -> str:
     return words[0].upper() + words[1:]
 
 
-def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str], missing: Sequence[str] = (),
+def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
+             outlying: Mapping[str, Sequence[int]] = MappingProxyType({}), missing: Sequence[str] = (),
              misfits: Sequence[str] = (), remainders: Sequence[Remainder] = ()) -> str:
     """The answer.
 
-    Signals are `missing` without which some blocks could not be tested. `misfits` are the signals, or the shifting
-    time, in which the simulation leaves a misfit that the tested blocks do not explain.
+    Where nothing was found, it has the engagements that are `outlying` in a block and yet used. Signals are `missing`
+    without which some blocks could not be tested. `misfits` are the signals, or the shifting time, in which the
+    simulation leaves a misfit that the tested blocks do not explain.
     """
-    answer = _said(findings, unexplained) + "".join(_left_over(one) for one in remainders)
+    answer = _said(findings, unexplained, outlying) + "".join(_left_over(one) for one in remainders)
     if misfits:
         absent = f"Something is missing that shows in the {_words(misfits)}, but in no block that could be tested"
         answer = absent if answer == NOTHING else f"{answer}. {absent}"
     return f"{answer}. Not every block was tested: the recordings have no {_words(missing)}" if missing else answer
 
 
+def engagements(rows: Sequence[int]) -> str:
+    """Engagements by their numbers."""
+    *most, last = map(str, rows)
+    return f"engagements {', '.join(most)} and {last}" if most else f"engagement {last}"
+
+
 def _words(names: Sequence[str]) -> str:
     return " and ".join(name.replace("_", " ") for name in names)
 
 
-def _said(findings: Sequence[FindingResult], unexplained: Sequence[str]) -> str:
+def _said(findings: Sequence[FindingResult], unexplained: Sequence[str], outlying: Mapping[str, Sequence[int]]) -> str:
     left = _quoted(unexplained)
+    if not findings and not left and outlying:
+        rows = sorted({row for its in outlying.values() for row in its})
+        return (f"Something is missing in the block {_quoted(tuple(outlying))}, where {engagements(rows)} "
+                f"{'are' if len(rows) > 1 else 'is'} far worse than the others, or bad")
     if not findings:
         return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING
     parts = [_phrase(one) for one in findings]

@@ -8,6 +8,7 @@ from slipstick.report.study.parts import Entries
 from slipstick.report.study.words import MISFIT, channel
 from slipstick.report.words import listed
 from slipstick.study.result import WITHIN, Control, FindingResult, Gap, Remainder, StudyResult
+from slipstick.study.words import engagements
 
 _CONTROL = 0.5
 """Share of the closure by the findings from which on the control casts doubt on it."""
@@ -33,6 +34,10 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     found += [(f"Unexplained: “{block.signals}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                "findings, and no law that was tried explains the rest. The findings and their intervals may be off.")
               for block in result.blocks if block.unexplained]
+    found += [(f"Far worse than the others: {engagements(block.outlying)} in “{block.signals}”,",
+               "numbered from 0. They are used all the same: too many others are set aside, or they stand out only "
+               "beside the findings. Look at their signals: either they are bad, or an effect acts on few engagements, "
+               "and no law that was tried follows it.") for block in result.blocks if block.outlying]
     found += [_left_over(one, result) for one in result.remainders]
     for one in result.findings:
         found += _about(one)

@@ -16,7 +16,8 @@ def test_a_naming_is_stored_with_all_that_its_findings_state() -> None:
     one = Finding(("load", "lock"), ("output speed sensor", "lag"), gain, (rival,), rival, expected, 46.8)
     bare = Finding(("contact",), ("friction coefficient", "slip"), np.full(32, 4.0), rare=True)
     converter = Converter((0.0, 0.5, 1.0), (2.0, 1.5, 1.0), (10.0, 12.0, 20.0))
-    found = Naming((one, bare), (3,), ("input",), {"load": 1.1}, {}, {"load_inertia": np.array([0.1, 0.2])},
+    found = Naming((one, bare), (3,), ("input",), {"load": (4, 17)}, {"load": 1.1}, {},
+                   {"load_inertia": np.array([0.1, 0.2])},
                    {"pressure": 0.001}, converter, {"pressure": (0.1, 0.3)}, 4.5)
     again = from_json(json.loads(json.dumps(to_json(found))))
     assert json.dumps(to_json(again)) == json.dumps(to_json(found))

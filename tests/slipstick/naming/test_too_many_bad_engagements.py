@@ -42,6 +42,9 @@ def test_the_worst_are_set_aside_and_nothing_is_named() -> None:
     assert len(found.set_aside) == MOST
     assert set(found.set_aside) < set(BAD)
     assert found.findings == ()
+    left = {row for rows in found.outlying.values() for row in rows}
+    assert left | set(found.set_aside) == set(BAD)
+    assert "load" in found.lacking
 
 
 def test_without_this_none_would_be(monkeypatch: pytest.MonkeyPatch) -> None:

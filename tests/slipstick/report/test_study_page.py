@@ -92,6 +92,20 @@ def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> N
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_engagements_that_stand_out_in_a_block_are_named(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    load = next(block.signals for block in result.blocks if block.name == "load")
+    worse = replace(result, blocks=[replace(block, outlying=[7, 2] if block.name == "load" else [])
+                                    for block in result.blocks])
+    assert f"Far worse than the others: engagements 7 and 2 in “{load}”, numbered from 0." in reading(
+        page(worse, figures)).text
+    assert "Far worse" not in reading(page(result, figures)).text
+    nothing, figures = studied("nothing")
+    odd = replace(nothing, kind="unlisted", blocks=[replace(block, outlying=[7]) for block in nothing.blocks])
+    assert "leave no more than noise" not in reading(page(odd, figures)).text
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_engagements_that_are_set_aside_are_described(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
     aside = {name: [199.0 if name == "motor_speed" else 2.0] for name in figures.conditions}

@@ -36,6 +36,14 @@ def test_what_no_law_explains_is_said_alone_and_beside_findings() -> None:
     assert both.startswith("Missing: quadratic load drag. Something more is missing in the block “current → pressure”")
 
 
+def test_engagements_that_stand_out_are_said_where_nothing_was_found() -> None:
+    assert sentence([], [], {"load": [17]}) == (
+        "Something is missing in the block “torque → output speed”, where engagement 17 is far worse than the others, "
+        "or bad")
+    assert "engagements 3, 4 and 17 are far worse" in sentence([], [], {"load": [17, 4], "valve": [3, 17]})
+    assert sentence([finding()], [], {"load": [17]}) == "Missing: quadratic load drag"
+
+
 def test_a_tie_names_all_and_an_unlisted_finding_says_so() -> None:
     tied = finding("tie", rivals=(Candidate(None, "load torque", "time", 48.0, 0.7),))
     assert "one of 2 that these recordings do not tell apart: quadratic load drag, load torque that depends on the " \
