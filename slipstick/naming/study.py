@@ -42,11 +42,10 @@ class Naming:
     """What recordings ask for: `findings` block by block, and the engagements `set_aside`, numbered from 0.
 
     In the blocks `unexplained` something is missing that no pair explains. Engagements `outlying` in a block are far
-    worse than the others there, and are used: no law explains them, and too many others are set aside, or they show
-    only beside the findings. `chi_square` is the reduced chi-square of
-    every block with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with
-    units. `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays
-    of the signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `noise` has standard
+    worse than the others there with all findings, and yet used. `chi_square` is the reduced chi-square of every block
+    with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with units.
+    `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays of the
+    signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `noise` has standard
     deviation and autocorrelation of the noise of each signal. `seconds` is the time that it took.
     """
 
@@ -134,20 +133,25 @@ def _with_piston(now: _Linear, settings: NamingSettings, ask: Ask) -> tuple[dict
 
 
 def _unexplained(start: Start, everything: Mapping[str, BlockFit], settings: NamingSettings) -> tuple[str, ...]:
-    """The blocks that `everything` does not explain: the clutch holds full contact, with a better piston."""
+    """The blocks that `everything` does not explain."""
     before = {key: one.chi2 for key, one in start.fits.items()}
     if start.valve is not None:
         before["valve"] = start.valve[0].chi2
     if start.closing is not None:
         before["clutch"] = before["contact"]
-    return tuple(key for key, one in everything.items()
-                 if key != "contact" and is_unexplained(one.chi2, before[key], settings))
+    return tuple(key for key, one in _explaining(everything).items()
+                 if is_unexplained(one.chi2, before[key], settings))
+
+
+def _explaining(everything: Mapping[str, BlockFit]) -> dict[str, BlockFit]:
+    """All blocks but full contact, which the clutch holds, with a better piston."""
+    return {key: one for key, one in everything.items() if key != "contact"}
 
 
 def _outlying(kept: np.ndarray, everything: Mapping[str, BlockFit],
               settings: NamingSettings) -> dict[str, tuple[int, ...]]:
     """Those of the engagements `kept` that are far worse than the others in a block, the worst first, by block."""
-    found = {key: outlying([one.chi2], settings) for key, one in everything.items()}
+    found = {key: outlying([one.chi2], settings) for key, one in _explaining(everything).items()}
     return {key: tuple(kept[rows].tolist()) for key, rows in found.items() if len(rows)}
 
 

@@ -79,4 +79,4 @@ def test_an_engagement_that_only_the_clutch_does_not_explain_is_set_aside(
 
     monkeypatch.setattr(study, "outlying", outlying_in_clutch)
     assert study.name(HEAVY, scene.recordings).set_aside == (BAD,)
-    assert judged == [30, *[29] * 6]  # at last all blocks, for what is left
+    assert judged == [30, *[29] * 5]  # at last all blocks but full contact, for what is left
