@@ -42,6 +42,11 @@ class BlockResult:
     """Engagements, numbered from 0 as in the recordings, that are far worse than the others in this block, and are
     used nevertheless: the worst first."""
 
+    @property
+    def is_explained(self) -> bool:
+        """Whether nothing is left, neither in all engagements nor in single ones."""
+        return not (self.unexplained or self.outlying)
+
 
 @dataclass(frozen=True)
 class ClosedBlock:

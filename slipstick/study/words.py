@@ -55,8 +55,9 @@ def _said(findings: Sequence[FindingResult], unexplained: Sequence[str], outlyin
     left = _quoted(unexplained)
     if not findings and not left and outlying:
         rows = sorted({row for its in outlying.values() for row in its})
-        return (f"Something is missing in the block {_quoted(tuple(outlying))}, where {engagements(rows)} "
-                f"{'are' if len(rows) > 1 else 'is'} far worse than the others, or bad")
+        bad = "are bad: they are" if len(rows) > 1 else "is bad: it is"
+        return (f"Something is missing in the block {_quoted(tuple(outlying))}, or {engagements(rows)} {bad} far worse "
+                "there than the others")
     if not findings:
         return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING
     parts = [_phrase(one) for one in findings]

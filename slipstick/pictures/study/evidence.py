@@ -18,7 +18,8 @@ CAPTION = ("Top: gain of every finding in likelihood, and its lead over each riv
            "out, in standard errors over engagements, with 90 % intervals. Ticks: what a finding must gain to be "
            "named, and by how much it must lead to be told apart. These are the numbers of the evidence; the shade of "
            "a measured law is the interval of its size. Bottom: reduced chi-square of every block with all findings. "
-           "Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as unexplained.")
+           "Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as unexplained, "
+           "or where single engagements stand out.")
 
 CERTAIN = 100.0
 """Standard errors above which no number is given: each engagement counts at most three."""
@@ -37,7 +38,7 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec:
 
 
 def _title(result: StudyResult) -> str:
-    left = sum(block.unexplained for block in result.blocks)
+    left = sum(not block.is_explained for block in result.blocks)
     blocks = f"{left} of {len(result.blocks)} blocks are not explained" if left else "no block is left unexplained"
     if not result.findings:
         return f"No change of any quantity reaches the thresholds, and {blocks}"
@@ -72,7 +73,7 @@ def _name(rival: Candidate) -> str:
 
 def _blocks(result: StudyResult, settings: StudySettings) -> Spec:
     rows: list[Spec] = [{"label": block.signals, "value": theme.rounded(block.chi_square),
-                         "series": "not explained" if block.unexplained else "explained"} for block in result.blocks]
+                         "series": "explained" if block.is_explained else "not explained"} for block in result.blocks]
     limit = math.exp(settings.naming.errors * settings.naming.noise)
     values = [row["value"] for row in rows]
     x: Spec = {"field": "value", "type": "quantitative", "title": "reduced chi-square, logarithmic",

@@ -36,7 +36,7 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
                 f"{number(settings.naming.nats)} nats and {number(settings.naming.errors)} standard errors that a "
                 "finding needs. The model of the bench describes these recordings; an effect that gains less remains "
                 "unseen.")
-    if not result.findings and not any(block.unexplained or block.outlying for block in result.blocks):
+    if not result.findings and all(block.is_explained for block in result.blocks):
         return "To find where it is missing, record the signals that are lacking."
     if not result.findings:
         return "The block is known, but not the law: record under other conditions, or look at its signals."

@@ -35,9 +35,9 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
                "findings, and no law that was tried explains the rest. The findings and their intervals may be off.")
               for block in result.blocks if block.unexplained]
     found += [(f"Far worse than the others: {engagements(block.outlying)} in “{block.signals}”,",
-               "numbered from 0. They are used all the same: too many others are set aside, or they stand out only "
-               "beside the findings. Look at their signals: either they are bad, or an effect acts on few engagements, "
-               "and no law that was tried follows it.") for block in result.blocks if block.outlying]
+               "numbered from 0, and yet used: too many others are set aside, or the difference shows only beside the "
+               "findings. Look at the signals: either the recording is bad, or an effect acts on few engagements, and "
+               "no law that was tried follows it.") for block in result.blocks if block.outlying]
     found += [_left_over(one, result) for one in result.remainders]
     for one in result.findings:
         found += _about(one)

@@ -151,6 +151,17 @@ def test_differences_are_measured_minus_predicted(studied: Studied) -> None:
     assert title.startswith("In the worst engagements, the pressure is off by 1e+02 bar")
 
 
+def test_a_block_in_which_single_engagements_stand_out_is_not_explained(studied: Studied) -> None:
+    result, figures = studied("nothing")
+    assert "no block is left unexplained" in study_pictures(result, figures)["evidence"]["title"]["text"]
+    odd = replace(result, blocks=[replace(block, outlying=[4] if block.name == "load" else [])
+                                  for block in result.blocks])
+    spec = study_pictures(odd, figures)["evidence"]
+    assert f"1 of {len(result.blocks)} blocks are not explained" in spec["title"]["text"]
+    assert [row["series"] == "not explained" for row in spec["vconcat"][0]["data"]["values"]] == [
+        block.name == "load" for block in result.blocks]
+
+
 def test_the_evidence_that_is_drawn_is_the_one_that_is_told(studied: Studied) -> None:
     result, figures = studied("friction")
     rival = Candidate("pressure_dependent_friction", "friction coefficient", "pressure", 90.0, 1.2)

@@ -97,7 +97,7 @@ def test_engagements_that_stand_out_in_a_block_are_named(studied: Studied, readi
     load = next(block.signals for block in result.blocks if block.name == "load")
     worse = replace(result, blocks=[replace(block, outlying=[7, 2] if block.name == "load" else [])
                                     for block in result.blocks])
-    assert f"Far worse than the others: engagements 7 and 2 in “{load}”, numbered from 0." in reading(
+    assert f"Far worse than the others: engagements 7 and 2 in “{load}”, numbered from 0, and yet" in reading(
         page(worse, figures)).text
     assert "Far worse" not in reading(page(result, figures)).text
     nothing, figures = studied("nothing")

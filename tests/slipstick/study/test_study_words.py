@@ -38,9 +38,10 @@ def test_what_no_law_explains_is_said_alone_and_beside_findings() -> None:
 
 def test_engagements_that_stand_out_are_said_where_nothing_was_found() -> None:
     assert sentence([], [], {"load": [17]}) == (
-        "Something is missing in the block “torque → output speed”, where engagement 17 is far worse than the others, "
-        "or bad")
-    assert "engagements 3, 4 and 17 are far worse" in sentence([], [], {"load": [17, 4], "valve": [3, 17]})
+        "Something is missing in the block “torque → output speed”, or engagement 17 is bad: it is far worse there "
+        "than the others")
+    several = sentence([], [], {"load": [17, 4], "valve": [3, 17]})
+    assert "or engagements 3, 4 and 17 are bad: they are far worse there" in several
     assert sentence([finding()], [], {"load": [17]}) == "Missing: quadratic load drag"
 
 
