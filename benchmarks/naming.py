@@ -16,6 +16,7 @@ import argparse
 import csv
 import importlib
 import json
+import os
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from functools import cache
@@ -101,8 +102,9 @@ def recorded(which: str, identity: str) -> Path:
     file = FOLDER / "naming" / which / f"{identity}.h5"
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
-        files.write(file.with_suffix(".part"), cases.LISTS[which][identity])
-        file.with_suffix(".part").rename(file)
+        part = file.with_suffix(f".{os.getpid()}")  # another process may write the same ones
+        files.write(part, cases.LISTS[which][identity])
+        part.rename(file)
     return file
 
 
