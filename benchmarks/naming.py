@@ -16,7 +16,6 @@ import argparse
 import csv
 import importlib
 import json
-import os
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from functools import cache
@@ -37,6 +36,7 @@ from slipstick.naming.measured import LawPoints
 from slipstick.naming.selection import Finding, is_further
 from slipstick.naming.study import name
 from slipstick.recordings import Recordings
+from slipstick.storage.files import replacing
 from slipstick.study.confidence import FILE as CONFIDENCE
 from slipstick.study.confidence import share_of
 from tests.validation.hidden import cases, files
@@ -102,9 +102,8 @@ def recorded(which: str, identity: str) -> Path:
     file = FOLDER / "naming" / which / f"{identity}.h5"
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
-        part = file.with_suffix(f".{os.getpid()}")  # another process may write the same ones
-        files.write(part, cases.LISTS[which][identity])
-        part.rename(file)
+        with replacing(file) as part:  # another process may write the same ones
+            files.write(part, cases.LISTS[which][identity])
     return file
 
 

@@ -18,8 +18,8 @@ CAPTION = ("Top: gain of every finding in likelihood, and its lead over each riv
            "out, in standard errors over engagements, with 90 % intervals. Ticks: what a finding must gain to be "
            "named, and by how much it must lead to be told apart. These are the numbers of the evidence; the shade of "
            "a measured law is the interval of its size. Bottom: reduced chi-square of every block with all findings. "
-           "Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as unexplained, "
-           "or where single engagements stand out.")
+           "Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as unexplained; one "
+           "in which single engagements are far worse than the others does so anywhere.")
 
 CERTAIN = 100.0
 """Standard errors above which no number is given: each engagement counts at most three."""
