@@ -18,8 +18,9 @@ def open_questions(signals: Collection[str], bench: Bench) -> tuple[str, ...]:
     can = open_blocks(signals)
     closed = [f"{block} ({_listed([name for name in missing if name in its])})" for block, its in NEEDED.items()
               if block not in can]
-    study = "A study is not possible: no block has the signals at both of its ends. It needs the pressure, or the " \
-            "output torque and a speed"
+    study = "A study tests no block, because none has the signals at both of its ends. It says whether the " \
+            "simulation of the whole bench explains the recordings, and which effects would. A block needs the " \
+            "pressure, or the output torque and a speed"
     if can:
         study = (f"A study tests the block{'s' if len(can) > 1 else ''} {_listed(can)}. It cannot test "
                  f"{_listed(closed)}, which need what is in brackets")

@@ -39,6 +39,12 @@ class SimulationFit:
         return self.fitted.evidence
 
     @property
+    def chi_square(self) -> dict[str, float]:
+        """Mean squared residual of each signal and of the shifting time, in units of its noise."""
+        squares = self.block.traces.mean_squares(self.block.measured - self.fitted.predicted)
+        return {channel: square * self.block.traces.noise[channel] ** 2 for channel, square in squares.items()}
+
+    @property
     def covariance(self) -> np.ndarray:
         """Covariance (p, p) of the coefficients: a sandwich estimator over engagements."""
         gram, q = self.fitted.fitted.marginal, len(self.block.random)

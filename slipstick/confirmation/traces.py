@@ -53,7 +53,7 @@ class Traces:
            conditions: Conditions | None = None) -> "Traces":
         """The rows of the recordings of a scene, with `conditions` other than the stated ones where they are known."""
         conditions = scene.recordings.conditions if conditions is None else conditions
-        noise = dict.fromkeys((*scene.signals.names, TIME), 1.0)
+        noise = dict.fromkeys((*scene.smooth, TIME), 1.0)
         blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), noise, clocks, converter, conditions)
         signals = {name: scene.measured(name) for name in blank.signals}
         near_lock = ~(scene.slipping | scene.locked)
@@ -97,8 +97,13 @@ class Traces:
                  np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, _FAILED, values[:, self.columns[name]])
 
         mapped(fill_columns, self.signals)
-        values[:, -1] = times / (self.scene.timer_noise * self.noise[TIME])
+        values[:, -1] = times / self.time_noise
         return values
+
+    @property
+    def time_noise(self) -> float:
+        """Standard deviation of the noise of the shifting time in s."""
+        return self.scene.timer_noise * self.noise[TIME]
 
     @property
     def columns(self) -> dict[str, slice]:

@@ -22,6 +22,7 @@ from slipstick.naming.release import released, slips_until
 from slipstick.naming.rigid import couple
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings, Signals
+from slipstick.recordings.signals import SIGNAL_UNITS
 
 Pair = tuple[str, str]
 """The quantity that a law changes, and what it depends on."""
@@ -70,10 +71,9 @@ class Scene:
 
     @classmethod
     def of(cls, bench: Bench, recordings: Recordings, settings: NamingSettings) -> "Scene":
-        """The scene of recordings with signals, about the nominal parameters of the bench."""
+        """The scene of recordings, about the nominal parameters of the bench."""
         signals = recordings.signals
-        assert signals is not None
-        measured = {name: signals[name].astype(float) for name in signals.names}
+        measured = {} if signals is None else {name: signals[name].astype(float) for name in signals.names}
         noise = {name: sensor_noise(name, values) for name, values in measured.items()}
         smooth = {name: scipy.ndimage.gaussian_filter1d(values, settings.smoothing, axis=1)
                   for name, values in measured.items()}
@@ -86,6 +86,11 @@ class Scene:
         """The engagements `rows`, with the run order that they had among all."""
         return replace(self, recordings=self.recordings.take(rows),
                        smooth={name: values[rows] for name, values in self.smooth.items()}, order=self.run[rows])
+
+    @property
+    def missing(self) -> list[str]:
+        """The signals that were not measured."""
+        return [name for name in SIGNAL_UNITS if name not in self.smooth]
 
     def has(self, *names: str) -> bool:
         """Whether all of these signals were measured."""
@@ -203,8 +208,9 @@ class Scene:
 
     @property
     def time(self) -> np.ndarray:
-        """Sample times (k,) in s."""
-        return self.signals.time
+        """Sample times (k,) in s; without signals the begin and the end of the longest current profile."""
+        signals = self.recordings.signals
+        return np.array([0.0, self.recordings.conditions.profile_time.max()]) if signals is None else signals.time
 
     @property
     def step(self) -> float:

@@ -46,7 +46,8 @@ class Naming:
     with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with units.
     `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays of the
     signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `noise` has standard
-    deviation and autocorrelation of the noise of each signal. `seconds` is the time that it took.
+    deviation and autocorrelation of the noise of each signal. `seconds` is the time that it took. Where no block has
+    the signals at both of its ends, there is nothing but the noise and the converter.
     """
 
     findings: tuple[Finding, ...]
@@ -74,6 +75,8 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     began, settings = time.perf_counter(), settings or NamingSettings()
     ask(Asked("engagements"))
     whole = scene_of(bench, recordings, settings)
+    if not open_blocks(tuple(whole.smooth)):
+        return Naming((), (), (), {}, {}, {}, {}, {}, bench.physics.curves, whole.noise, time.perf_counter() - began)
     plain = bare(whole)
     believed = np.flatnonzero(~foreign(whole, plain))
     kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
@@ -163,20 +166,14 @@ def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:
 def scene_of(bench: Bench, recordings: Recordings, settings: NamingSettings) -> Scene:
     """The scene of recordings that can be studied.
 
-    Raises `InvalidValue` without the signals of any block, with too few engagements or samples, samples that are not
-    equidistant, copies of engagements, and for a signal without noise.
+    Raises `InvalidValue` with too few engagements or samples, samples that are not equidistant, copies of engagements,
+    and for a signal without noise.
     """
-    if recordings.signals is None:
-        raise InvalidValue("These recordings have no signals, and blocks are driven by measured signals",
-                           "Record pressure, speeds and torque as well. A fit of the shifting times alone shows in "
-                           "which groups of conditions the model is off")
-    if not open_blocks(recordings.signals.names):
-        raise InvalidValue(f"These recordings have no signal but the {recordings.signals.names[0].replace('_', ' ')}, "
-                           "which is not both ends of a block", "Record the pressure, or the torque and a speed")
     if len(recordings) < settings.fewest:
         raise InvalidValue(f"{len(recordings)} engagements are too few to tell laws apart",
                            f"Record at least {settings.fewest} engagements under different conditions")
-    require_one_clock(recordings)
-    require_samples(recordings, int(_SMOOTHED * settings.smoothing))
-    require_no_copies(recordings.signals)
+    if recordings.signals is not None:
+        require_one_clock(recordings)
+        require_samples(recordings, int(_SMOOTHED * settings.smoothing))
+        require_no_copies(recordings.signals)
     return Scene.of(bench, recordings, settings)

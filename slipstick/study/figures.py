@@ -73,6 +73,8 @@ def _columns(conditions: Conditions) -> dict[str, list[float] | None]:
 def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:
     block, fitted = models["before"].block, models["before"].fitted
     scene = block.scene
+    if not block.traces.signals:
+        return []
     left = (block.measured - fitted.predicted) * block.counted
     order = np.argsort(-(left**2).sum(axis=1), kind="stable")
     profiles = scene.recordings.conditions.current_profile[order]

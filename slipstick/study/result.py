@@ -3,9 +3,11 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar, Literal
 
+from slipstick.confirmation.explanations import Explanation
 from slipstick.confirmation.further import FurtherExperiment
 from slipstick.confirmation.gap import WITHIN, Closure
 from slipstick.confirmation.schema import DOCUMENTED
+from slipstick.confirmation.times import TimesOver
 from slipstick.confirmation.worth import Worth
 from slipstick.study.finding import (
     Candidate,
@@ -18,8 +20,8 @@ from slipstick.study.finding import (
 )
 
 __all__ = ["WITHIN", "BlockResult", "Candidate", "ClosedBlock", "Closure", "Coefficient", "Confirmation", "Control",
-           "CountedFindings", "FindingResult", "FurtherExperiment", "Gap", "Law", "MeasuredCondition", "Remainder",
-           "SimulationResult", "StudyResult", "Worth"]
+           "CountedFindings", "Explanation", "FindingResult", "FurtherExperiment", "Gap", "Law", "MeasuredCondition",
+           "Remainder", "SimulationResult", "StudyResult", "TimesOver", "Worth"]
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,12 @@ class StudyResult:
     measured values. A condition whose block was not tested, or that has a value in each engagement, is not listed."""
     remainders: list[Remainder] = field(default_factory=list)
     """What the findings may leave: smaller ones, three quarters of which are wrong, or more."""
+    explanations: list[Explanation] = field(default_factory=list)
+    """Effects of the catalogue that would explain what the simulation leaves where blocks were not tested, that which
+    gains most first. Their laws are not measured, and other effects are not excluded."""
+    times: list[TimesOver] = field(default_factory=list)
+    """Changes of the shifting time over the conditions that the parameters do not explain; only of recordings of
+    shifting times alone."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

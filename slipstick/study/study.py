@@ -31,15 +31,15 @@ from slipstick.naming.scene import Scene
 from slipstick.naming.selection import is_enough
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
-from slipstick.recordings.needed import NEEDED
 from slipstick.study.conditions import by_level, with_measured
 from slipstick.study.confidence import are_reported
 from slipstick.study.figures import Figures, figures
 from slipstick.study.findings import finding_result, judged, remainder
 from slipstick.study.progress import Log, StudySteps
-from slipstick.study.result import BlockResult, ClosedBlock, Control, FurtherExperiment, Gap, SimulationResult
+from slipstick.study.result import BlockResult, Control, FurtherExperiment, Gap, SimulationResult
 from slipstick.study.result import StudyResult as Result
 from slipstick.study.settings import StudySettings
+from slipstick.study.untested import untested
 from slipstick.study.words import SIGNALS, sentence
 from slipstick.threads import in_one_blas_thread
 
@@ -76,7 +76,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     laws = {name: law for name, law in measured.items() if law is not None}
     before, formulas, after, without = _fits(settings, traces, terms, laws, points)
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
-    experiments = [_experiments(one, after) for one in answers]
+    experiments, rest = [_experiments(one, after) for one in answers], untested(settings, after)
     results = [finding_result(settings, one, found.measured.get(one.finding.pair), formulas, after, its)
                for one, its in zip(reported, experiments, strict=True)]
     doing("predict", "Predicting held-out conditions")
@@ -89,21 +89,20 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
     else:
         predictions = {"before": predict(before, settings.seed)}
-    missing, left = traces.scene.signals.missing, _simulation(after)
-    closed = [ClosedBlock(block, words, [name for name in missing if name in NEEDED[block]])
-              for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
-    misfits = [channel for channel, value in left.chi_square.items() if closed and value > settings.naming.strong]
     kind = "several" if len(results) > 1 else results[0].kind if results else \
-        "unlisted" if found.lacking or misfits else "none"
+        "unlisted" if found.lacking or rest.misfits else "none"
+    answer = sentence(results, found.unexplained, found.outlying, left_over, bool(found.chi_square),
+                      traces.scene.missing, rest.misfits, rest.explanations)
     result = Result(
-        kind, sentence(results, found.unexplained, found.outlying, missing, misfits, left_over), results,
+        kind, answer, results,
         [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
                      block in found.unexplained, list(found.outlying.get(block, ())))
          for block, value in found.chi_square.items()],
-        list(found.set_aside), _simulation(before), left, gap, len(traces.scene),
+        list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
         {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
-         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, closed, traces.scene.unused,
-        list(by_level(traces.scene.recordings.conditions, traces.conditions)), left_over)
+         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, rest.closed,
+        traces.scene.unused, list(by_level(traces.scene.recordings.conditions, traces.conditions)), left_over,
+        rest.explanations, rest.times)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
 
@@ -186,7 +185,5 @@ def _simulation(one: SimulationFit) -> SimulationResult:
     for parameter, change in one.parameters.items():
         if parameter not in CONDITIONS:
             values[names_of.index(parameter)] *= 1 + change
-    squares = block.traces.mean_squares(block.measured - one.fitted.predicted)
-    chi_square = {channel: squares[channel] * block.traces.noise[channel] ** 2 for channel in squares}
-    return SimulationResult(one.parameters, one.scatter, chi_square, float(one.evidence.sum()), one.fitted.converged,
-                            block.terms.model(one.values, tuple(values.tolist())).spec())
+    return SimulationResult(one.parameters, one.scatter, one.chi_square, float(one.evidence.sum()),
+                            one.fitted.converged, block.terms.model(one.values, tuple(values.tolist())).spec())

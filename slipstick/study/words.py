@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from slipstick.clutch import effects
+from slipstick.confirmation.explanations import Explanation
 from slipstick.naming.block import Pair
 from slipstick.study.result import FindingResult, Remainder
 
@@ -15,6 +16,7 @@ SIGNALS = {"valve": "current → pressure", "contact": "pressure, slip → torqu
            "input": "torque → input speed", "lock": "output speed → input speed after lock-up"}
 """Block of the study -> the signals that it connects."""
 NOTHING = "Nothing is missing that these recordings could show"
+_PARAMETERS = "The parameters of the bench explain these recordings"
 
 
 def title(pair: Pair, effect: str | None) -> str:
@@ -26,19 +28,25 @@ def title(pair: Pair, effect: str | None) -> str:
 
 
 def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
-             outlying: Mapping[str, Sequence[int]] = MappingProxyType({}), missing: Sequence[str] = (),
-             misfits: Sequence[str] = (), remainders: Sequence[Remainder] = ()) -> str:
+             outlying: Mapping[str, Sequence[int]] = MappingProxyType({}), remainders: Sequence[Remainder] = (),
+             any_tested: bool = True, missing: Sequence[str] = (), misfits: Sequence[str] = (),
+             explanations: Sequence[Explanation] = ()) -> str:
     """The answer.
 
     Where nothing was found, it has the engagements that are `outlying` in a block and yet used. Signals are `missing`
-    without which some blocks could not be tested. `misfits` are the signals, or the shifting time, in which the
-    simulation leaves a misfit that the tested blocks do not explain.
+    without which some blocks could not be tested, or none. `misfits` are the signals, or the shifting time, in which
+    the simulation leaves a misfit that the tested blocks do not explain, and `explanations` would explain it.
     """
     answer = _said(findings, unexplained, outlying) + "".join(_left_over(one) for one in remainders)
     if misfits:
-        absent = f"Something is missing that shows in the {_words(misfits)}, but in no block that could be tested"
-        answer = absent if answer == NOTHING else f"{answer}. {absent}"
-    return f"{answer}. Not every block was tested: the recordings have no {_words(missing)}" if missing else answer
+        absent = f"Something is missing that shows in the {_words(misfits)}"
+        absent += ", but in no block that could be tested" if any_tested else ""
+        answer = (absent if answer == NOTHING else f"{answer}. {absent}") + _would_explain(explanations)
+    if not missing:
+        return answer
+    if not any_tested and answer == NOTHING:
+        answer = _PARAMETERS
+    return f"{answer}. {'Not every' if any_tested else 'No'} block was tested: the recordings have no {_words(missing)}"
 
 
 def engagements(rows: Sequence[int]) -> str:
@@ -47,8 +55,20 @@ def engagements(rows: Sequence[int]) -> str:
     return f"engagements {', '.join(most)} and {last}" if most else f"engagement {last}"
 
 
+def _would_explain(explanations: Sequence[Explanation]) -> str:
+    """The effects that would explain a misfit best, as far as the recordings tell them apart."""
+    if not explanations:
+        return ""
+    first, *others = (effects.find(one.effect).title for one in explanations if one is explanations[0] or one.tied)
+    names = [name[0].lower() + name[1:] for name in (first, *others)]
+    what = "would explain it" if explanations[0].sufficient else "would explain most, but not all of it"
+    best = f". Of the effects in the catalogue, {names[0]} {what}"
+    return f"{best}, and is not told apart from {_words(names[1:])}" if names[1:] else best
+
+
 def _words(names: Sequence[str]) -> str:
-    return " and ".join(name.replace("_", " ") for name in names)
+    *most, last = (name.replace("_", " ") for name in names)
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def _said(findings: Sequence[FindingResult], unexplained: Sequence[str], outlying: Mapping[str, Sequence[int]]) -> str:

@@ -73,13 +73,18 @@ def studied(few_recordings: Path, once: Once) -> Callable[[str], tuple[StudyResu
     """Real studies of 24 engagements, each run once.
 
     `friction`: shipped recordings, which contain friction that depends on slip; `drag` and `nothing`: simulated by a
-    model with a quadratic load drag and by the model without effects.
+    model with a quadratic load drag and by the model without effects; `torque` and `times`: those with friction, of
+    which only the output torque, or the shifting times, were recorded.
     """
     few = Recordings.open(few_recordings / "few.h5")
+    signals = few.signals
+    assert signals is not None
     recordings: dict[str, Callable[[], Recordings]] = {
         "friction": lambda: few,
         "drag": lambda: bench(few, NOMINAL.with_effect("quadratic_load_drag", {"drag": 0.03})),
-        "nothing": lambda: bench(few, NOMINAL)}
+        "nothing": lambda: bench(few, NOMINAL),
+        "torque": lambda: replace(few, signals=Signals(signals.time, output_torque=signals.output_torque)),
+        "times": lambda: replace(few, signals=None)}
 
     def run(name: str) -> tuple[StudyResult, Figures]:
         settings, given = StudySettings(), recordings[name]()

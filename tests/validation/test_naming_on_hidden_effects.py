@@ -43,5 +43,5 @@ def test_recordings_that_cannot_tell_are_refused(tmp_path: Path) -> None:
     few = recorded(tmp_path, Case(seed=713, count=12))
     with pytest.raises(InvalidValue, match="12 engagements"):
         name(HEAVY, few)
-    with pytest.raises(InvalidValue, match="no signals"):
+    with pytest.raises(InvalidValue, match="12 engagements"):
         name(HEAVY, Recordings(few.conditions, few.measured_time))

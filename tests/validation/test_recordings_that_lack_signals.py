@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.errors import InvalidValue
 from slipstick.naming import answer, name
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
@@ -61,6 +60,7 @@ def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) ->
     assert {one.name: one.missing for one in result.closed} == {
         block: ["pressure"] for block in ("valve", "contact", "clutch")}
     assert "pressure" not in result.after.chi_square
+    assert result.explanations[0].effect == "stribeck_friction"
     html = study_page(
         {"id": "partial", "recordings": "partial", "recordings_digest": recordings.digest,
          "settings": asdict(StudySettings()), "submitted": "2026-11-01T10:00:00Z", "ended": "2026-11-01T10:00:12Z"},
@@ -70,12 +70,13 @@ def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) ->
     assert "not tested: pressure not measured" in html
 
 
-def test_without_both_ends_of_any_block_there_is_no_study(tmp_path: Path) -> None:
-    alone = recorded(tmp_path, [], ["pressure", "input_speed", "output_speed"])
-    with pytest.raises(InvalidValue, match="no signal but the output torque, which is not both ends of a block"):
-        name(HEAVY, alone)
-    with pytest.raises(InvalidValue, match="These recordings have no signals"):
-        name(HEAVY, replace(alone, signals=None))
+def test_without_both_ends_of_any_block_the_simulation_answers(tmp_path: Path) -> None:
+    without = ["pressure", "input_speed", "output_speed"]
+    result, _, _ = studied(tmp_path, [], without)
+    assert (result.kind, result.blocks, result.explanations) == ("none", [], [])
+    result, _, _ = studied(tmp_path, ["friction_falls_with_slip"], without)
+    assert (result.kind, result.blocks) == ("unlisted", [])
+    assert result.explanations[0].effect == "stribeck_friction"
 
 
 def studied(folder: Path, effects: list[str], without: list[str]) -> tuple[StudyResult, Figures, Recordings]:

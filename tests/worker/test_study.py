@@ -71,7 +71,7 @@ def test_the_text_has_warnings_before_what_was_achieved() -> None:
     assert "pressure bias           −2.00 %   5.00 %" in lines
 
 
-def test_recordings_without_signals_are_refused(
+def test_shifting_times_alone_are_studied(
         few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recordings = Recordings.open(few_recordings / "few.h5")
     conditions = recordings.conditions
@@ -79,9 +79,14 @@ def test_recordings_without_signals_are_refused(
                                conditions.brake_torque, recordings.measured_time])
     header = "current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]"
     np.savetxt(tmp_path / "few.csv", columns, ["%d", "%.9g", "%g", "%g", "%.9g"], ",", header=header, comments="")
-    assert main(["study", str(tmp_path / "few.csv"), "--out", str(tmp_path / "few.json")]) == 1
-    assert "These recordings have no signals" in capsys.readouterr().err
-    assert not (tmp_path / "few.json").exists()
+    assert main(["study", str(tmp_path / "few.csv"), "--out", str(tmp_path / "few.json"),
+                 "--report", str(tmp_path / "few.html")]) == 0
+    result = result_from_dict(json.loads((tmp_path / "few.json").read_text())["result"])
+    assert [one.condition for one in result.times] == ["motor_speed", "current_profile"]
+    printed = capsys.readouterr().out
+    assert "No block was tested" in printed
+    assert "Shifting times over the conditions" in printed
+    assert "Shifting times over the conditions" in (tmp_path / "few.html").read_text()
 
 
 @pytest.mark.parametrize(("content", "message"), [

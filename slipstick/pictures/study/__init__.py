@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from slipstick.pictures.study import evidence, gap, law, signals, surfaces
+from slipstick.pictures.study import evidence, gap, law, signals, surfaces, times
 from slipstick.pictures.theme import Spec
 from slipstick.study.figures import Figures
 from slipstick.study.result import StudyResult
@@ -11,7 +11,7 @@ from slipstick.study.settings import StudySettings
 
 __all__ = ["CAPTIONS", "Spec", "study_pictures"]
 
-_PICTURES = {"law": law, "evidence": evidence, "gap": gap, "signals": signals}
+_PICTURES = {"law": law, "evidence": evidence, "times": times, "gap": gap, "signals": signals}
 CAPTIONS = {**{name: picture.CAPTION for name, picture in _PICTURES.items()}, "surfaces": surfaces.CAPTION}
 """Name of each picture, in the order of the report -> caption."""
 

@@ -14,12 +14,12 @@ from slipstick.study.figures import Figures
 from slipstick.study.result import Candidate, StudyResult
 from slipstick.study.settings import StudySettings
 
-CAPTION = ("Top: gain of every finding in likelihood, and its lead over each rival that the recordings do not rule "
-           "out, in standard errors over engagements, with 90 % intervals. Ticks: what a finding must gain to be "
-           "named, and by how much it must lead to be told apart. These are the numbers of the evidence; the shade of "
-           "a measured law is the interval of its size. Bottom: reduced chi-square of every block with all findings. "
-           "Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as unexplained; one "
-           "in which single engagements are far worse than the others does so anywhere.")
+CAPTION = ("Top, if anything was found: gain of every finding in likelihood, and its lead over each rival that the "
+           "recordings do not rule out, in standard errors over engagements, with 90 % intervals. Ticks: what a finding "
+           "must gain to be named, and by how much it must lead to be told apart. These are the numbers of the "
+           "evidence; the shade of a measured law is the interval of its size. Blocks: reduced chi-square of each with "
+           "all findings. Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as "
+           "unexplained; one in which single engagements are far worse than the others does so anywhere.")
 
 CERTAIN = 100.0
 """Standard errors above which no number is given: each engagement counts at most three."""
@@ -30,8 +30,10 @@ _LEAST_AXIS = 1.35
 """Reduced chi-square up to which the axis reaches at least."""
 
 
-def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec:
-    """Return rows of gains and leads, and of blocks."""
+def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | None:
+    """Return rows of gains and leads, and of blocks; None where no block was tested."""
+    if not result.blocks:
+        return None
     views = [_gains(result, settings), _blocks(result, settings)] if result.findings else [_blocks(result, settings)]
     return theme.picture(_title(result), "Every mark beyond its tick or dashed line counts.", {
         "spacing": 30, "resolve": {"scale": {"color": "independent"}}, "vconcat": views})
@@ -39,7 +41,8 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec:
 
 def _title(result: StudyResult) -> str:
     left = sum(not block.is_explained for block in result.blocks)
-    blocks = f"{left} of {len(result.blocks)} blocks are not explained" if left else "no block is left unexplained"
+    blocks = f"{left} of {len(result.blocks)} blocks are not explained" if left else \
+        f"no {'tested ' * bool(result.closed)}block is left unexplained"
     if not result.findings:
         return f"No change of any quantity reaches the thresholds, and {blocks}"
     ties = sum(bool(one.rivals) for one in result.findings)

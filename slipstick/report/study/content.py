@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from slipstick.report.study import findings, simulation
+from slipstick.report.study import findings, simulation, untested
 from slipstick.report.study.limits import limits
 from slipstick.report.study.parts import Items, Picture, Section
 from slipstick.study.figures import Figures
@@ -15,7 +15,8 @@ def evidence(result: StudyResult, settings: StudySettings, pictures: Collection[
     laws = "The measured law" if len(result.findings) == 1 else "The measured laws"
     return [Section(laws, [Picture("law")] if "law" in pictures else []),
             *findings.sections(result, settings),
-            Section("What decided", [Picture("evidence")] if "evidence" in pictures else []), simulation.blocks(result),
+            Section("What decided", [Picture("evidence")] if "evidence" in pictures else []),
+            untested.explained(result), untested.times(result, "times" in pictures), simulation.blocks(result),
             simulation.gap(result, "gap" in pictures),
             Section("Signals of the worst engagements", [Picture("signals")] if "signals" in pictures else [])]
 

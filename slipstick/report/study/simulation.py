@@ -27,6 +27,8 @@ _UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m²", "brake_torque": "N m
 
 def lead(result: StudyResult, settings: StudySettings) -> str:
     """What the answer means for predictions, or what it means that nothing was found."""
+    if not result.blocks:
+        return _untested(result)
     chi_square = [block.chi_square for block in result.blocks]
     if result.kind == "none":
         return (f"In {'the' if result.closed else 'all'} {len(result.blocks)} blocks of the model"
@@ -49,6 +51,17 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
     if time.closure is None:
         return f"{text} There is no significant gap in the shifting time to close.{_within(result.gap)}"
     return text if time.closure < 0 else f"{text} That closes {closed(time)} of the gap."
+
+
+def _untested(result: StudyResult) -> str:
+    """What the answer means where no block could be tested."""
+    what = ("Each engagement is one number, which the scatter of any parameter explains: only differences between the "
+            "conditions tell anything, as far as the means of the parameters do not explain these as well."
+            if result.times else "No block has signals at both of its ends, so that no law is measured.")
+    if result.kind == "none":
+        return (f"The simulation of the whole bench explains {many(result.experiments, 'engagement')} with its "
+                f"parameters. {what} An effect that they can make good remains unseen.")
+    return f"{what} To find where it is missing, record pressure, speeds and torque."
 
 
 def _within(gap: Gap) -> str:

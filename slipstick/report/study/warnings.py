@@ -20,8 +20,9 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     if result.closed:
         missing = dict.fromkeys(name for block in result.closed for name in block.missing)
         found.append((f"Not measured: {listed([channel(name) for name in missing])}.",
-                      f"{listed([f'“{block.signals}”' for block in result.closed])} could not be tested. What is "
-                      "missing there is not found, or appears as a finding of another block."))
+                      f"{listed([f'“{block.signals}”' for block in result.closed])} could not be tested. "
+                      + ("What is missing there is not found, or appears as a finding of another block."
+                         if result.blocks else "The answer is that of the simulation of the whole bench alone.")))
     if result.unused_channels:
         found.append((f"Not used: {listed(result.unused_channels)}.",
                       "In at least one engagement it has no value up to lock-up, so that no law over it was tried."))

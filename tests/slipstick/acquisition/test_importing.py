@@ -223,7 +223,7 @@ def test_without_both_speeds_the_shifting_time_must_be_recorded() -> None:
     assert signals.names == ("output_speed",)
     assert found.recordings.further["speed"].values.shape == signals["output_speed"].shape
     assert found.recordings.measured_time.tolist() == [LOCK, LOCK]
-    assert "A study is not possible" in found.open_questions[1]
+    assert "A study tests no block" in found.open_questions[1]
 
 
 @pytest.mark.parametrize(("names", "wrong", "says"), [

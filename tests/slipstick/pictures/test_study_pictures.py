@@ -17,7 +17,7 @@ from slipstick.study.result import Candidate, FindingResult, Law
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]
-DATA = {"law": "symbol", "evidence": "symbol", "gap": "symbol", "signals": "line"}
+DATA = {"law": "symbol", "evidence": "symbol", "times": "symbol", "gap": "symbol", "signals": "line"}
 """Name of a picture -> kind of the marks of its data."""
 
 
@@ -37,7 +37,8 @@ def with_findings(result: StudyResult, *findings: FindingResult) -> StudyResult:
 
 
 @pytest.mark.parametrize(("name", "drawn"), [
-    ("friction", ["law", "evidence", "gap", "signals"]), ("nothing", ["evidence", "signals"]),
+    ("friction", ["law", "evidence", "gap", "signals"]), ("nothing", ["evidence", "signals"]), ("torque", ["signals"]),
+    ("times", ["times"]),
     pytest.param("drag", ["law", "evidence", "gap", "signals"], marks=pytest.mark.slow)])
 def test_every_picture_can_be_rendered(studied: Studied, marks: Marks, name: str, drawn: list[str]) -> None:
     specs = study_pictures(*studied(name))

@@ -347,3 +347,15 @@ def test_settings_are_listed_where_they_differ_from_the_default(studied: Studied
 @pytest.mark.usefixtures("undrawn")
 def test_the_same_study_gives_the_same_page(studied: Studied) -> None:
     assert page(*studied("friction")) == page(*studied("friction"))
+
+
+def test_where_no_block_was_tested_the_page_has_what_the_simulation_says(studied: Studied) -> None:
+    torque = re.sub(r"<[^>]+>", " ", page(*studied("torque")))
+    for part in ("What would explain it", "Slip-speed-dependent friction", "No block has signals at both of its ends",
+                 "not tested: pressure not measured", "The answer is that of the simulation of the whole bench alone"):
+        assert part in torque
+    assert "Shifting times over the conditions" not in torque
+    times = re.sub(r"<[^>]+>", " ", page(*studied("times")))
+    for part in ("Shifting times over the conditions", "current profile", "Each engagement is one number"):
+        assert part in times
+    assert "What decided" not in times

@@ -2,7 +2,15 @@
 
 import pytest
 
-from slipstick.study.result import Candidate, Confirmation, CountedFindings, FindingResult, Remainder
+from slipstick.study.result import (
+    Candidate,
+    Confirmation,
+    CountedFindings,
+    Explanation,
+    FindingResult,
+    Remainder,
+    Worth,
+)
 from slipstick.study.words import NOTHING, sentence, title
 
 CONFIRMED = Confirmation("formula", [], True)
@@ -66,3 +74,32 @@ def test_what_a_finding_leaves_is_no_second_finding() -> None:
     assert said == ("Missing: quadratic load drag. What is left in the block “torque → output speed” resembles this: "
                     "load torque that depends on the time. More likely it is what the laws of the findings do not "
                     "follow")
+
+
+def explanation(effect: str, tied: bool = False, sufficient: bool = True) -> Explanation:
+    return Explanation(effect, 50.0, 6.0, tied, {"shifting_time": 1.0}, sufficient, Worth(3.0, 9.0, {}))
+
+
+def test_without_a_tested_block_it_says_what_the_simulation_tells() -> None:
+    signals = ["pressure", "input_speed", "output_speed"]
+    assert sentence([], [], any_tested=False, missing=signals) == (
+        "The parameters of the bench explain these recordings. No block was tested: the recordings have no pressure, "
+        "input speed and output speed")
+    absent = sentence([], [], any_tested=False, missing=signals, misfits=["shifting_time"])
+    assert absent.startswith("Something is missing that shows in the shifting time. No block was tested")
+
+
+def test_effects_that_would_explain_a_misfit_are_said_as_far_as_they_are_told_apart() -> None:
+    def said(*explanations: Explanation) -> str:
+        return sentence([], [], missing=["pressure"], misfits=["output_torque"], explanations=explanations)
+
+    first = explanation("stribeck_friction")
+    assert said(first, explanation("seal_friction")) == (
+        "Something is missing that shows in the output torque, but in no block that could be tested. Of the effects in "
+        "the catalogue, slip-speed-dependent friction would explain it. Not every block was tested: the recordings "
+        "have no pressure")
+    assert "would explain it, and is not told apart from seal friction of the piston." in said(
+        first, explanation("seal_friction", tied=True)) + "."
+    assert "would explain most, but not all of it" in said(explanation("stribeck_friction", sufficient=False))
+    beside = sentence([finding()], [], missing=["pressure"], misfits=["output_torque"], explanations=[first])
+    assert beside.startswith("Missing: quadratic load drag. Something is missing that shows in the output torque")

@@ -1,0 +1,64 @@
+"""The effects of the catalogue that would explain what the simulation leaves where blocks could not be tested.
+
+Without the signals at both ends of a block only the simulation of the whole bench tells what is missing in it: it can
+be compared with formulas of the catalogue, but no law is measured, and other effects are not excluded.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from slipstick.clutch.effects import Effect
+from slipstick.confirmation.fit import SimulationFit, above, fit_simulation
+from slipstick.confirmation.promised import promised
+from slipstick.confirmation.schema import DOCUMENTED
+from slipstick.confirmation.worth import Worth, worth
+from slipstick.naming.selection import in_errors, is_enough, leads
+from slipstick.naming.settings import NamingSettings
+
+_FITTED = 4
+"""Effects that are fitted in full, of those that promise most: the linear model ranks strong effects roughly."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """An effect that the fit of the simulation asks for in addition, fitted without the other explanations."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
+
+    effect: str
+    """Name of the effect."""
+    nats: float
+    """Gain of the natural log-likelihood by the effect."""
+    errors: float
+    """Standard errors over engagements in which they gain."""
+    tied: bool
+    """Whether the recordings do not tell it from the explanation that gains most."""
+    chi_square: dict[str, float]
+    """Mean squared residual of each signal and of the shifting time that it leaves, in units of the noise."""
+    sufficient: bool
+    """Whether none of these is above the setting `naming.strong`."""
+    worth: Worth
+    """How much it changes shifting times and signals."""
+
+
+def explanations(fit: SimulationFit, effects: Iterable[Effect], settings: NamingSettings) -> list[Explanation]:
+    """Those of the `effects` that gain enough beside the terms of a fit, that which gains most first."""
+    block = fit.block
+    gained = promised(fit, effects)
+    found = []
+    for name in sorted(gained, key=lambda one: -gained[one])[:_FITTED]:
+        terms = replace(block.terms, effects=(*block.terms.effects, name))
+        its = fit_simulation(block.traces, terms, fit.fitted.points, widest=block.widest)
+        its = its if its.evidence.sum() > fit.evidence.sum() else above(its, fit)
+        if is_enough(its.evidence - fit.evidence, settings):
+            found.append((name, its))
+    found.sort(key=lambda one: -float(one[1].evidence.sum()))
+
+    def told(name: str, its: SimulationFit) -> Explanation:
+        gain, best = its.evidence - fit.evidence, found[0][1]
+        tied = its is not best and not leads(best.evidence, its.evidence, settings)
+        return Explanation(name, float(gain.sum()), in_errors(gain), tied, its.chi_square,
+                           max(its.chi_square.values()) <= settings.strong, worth(its, name))
+
+    return [told(*one) for one in found]

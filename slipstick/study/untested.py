@@ -1,0 +1,43 @@
+"""What is missing where blocks could not be tested, by the simulation of the whole bench alone."""
+
+from typing import NamedTuple
+
+from slipstick.clutch import effects
+from slipstick.confirmation.explanations import Explanation, explanations
+from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.times import TimesOver, times_over
+from slipstick.confirmation.traces import TIME
+from slipstick.recordings.needed import NEEDED
+from slipstick.study.result import ClosedBlock
+from slipstick.study.settings import StudySettings
+from slipstick.study.words import SIGNALS
+
+
+class Untested(NamedTuple):
+    """The `closed` blocks, the channels in which the simulation has `misfits`, and what would explain these.
+
+    `times` are the changes of the shifting time over conditions, where nothing else was recorded.
+    """
+
+    closed: list[ClosedBlock]
+    misfits: list[str]
+    explanations: list[Explanation]
+    times: list[TimesOver]
+
+
+def untested(settings: StudySettings, after: SimulationFit) -> Untested:
+    """What the fit `after` with all findings says about the blocks that could not be tested."""
+    missing, known = after.block.scene.missing, after.block.terms.effects
+    closed = [ClosedBlock(block, words, [name for name in missing if name in NEEDED[block]])
+              for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
+    misfits = [channel for channel, value in after.chi_square.items() if closed and value > settings.naming.strong]
+    has_signals = bool(after.block.traces.signals)
+    if not closed or (has_signals and not misfits):
+        return Untested(closed, misfits, [], [])
+    others = [one for one in effects.CATALOGUE if one.name in settings.catalogue and one.name not in known]
+    would = explanations(after, others, settings.naming)
+    if has_signals:
+        return Untested(closed, misfits, would, [])
+    # The parameters of an engagement explain its one number, so that it leaves no misfit there.
+    times = times_over(after, settings.naming, settings.seed)
+    return Untested(closed, [TIME] if would or any(one.shown for one in times) else [], would, times)
