@@ -15,8 +15,8 @@ from slipstick.study.result import Candidate, StudyResult
 from slipstick.study.settings import StudySettings
 
 CAPTION = ("Top, if anything was found: gain of every finding in likelihood, and its lead over each rival that the "
-           "recordings do not rule out, in standard errors over engagements, with 90 % intervals. Ticks: what a finding "
-           "must gain to be named, and by how much it must lead to be told apart. These are the numbers of the "
+           "recordings do not rule out, in standard errors over engagements, with 90 % intervals. Ticks: what a "
+           "finding must gain to be named, and by how much it must lead to be told apart. These are the numbers of the "
            "evidence; the shade of a measured law is the interval of its size. Blocks: reduced chi-square of each with "
            "all findings. Line: 1, if only noise is left. Dashed: from here on, at the earliest, a block counts as "
            "unexplained; one in which single engagements are far worse than the others does so anywhere.")
