@@ -5,7 +5,7 @@ from numba import njit
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def fill(signal, late, rho, scale, width, failed, out):  # type: ignore[no-untyped-def]
+def fill_rows(signal, late, rho, scale, width, failed, out):  # type: ignore[no-untyped-def]
     """Fill `out` (m, k // width) with the scaled means of `width` samples each of e_t = (y_t - rho y_{t-1}) / root.
 
     y is the `signal` (m, k) with a clock that is `late` by this share of a sample, by its derivative as `np.gradient`

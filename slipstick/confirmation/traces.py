@@ -17,7 +17,7 @@ import numpy as np
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.converter import Converter
 from slipstick.clutch.ensemble import LOCKED, Response
-from slipstick.confirmation.rows_kernel import fill
+from slipstick.confirmation.rows_kernel import fill_rows
 from slipstick.naming.scene import Scene
 from slipstick.recordings.processing import blended_at_lock_up, block_means
 from slipstick.threads import mapped
@@ -93,8 +93,8 @@ class Traces:
 
         def fill_columns(name: str) -> None:
             std, rho = self.scene.noise[name]
-            fill(signals[name], clocks.get(name, 0.0) / self.scene.step, rho,
-                 np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, _FAILED, values[:, self.columns[name]])
+            fill_rows(signals[name], clocks.get(name, 0.0) / self.scene.step, rho,
+                      np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, _FAILED, values[:, self.columns[name]])
 
         mapped(fill_columns, self.signals)
         values[:, -1] = times / self.time_noise

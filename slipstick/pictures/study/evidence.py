@@ -41,7 +41,7 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
 
 def _title(result: StudyResult) -> str:
     left = sum(not block.is_explained for block in result.blocks)
-    blocks = f"{left} of {len(result.blocks)} blocks are not explained" if left else \
+    blocks = f"{left} of {len(result.blocks)} blocks {'is' if left == 1 else 'are'} not explained" if left else \
         f"no {'tested ' * bool(result.closed)}block is left unexplained"
     if not result.findings:
         return f"No change of any quantity reaches the thresholds, and {blocks}"

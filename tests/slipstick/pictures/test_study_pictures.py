@@ -158,7 +158,7 @@ def test_a_block_in_which_single_engagements_stand_out_is_not_explained(studied:
     odd = replace(result, blocks=[replace(block, outlying=[4] if block.name == "load" else [])
                                   for block in result.blocks])
     spec = study_pictures(odd, figures)["evidence"]
-    assert f"1 of {len(result.blocks)} blocks are not explained" in spec["title"]["text"]
+    assert f"1 of {len(result.blocks)} blocks is not explained" in spec["title"]["text"]
     assert [row["series"] == "not explained" for row in spec["vconcat"][0]["data"]["values"]] == [
         block.name == "load" for block in result.blocks]
 
