@@ -41,7 +41,7 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
                "no law that was tried follows it.") for block in result.blocks if block.outlying]
     found += [_left_over(one, result) for one in result.remainders]
     for one in result.findings:
-        found += _about(one)
+        found += _about(one, len(result.findings) > 1)
     return found + _simulation(result) + _gap(result)
 
 
@@ -54,8 +54,8 @@ def _left_over(one: Remainder, result: StudyResult) -> tuple[str, str]:
             "likely a law that was found does not follow its cause everywhere. It is neither named nor simulated.")
 
 
-def _about(one: FindingResult) -> Entries:
-    """Warnings of a finding."""
+def _about(one: FindingResult, has_others: bool) -> Entries:
+    """Warnings of a finding that may be one of several."""
     found: Entries = []
     others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
               for other in one.rivals]
@@ -64,8 +64,8 @@ def _about(one: FindingResult) -> Entries:
         rest = listed(list(dict.fromkeys(others))) if others else "another effect of the same quantity and dependence"
         found.append(("Not told apart:", f"the recordings do not tell {within(one.title)} from {rest}."))
     if one.confirmation.agrees is False:
-        found.append(("Not confirmed:", f"the simulation of the whole bench does not support {within(one.title)} "
-                      "in addition to the other findings. It is not part of the extended model."))
+        found.append(("Not confirmed:", f"the simulation of the whole bench does not support {within(one.title)}"
+                      f"{' in addition to the other findings' * has_others}. It is not part of the extended model."))
     if one.confirmation.simulated == "no":
         found.append(("Not simulated:", f"the simulation does not have the {one.quantity} in dependence on "
                       f"“{one.depends_on}”, so the only evidence for {within(one.title)} is that of its blocks."))
