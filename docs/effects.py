@@ -18,7 +18,7 @@ the effect is not neutral.
 
 A study finds an effect by the quantity, by what it depends on, and by the shape of the change over that.
 [add_an_effect.md](add_an_effect.md) explains these words and how to add an effect. The symbols in the formulas are
-those of [nomenclature.md](nomenclature.md); `run` is the position of the engagement in the run order.
+those of [nomenclature.md](nomenclature.md); `run` is the position in the run order.
 `python docs/effects.py > docs/effects.md` generates this page.
 
 The model is divided into blocks at the measured signals: from current to pressure, from pressure and speeds to torque,

@@ -88,7 +88,8 @@ class Model:
     def uses_run_order(self) -> bool:
         """Whether a measured law, or an effect that is not neutral, depends on the run order."""
         return any(law.depends_on == "run order" for law in self.laws) or any(
-            effect.uses_run_order and self.coefficients_of(effect) != effect.neutral for effect in effects.CATALOGUE)
+            effect.uses_run_order and not effect.is_neutral(self.coefficients_of(effect))
+            for effect in effects.CATALOGUE)
 
     def spec(self) -> dict[str, Any]:
         """The model as JSON: parameters with units, effects, the physics of the bench with its digest, and laws if any.

@@ -2,16 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from slipstick.confirmation.simulated import SimulatedBench
+from slipstick.confirmation.simulated import ROUGH, SimulatedBench
+from slipstick.confirmation.starts import About, searched, shared_of
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import Traces
 from slipstick.naming.curved import CurvedFit, fit_curved
 
-_MULTIPLES = (-3.0, -1.0, -0.3, 0.0, 0.1, 0.3, 1.0, 3.0)
-"""Of the typical value of an amplitude, from which the best one starts the fit."""
 _ITERATIONS = 40
 _ROUNDING = 1e-6
 """Nats by which a fit may be below the one that is nested in it: rounding errors."""
@@ -71,9 +71,27 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.
 
     Standard deviations of the parameters between engagements are at most `widest` (q,).
     """
+    begun = searched(SimulatedBench(traces, terms, widest), points) if shared is None else shared
+    return _settled(traces, terms, widest, points=points, shared=begun)
+
+
+def _settled(traces: Traces, terms: Terms, widest: np.ndarray | None, **begun: Any) -> SimulationFit:
+    """The fit by rough steps from where it is `begun`, and from where that ends by fine ones."""
+    rough = fit_curved(SimulatedBench(traces, terms, widest, ROUGH), iterations=_ITERATIONS, **begun)
     block = SimulatedBench(traces, terms, widest)
-    begun = _searched(block, points) if shared is None else shared
-    return SimulationFit(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
+    return SimulationFit(block, fit_curved(block, start=rough, shared=rough.shared, iterations=_ITERATIONS))
+
+
+def extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
+    """The fit with more `terms` than the `nested` fit has, the better one from two starts.
+
+    One is at `points` (n, q) with coefficients that suit them. Where the parameters of the engagements have taken a
+    part of an effect, such as a friction that changes between them, only the other may lead to it: that at which they
+    give it back to the effect.
+    """
+    traces, widest = nested.block.traces, nested.block.widest
+    starts = [(points, None), About(nested.block, nested.fitted).start(terms)]
+    return best([fit_simulation(traces, terms, its, shared, widest) for its, shared in starts])
 
 
 def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
@@ -91,7 +109,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     bare = replace(terms, effects=(), laws=())
     whole = first = fit_simulation(traces, bare, points)
     if terms.names:
-        whole = raised(fit_simulation(traces, terms, points), first)
+        whole = raised(extended(first, terms, points), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
     before = now = fit_simulation(traces, bare, first.fitted.points)
     left = list(terms.names)
@@ -99,7 +117,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         tried = {}
         for name in left:
             more = terms.only((*now.block.terms.names, name))
-            begun = fit_simulation(traces, more, whole.fitted.points, shared_of(whole, more))
+            begun = fit_simulation(traces, more, whole.fitted.points, shared_of(whole.block, whole.fitted.shared, more))
             tried[name] = raised(begun, now)
         enough = [name for name in left if is_enough(tried[name].evidence - now.evidence)]
         if not enough:
@@ -127,11 +145,13 @@ def with_scatter_of(after: SimulationFit, before: SimulationFit) -> list[Simulat
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     """The fit `after`, or one that starts where `before` ended, whose model is nested in it.
 
-    Raises `AssertionError` if both are below `before`.
+    Raises `AssertionError` if all are below `before`: a fit by fine steps never is, and one by rough steps may lead
+    further.
     """
-    block = after.block
-    again = fit_curved(block, start=before.fitted, shared=shared_of(before, block.terms), iterations=_ITERATIONS)
-    found = best([after, SimulationFit(block, again)])
+    block, begun = after.block, before.fitted
+    neutral = shared_of(before.block, begun.shared, block.terms)
+    direct = SimulationFit(block, fit_curved(block, start=begun, shared=neutral, iterations=_ITERATIONS))
+    found = best([after, direct, _settled(block.traces, block.terms, block.widest, start=begun, shared=neutral)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
     return found
@@ -140,27 +160,3 @@ def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
 def best(fits: Sequence[SimulationFit]) -> SimulationFit:
     """The fit of the largest evidence."""
     return max(fits, key=lambda one: float(one.evidence.sum()))
-
-
-def shared_of(known: SimulationFit, terms: Terms) -> np.ndarray:
-    """Coefficients (p,) of `terms` over their spans: those of a fit, and neutral where it has none."""
-    values = dict(zip(known.block.fixed, known.fitted.shared, strict=True))
-    return np.array([values.get(name, 0.0) for name in SimulatedBench(known.block.traces, terms).fixed])
-
-
-def _searched(block: SimulatedBench, points: np.ndarray) -> np.ndarray:
-    """Coefficients (p,) over their spans: for one term after the other the multiple of its typical values that fits."""
-    unknowns = block.terms.unknowns
-    start = np.zeros(len(unknowns))
-    for term in dict.fromkeys(one.term for one in unknowns):
-        tried = []
-        for multiple in _MULTIPLES:
-            values = [one.neutral + multiple * (one.typical - one.neutral) for one in unknowns]
-            moved = np.array([(np.clip(value, one.lower, one.upper) - one.neutral) / one.span if one.term == term
-                              else before for value, one, before in zip(values, unknowns, start, strict=True)])
-            block.at(moved)
-            # The median does not mind a few engagements that no start suits.
-            each = (((block.measured - block.base(points)) * block.counted) ** 2).sum(axis=1)
-            tried.append((float(np.median(each)), moved))
-        start = min(tried, key=lambda one: one[0])[1]
-    return start

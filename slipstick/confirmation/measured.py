@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
-from slipstick.confirmation.fit import SimulationFit, best, fit_simulation, shared_of
+from slipstick.confirmation.fit import SimulationFit, best, extended, fit_simulation
+from slipstick.confirmation.starts import shared_of
 from slipstick.naming.selection import priced
 
 
@@ -32,12 +33,13 @@ def with_measured_laws(formulas: SimulationFit, before: SimulationFit, laws: Map
             break
         others = tuple(name for name in terms.effects if name != effect)
         swapped = replace(terms, effects=others, laws=(*terms.laws, law))
-        shared = shared_of(now, swapped)
+        shared = shared_of(now.block, now.fitted.shared, swapped)
         factor = swapped.unknowns[-1]
         shared[-1] = (factor.typical - factor.neutral) / factor.span
         found = fit_simulation(now.block.traces, swapped, points, shared)
         if is_better(found, now, len(law.change)):
             formula = replace(terms, effects=(*others, effect))
-            again = best([fit_simulation(now.block.traces, formula, start.fitted.points) for start in (found, before)])
+            again = best([fit_simulation(now.block.traces, formula, found.fitted.points),
+                          extended(before, formula, before.fitted.points)])
             now = found if is_better(found, best([now, again]), len(law.change)) else again
     return now

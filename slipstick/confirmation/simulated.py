@@ -30,11 +30,13 @@ RANDOM: Mapping[str, tuple[float, float]] = {
     **dict.fromkeys(CONDITIONS, (CONDITIONS_WITHIN, 0.05))}
 """Parameter or condition -> standard deviations, relative to nominal: of the prior of its mean, and of its scatter at
 most. They are those of the blocks."""
-_STEP = 1e-3
-"""Relative step of the differences. A third of it and three times it change the evidence of fits by 2 nats of 15,000,
-and coefficients by less than a tenth of their errors."""
-_SHARE = 0.01
-"""Step of a coefficient over its span."""
+FINE, ROUGH = (1e-4, 1e-4), (1e-3, 1e-2)
+"""Steps of the differences: relative ones of parameters, and those of coefficients over their spans.
+
+Near lock-up, signals have kinks in the parameters, and are measured to a thousandth of what these change. By rough
+steps, a change of a parameter and that of an effect which does the same differ by per cents there, which looks like
+knowledge: standard errors of what differs between engagements were a tenth of what they are. By fine ones the two
+differ by less than the noise. Rough steps lead over kinks at which a fit with fine ones stops."""
 _AT_ONCE = 500
 """Engagements that a thread simulates at once: the samples of all would take gigabytes."""
 _WIDE = 0.3
@@ -48,8 +50,13 @@ class SimulatedBench:
     finer: Mapping[Pair, int] = {}
     random: tuple[str, ...] = tuple(RANDOM)
 
-    def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None) -> None:
-        """`widest` (q,) are the largest standard deviations of the parameters, those of `RANDOM` by default."""
+    def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None,
+                 steps: tuple[float, float] = FINE) -> None:
+        """`widest` (q,) are the largest standard deviations of the parameters, those of `RANDOM` by default.
+
+        `steps` are those of differences, `FINE` or `ROUGH`.
+        """
+        self.step, self.share = steps
         self.traces, self.terms, self.scene = traces, terms, traces.scene
         self.measured, self.counted = traces.measured, traces.counted
         self.fixed: tuple[str, ...] = tuple(f"{one.term}: {one.name}" for one in terms.unknowns)
@@ -109,8 +116,8 @@ class SimulatedBench:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives (n, q, K) with respect to the parameters and (n, p, K) to the coefficients, over their spans."""
-        ahead = self.rows_at(points + _STEP * np.eye(len(self.random))[:, None], self.shared)
-        return ((ahead - predicted) / _STEP).transpose(1, 0, 2), self.shared_columns(points, laws, predicted)
+        ahead = self.rows_at(points + self.step * np.eye(len(self.random))[:, None], self.shared)
+        return ((ahead - predicted) / self.step).transpose(1, 0, 2), self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Derivatives (n, p, K) with respect to the coefficients, inwards at an upper bound."""
@@ -118,8 +125,9 @@ class SimulatedBench:
             return np.zeros((len(points), 0, self.measured.shape[1]))
         found = []
         for unit in np.eye(len(self.fixed)):
-            moved = self.shared + _SHARE * unit
-            step = _SHARE if np.all(self.values(moved) != self.values(self.shared), where=unit > 0) else -_SHARE
+            moved = self.shared + self.share * unit
+            inside = np.all(self.values(moved) != self.values(self.shared), where=unit > 0)
+            step = self.share if inside else -self.share
             found.append((self.rows_at(points[None], self.shared + step * unit)[0] - predicted) / step)
         return np.stack(found, axis=1)
 

@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from slipstick.confirmation.fit import SimulationFit
-from slipstick.confirmation.promised import About
 from slipstick.confirmation.schema import DOCUMENTED
+from slipstick.confirmation.starts import About
 from slipstick.naming.bases import between, between_knots, hats
 from slipstick.naming.evidence import FOLDS, held_out
 from slipstick.naming.grams import estimate
@@ -59,7 +59,7 @@ class TimesOver:
 
 def times_over(fit: SimulationFit, settings: NamingSettings, seed: int) -> list[TimesOver]:
     """The changes over all conditions with more than one level, each without the others."""
-    about, scene = About(fit), fit.block.scene
+    about, scene = About(fit.block, fit.fitted), fit.block.scene
     n = len(scene)
     folds = np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
     bare = estimate(about.beside(np.zeros((n, 0, fit.block.measured.shape[1]))), fit.fitted.variance)

@@ -21,6 +21,8 @@ _EXPLAINED = 0.5
 """Share of the typical variance of a signal below which it has nothing to do with the inputs of its block."""
 _BELIEVED = 3.0
 """Multiples of the widest scatter beyond which a parameter may be that of an error of the recording."""
+_LEAST_NOISE = 1e-12
+"""Least size of third differences, in the unit of a signal, by which others are divided."""
 
 
 def outlying(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.ndarray:
@@ -29,6 +31,18 @@ def outlying(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.
         return np.zeros(0, int)
     off = np.max([_misfit(one, settings) for one in chi_squares], axis=0)
     return np.asarray(np.argsort(-off, kind="stable")[:int((off > 1).sum())])
+
+
+def own_noise(scene: Scene) -> np.ndarray:
+    """Power of the noise of each engagement (n,) over the median one, in the signal where it is largest; at least 1.
+
+    Third differences are noise: what a model lacks is slower. An engagement with more noise is not described worse.
+    """
+    found = np.ones(len(scene))
+    for name in scene.smooth:
+        size = np.median(np.abs(np.diff(scene.measured(name), 3, axis=1)), axis=1)
+        found = np.maximum(found, (size / max(float(np.median(size)), _LEAST_NOISE)) ** 2)
+    return found
 
 
 def foreign(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:

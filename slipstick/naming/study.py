@@ -23,7 +23,7 @@ from slipstick.naming.measured import LawPoints, measured
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.selection import Finding, is_unexplained
-from slipstick.naming.set_aside import bare, foreign, implausible, outlying
+from slipstick.naming.set_aside import bare, foreign, implausible, outlying, own_noise
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
 from slipstick.recordings import Recordings
@@ -153,8 +153,12 @@ def _explaining(everything: Mapping[str, BlockFit]) -> dict[str, BlockFit]:
 
 def _outlying(kept: np.ndarray, everything: Mapping[str, BlockFit],
               settings: NamingSettings) -> dict[str, tuple[int, ...]]:
-    """Those of the engagements `kept` that are far worse than the others in a block, the worst first, by block."""
-    found = {key: outlying([one.chi2], settings) for key, one in _explaining(everything).items()}
+    """Those of the engagements `kept` that are far worse than the others in a block, the worst first, by block.
+
+    More noise of the sensors in an engagement does not count.
+    """
+    found = {key: outlying([one.chi2 / own_noise(one.block.scene)], settings)
+             for key, one in _explaining(everything).items()}
     return {key: tuple(kept[rows].tolist()) for key, rows in found.items() if len(rows)}
 
 

@@ -1,6 +1,6 @@
 """The interface of an effect: the model quantity that it changes, the formula, and its coefficients."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any, NamedTuple
@@ -257,6 +257,10 @@ class Effect:
     def neutral(self) -> tuple[float, ...]:
         """Neutral value of each coefficient, in their order."""
         return tuple(coefficient.neutral for coefficient in self.coefficients)
+
+    def is_neutral(self, coefficients: Sequence[float] | np.ndarray) -> bool:
+        """Whether the effect is absent at its `coefficients` in their order: all amplitudes are neutral."""
+        return all(its == c.neutral for its, c in zip(coefficients, self.coefficients, strict=True) if not c.shape)
 
     @property
     def typical(self) -> tuple[float, ...]:

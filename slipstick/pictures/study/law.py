@@ -10,10 +10,10 @@ from slipstick.study.result import FindingResult, Law, StudyResult
 from slipstick.study.settings import StudySettings
 
 CAPTION = ("Dots: the change as the blocks of the model measure it in all engagements at once, without a formula. "
-           "Shade: its interval at each point. Blue: the same change by the formula of the catalogue, with the "
-           "coefficients that the simulation of the whole bench was fitted with. Where a law is known up to a "
-           "constant or a straight line, parameters of the model take that part as well, and the same part of the "
-           "formula is fitted to the dots.")
+           "Shade: its interval at each point. Blue, if the simulation of the whole bench has the effect: the same "
+           "change by the formula of the catalogue, with the coefficients that the simulation was fitted with. Where a "
+           "law is known up to a constant or a straight line, parameters of the model take that part as well, and the "
+           "same part of the formula is fitted to the dots.")
 
 _HEIGHT, _SEVERAL = 300, 220  # px, of one law and of each of several
 _NUMBER = 44  # px, of a law that is a single number
@@ -60,9 +60,9 @@ def headline(finding: FindingResult, law: Law) -> str:
     return f"The {subject(finding)} {'rises' if net > 0 else 'falls'} by {size_text} as the {argument(finding)} grows"
 
 
-def remarks(law: Law, level: float) -> str:
-    """What the band is, and what it and the level of the law leave open."""
-    interval, zero = f"Shade: {100 * level:.0f} % interval at each point.", ""
+def remarks(law: Law, level: float, is_drawn: bool = True) -> str:
+    """What the band is, where it is drawn or that of a single number, and what it and the law leave open."""
+    interval, zero = f"Shade: {100 * level:.0f} % interval at each point." if is_drawn else "", ""
     if law.x is None:
         unit, factor = _shown(law)
         ends = f"{units.fixed(factor * law.lower[0])} to {units.fixed(factor * law.upper[0])}"

@@ -47,7 +47,8 @@ def _what(one: FindingResult, level: float) -> Entries:
         f"the catalogue has it as “{within(one.title)}”"
     found = [("What:", f"{within(form)}; {name}.")]
     if one.law is not None:
-        found.append(("Measured law:", " ".join(f"{headline(one, one.law)}. {remarks(one.law, level)}".split())))
+        law = f"{headline(one, one.law)}. {remarks(one.law, level, is_drawn=False)}"
+        found.append(("Measured law:", " ".join(law.split())))
     if effect is not None:
         what = f"reading of the {effect.quantity}" if effect.quantity.endswith("sensor") else effect.quantity
         found += [("Formula:", f"the {what} is {effect.law}."), ("Source:", f"{effect.source}."),

@@ -65,7 +65,8 @@ def _about(one: FindingResult, has_others: bool) -> Entries:
         found.append(("Not told apart:", f"the recordings do not tell {within(one.title)} from {rest}."))
     if one.confirmation.agrees is False:
         found.append(("Not confirmed:", f"the simulation of the whole bench does not support {within(one.title)}"
-                      f"{' in addition to the other findings' * has_others}. It is not part of the extended model."))
+                      f"{' in addition to the other findings' * has_others}. It is not part of the extended model. The "
+                      "confidence is that of findings of the blocks, whether they are confirmed or not."))
     if one.confirmation.simulated == "no":
         found.append(("Not simulated:", f"the simulation does not have the {one.quantity} in dependence on "
                       f"“{one.depends_on}”, so the only evidence for {within(one.title)} is that of its blocks."))

@@ -25,9 +25,9 @@ def effect_of(name: str | None) -> Effect | None:
 
 def meaning(effect: Effect | None, coefficient: str) -> str:
     """The meaning of a coefficient."""
-    if effect is None:
-        return "multiple of the measured law, 1 if the simulation agrees with it" if coefficient == "factor" else ""
-    return next((one.meaning for one in effect.coefficients if one.name == coefficient), "")
+    if coefficient == "factor":
+        return "multiple of the measured law, 1 if the simulation agrees with it"
+    return "" if effect is None else next((one.meaning for one in effect.coefficients if one.name == coefficient), "")
 
 
 def coefficient_row(one: Coefficient, effect: Effect | None) -> tuple[str, ...]:

@@ -74,8 +74,9 @@ def test_neutral_coefficients_are_bit_identical_to_the_papers_model(effect: Effe
     vectors = np.tile(NOMINAL.parameters, (2, 1))
     coefficients = np.array([NOMINAL.coefficients(), with_effects([effect]).coefficients()])
     both = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, SAMPLE_TIMES)
-    np.testing.assert_array_equal(both.shifting_time[0], baseline.shifting_time[0])
-    np.testing.assert_array_equal(stacked(both)[0], stacked(baseline)[0])
+    says = f"{effect.name} is not exactly neutral at its neutral coefficients: write value + c * ... or the like"
+    np.testing.assert_array_equal(both.shifting_time[0], baseline.shifting_time[0], says)
+    np.testing.assert_array_equal(stacked(both)[0], stacked(baseline)[0], says)
 
 
 @each_effect
@@ -89,7 +90,9 @@ def test_typical_coefficients_are_visible_and_every_engagement_locks(bench: Benc
     assert np.all(response.status == ensemble.LOCKED)
     rms = np.sqrt(np.mean((stacked(response) - baseline) ** 2, axis=(0, 1, 2)))
     difference = rms / np.ptp(baseline, axis=(0, 1, 2))
-    assert difference[:4].max() > 2e-3
+    assert difference[:4].max() > 2e-3, (
+        f"{effect.name} changes no signal by more than 0.2 % of its range at its typical coefficients on the bench "
+        f"{bench.name}: give larger typical values, or check their scale")
 
 
 def test_typical_values_of_another_bench_would_be_noticed() -> None:
@@ -110,9 +113,21 @@ def test_only_effects_with_uses_run_order_depend_on_the_run_order(effect: Effect
     reversed_order = replace(CONDITIONS, run_order=215 - np.asarray(CONDITIONS.run_order))
     forward, backward = (ensemble.shifting_times(with_effects([effect]), conditions)[0]
                          for conditions in (CONDITIONS, reversed_order))
-    assert np.array_equal(forward, backward) != effect.uses_run_order
+    depends = not np.array_equal(forward, backward)
+    assert depends == effect.uses_run_order, (
+        f"{effect.name} {'depends' if depends else 'does not depend'} on the run order, and uses_run_order is "
+        f"{effect.uses_run_order}: set it to {depends}")
     assert with_effects([effect]).uses_run_order == effect.uses_run_order
     assert not with_effects([effect], fraction=0.0).uses_run_order
+
+
+def test_a_shape_coefficient_alone_does_not_make_an_effect_present() -> None:
+    one = effects.find("stribeck_friction").on(HEAVY.scales)
+    values = {c.name: c.typical if c.shape else c.neutral for c in one.coefficients}
+    other = [2 * value if c.shape else value for c, value in zip(one.coefficients, values.values(), strict=True)]
+    assert any(c.shape for c in one.coefficients)
+    assert one.is_neutral(other)
+    assert not one.is_neutral(one.typical)
 
 
 def test_default_steps_are_short_enough_for_every_effect() -> None:

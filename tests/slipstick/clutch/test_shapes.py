@@ -50,8 +50,10 @@ def test_the_formula_of_an_effect_has_its_shape(effect: Effect, bench: Bench) ->
     x = visited(bench, effect.depends_on)
     law = change(effect, bench, x)
     assert np.ptp(law) > 0, f"{effect.name} does not depend on the {effect.depends_on}"
-    assert effect.shape is not None
-    assert effect.shape.is_met(x, law)
+    assert effect.shape is not None, f"{effect.name} has no shape over the {effect.depends_on}: give one"
+    assert effect.shape.is_met(x, law), (
+        f"The change of {effect.name} over the {effect.depends_on} does not have its {effect.shape} at typical "
+        f"coefficients, but goes {law}: give the shape that it has, or Shape()")
     assert effect.shape.is_met(x, law, np.diag(np.full(len(x), (0.1 * np.ptp(law)) ** 2)))
 
 

@@ -10,8 +10,9 @@ from slipstick.clutch.model import Model
 from slipstick.confirmation import SimulationFit, Terms, Traces
 from slipstick.confirmation.explanations import Explanation, explanations
 from slipstick.confirmation.fit import fit_simulation
-from slipstick.confirmation.promised import About, promised
+from slipstick.confirmation.promised import promised
 from slipstick.confirmation.simulated import RANDOM, SimulatedBench
+from slipstick.confirmation.starts import About
 from slipstick.confirmation.times import TimesOver, times_over
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
@@ -53,7 +54,7 @@ def dense(fit: SimulationFit, column: np.ndarray) -> float:
 
     As the linear mixed model has it, by generalized least squares with the priors as observations.
     """
-    block, about, variance = fit.block, About(fit), np.diag(fit.fitted.variance)
+    block, about, variance = fit.block, About(fit.block, fit.fitted), np.diag(fit.fitted.variance)
     std = np.append(np.minimum(block.random_std, 0.3), 3.0)
     information, pull, parts = np.diag(1 / std**2), np.zeros(len(std)), []
     for own, new, z, counted in zip(about.own, column, about.z, block.counted, strict=True):
@@ -71,8 +72,8 @@ def test_what_effects_promise_is_the_likelihood_of_the_mixed_model(times: Simula
     found = promised(times, some)
     for one in some:
         other = SimulatedBench(times.block.traces, Terms(HEAVY, (one.name,)))
-        typical = np.array([(its.typical - its.neutral) / its.span for its in other.terms.unknowns])
-        column = other.rows_at(times.fitted.points[None], typical)[0] - times.fitted.predicted
+        small = 1e-3 * np.array([(its.typical - its.neutral) / its.span for its in other.terms.unknowns])
+        column = 1000 * (other.rows_at(times.fitted.points[None], small)[0] - times.fitted.predicted)
         assert found[one.name] == pytest.approx(dense(times, column), rel=1e-6)
 
 
@@ -112,9 +113,9 @@ def test_shifting_times_alone_show_what_no_parameter_explains() -> None:
     jump = profile.change[3] - np.mean(np.delete(profile.change, 3))
     assert jump == pytest.approx(100, abs=4 * profile.error[3])
     assert profile.levels[profile.furthest] == 3
-    # As many engagements that are as late, but of any profile, are scatter.
-    some = np.random.default_rng(5).permutation(slow)
-    assert not any(one.shown for one in over(fitted(later(whole, some, 0.1))).values())
+    # The same variance in any engagement is scatter.
+    scatter = slow.std() * np.random.default_rng(5).standard_normal(len(slow))
+    assert not any(one.shown for one in over(fitted(later(whole, scatter, 0.1))).values())
 
 
 def test_shifting_times_of_the_model_show_nothing(times: SimulationFit) -> None:

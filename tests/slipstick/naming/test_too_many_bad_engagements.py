@@ -53,3 +53,17 @@ def test_without_this_none_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
     found = named()
     assert found.set_aside == ()
     assert found.chi_square["load"] > 5 * left
+
+
+def test_engagements_with_more_noise_are_not_far_worse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where an amplifier was changed during the test: a third of the engagements has 1.8 times the noise."""
+    scene, rng = scene_of(HEAVY, Model(HEAVY.physics), COUNT, seed=1), np.random.default_rng(4)
+    signals = scene.recordings.signals
+    assert signals is not None
+    more = {name: signals[name] + 1.5 * scene.noise[name][0] * rng.standard_normal(signals[name].shape)
+            * (np.arange(COUNT) % 3 == 0)[:, None] for name in SIGNAL_UNITS}
+    louder = replace(scene.recordings, signals=Signals(signals.time, *more.values()))
+    found = name(HEAVY, louder)
+    assert (found.findings, found.outlying, found.lacking) == ((), {}, ())
+    monkeypatch.setattr(study, "own_noise", lambda scene: np.ones(len(scene)))
+    assert name(HEAVY, louder).outlying

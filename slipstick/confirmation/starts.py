@@ -1,0 +1,98 @@
+"""Where fits of the simulation begin: coefficients that suit given parameters, or those of the linear mixed model."""
+
+import numpy as np
+
+from slipstick.confirmation.simulated import SimulatedBench
+from slipstick.confirmation.terms import Terms
+from slipstick.naming.curved import CurvedFit
+from slipstick.naming.grams import Gram
+from slipstick.naming.linear_model import gram_of
+
+_MULTIPLES = (-3.0, -1.0, -0.3, 0.0, 0.1, 0.3, 1.0, 3.0)
+"""Of the typical value of an amplitude, from which the best one starts the fit."""
+_STEP = 1e-3
+"""Step of the derivative with respect to a term, over its typical coefficients."""
+_LINEAR = 0.1
+"""Share of a change up to which derivatives are believed: next to lock-up speeds are far from linear in parameters."""
+
+
+def searched(block: SimulatedBench, points: np.ndarray) -> np.ndarray:
+    """Coefficients (p,) over their spans: for one term after the other the multiple of its typical values that fits.
+
+    The parameters are held at `points` (n, q).
+    """
+    start = np.zeros(len(block.fixed))
+    for term in block.terms.names:
+        tried = []
+        for multiple in _MULTIPLES:
+            moved = np.where(_is_of(block.terms, term), _typical(block.terms, term, multiple), start)
+            block.at(moved)
+            # The median does not mind a few engagements that no start suits.
+            each = (((block.measured - block.base(points)) * block.counted) ** 2).sum(axis=1)
+            tried.append((float(np.median(each)), moved))
+        start = min(tried, key=lambda one: one[0])[1]
+    return start
+
+
+class About:
+    """The linear mixed model about a fit of the simulation, to which columns can be added."""
+
+    def __init__(self, block: SimulatedBench, fitted: CurvedFit) -> None:
+        """Compute the columns of the parameters and of the coefficients."""
+        self.block, self.fitted = block, fitted
+        block.at(fitted.shared)
+        self.own, self.fixed = block.columns(fitted.points, (), fitted.predicted)
+        self.z = block.measured - fitted.predicted + np.einsum("nq,nqk->nk", fitted.points, self.own)
+        self.z = self.z + fitted.shared @ self.fixed
+
+    def beside(self, columns: np.ndarray) -> Gram:
+        """The products with further `columns` (n, m, K)."""
+        return gram_of(self.block, [self.own, self.fixed, columns], self.z, self.fitted.noise, columns.shape[1])
+
+    def column(self, terms: Terms, term: str) -> np.ndarray:
+        """The derivative (n, K) with respect to one of `terms` that the fit does not have, over its typical size.
+
+        By a small step: what a parameter has taken of an effect is not in a large one, which is not linear.
+        """
+        other = SimulatedBench(self.block.traces, terms, self.block.widest)
+        moved = shared_of(self.block, self.fitted.shared, terms) + _typical(terms, term, _STEP)
+        return np.asarray((other.rows_at(self.fitted.points[None], moved)[0] - self.fitted.predicted) / _STEP)
+
+    def start(self, terms: Terms) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (n, q) and coefficients (p,) of `terms`, some of which the fit does not have.
+
+        The parameters of the engagements have taken of an effect that is not in the fit what they can make good, up to
+        a tenth, with the least change in units of their scatter. Least squares of the parameters over that, in the same
+        units, tells how much of it they have taken, and what is left are their own values. With the parameters held, a
+        coefficient of what differs between engagements would seem to do nothing.
+        """
+        new = [term for term in terms.names if term not in self.block.terms.names]
+        products = self.beside(np.stack([self.column(terms, term) for term in new], axis=1)).products
+        q, its, std = self.own.shape[1], slice(-1 - len(new), -1), np.sqrt(self.fitted.variance)
+        own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, its] * std[:, None]
+        off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, its, its]), 1.0)
+        taken = np.concatenate([np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1])
+                                for t in range(len(new))], axis=2)
+        regressors, values = (each - each.mean(axis=0) for each in (taken, self.fitted.points / std))
+        multiples = np.linalg.lstsq(regressors.reshape(-1, len(new)), values.reshape(-1), rcond=None)[0]
+        shared = shared_of(self.block, self.fitted.shared, terms)
+        for term, multiple in zip(new, multiples, strict=True):
+            shared = shared + _typical(terms, term, float(multiple))
+        return self.fitted.points - taken @ multiples * std, shared
+
+
+def shared_of(block: SimulatedBench, shared: np.ndarray, terms: Terms) -> np.ndarray:
+    """Coefficients (p,) of `terms` over their spans: those of a `block` with `shared` ones, or neutral."""
+    values = dict(zip(block.fixed, shared, strict=True))
+    return np.array([values.get(name, 0.0) for name in SimulatedBench(block.traces, terms).fixed])
+
+
+def _is_of(terms: Terms, term: str) -> np.ndarray:
+    """Which of the coefficients (p,) are those of a term."""
+    return np.array([one.term == term for one in terms.unknowns])
+
+
+def _typical(terms: Terms, term: str, multiple: float = 1.0) -> np.ndarray:
+    """A multiple of the typical coefficients of a term within their bounds, and 0 for others (p,), over their spans."""
+    return np.array([(np.clip(one.neutral + multiple * (one.typical - one.neutral), one.lower, one.upper) - one.neutral)
+                     / one.span if one.term == term else 0.0 for one in terms.unknowns])
