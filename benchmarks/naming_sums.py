@@ -14,14 +14,14 @@ import numpy as np
 
 from benchmarks.rates import bounds
 
-FIRST_RUNS = {"solar": ("solar", "solar_from_1"),
+FIRST_RUNS = {"solar": ("solar", "solar_from_1", "solar_from_2"),
               "lunar": ("lunar", "lunar_from_1", "lunar_from_2"),
               "glacial": ("glacial", "glacial_from_1", "glacial_from_2"),
               "alpine": ("alpine", "alpine_from_1", "alpine_from_2", "alpine_from_2_rest"),
               **{which: (which, f"{which}_from_1") for which in ("boreal", "austral", "polar", "overseas")},
               "distant": ("distant",)}
 """Column of docs/naming_tests.md -> the files naming_FILE.csv whose cases it has."""
-COLUMNS = {"`solar`, by this version": FIRST_RUNS["solar"],
+COLUMNS = {"`solar`, first runs": FIRST_RUNS["solar"],
            "`glacial` and `lunar`, first runs": FIRST_RUNS["glacial"] + FIRST_RUNS["lunar"],
            "`polar`, `austral` and `boreal`, again": ("polar_again", "austral_again", "boreal_again")}
 """The same for docs/naming.md."""
