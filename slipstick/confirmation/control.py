@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from slipstick.clutch import effects
-from slipstick.confirmation.fit import SimulationFit, above, extended
+from slipstick.confirmation.fit import SimulationFit, above, fit_simulation
 from slipstick.confirmation.promised import promised
 from slipstick.confirmation.terms import Terms
 
@@ -19,5 +19,5 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
     if not gained:
         return None
     name, block = max(gained, key=gained.__getitem__), before.block
-    found = extended(before, Terms(block.scene.bench, (name,)), before.fitted.points)
+    found = fit_simulation(block.traces, Terms(block.scene.bench, (name,)), before.fitted.points, widest=block.widest)
     return name, found if found.evidence.sum() > before.evidence.sum() else above(found, before)

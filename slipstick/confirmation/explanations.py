@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from slipstick.clutch.effects import Effect
-from slipstick.confirmation.fit import SimulationFit, above, extended
+from slipstick.confirmation.fit import SimulationFit, above, fit_simulation
 from slipstick.confirmation.promised import promised
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.worth import Worth, worth
@@ -49,8 +49,8 @@ def explanations(fit: SimulationFit, effects: Iterable[Effect], settings: Naming
     found = []
     for name in sorted(gained, key=lambda one: -gained[one])[:_FITTED]:
         terms = replace(block.terms, effects=(*block.terms.effects, name))
-        its = extended(fit, terms, fit.fitted.points)
-        its = its if its.evidence.sum() > fit.evidence.sum() else above(its, fit)
+        its = fit_simulation(block.traces, terms, fit.fitted.points, widest=block.widest)
+        its = its if is_enough(its.evidence - fit.evidence, settings) else above(its, fit)
         if is_enough(its.evidence - fit.evidence, settings):
             found.append((name, its))
     found.sort(key=lambda one: -float(one[1].evidence.sum()))

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from slipstick.confirmation.simulated import ROUGH, SimulatedBench
+from slipstick.confirmation.simulated import FINE, SimulatedBench
 from slipstick.confirmation.starts import About, searched, shared_of
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import Traces
@@ -71,27 +70,26 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.
 
     Standard deviations of the parameters between engagements are at most `widest` (q,).
     """
-    begun = searched(SimulatedBench(traces, terms, widest), points) if shared is None else shared
-    return _settled(traces, terms, widest, points=points, shared=begun)
-
-
-def _settled(traces: Traces, terms: Terms, widest: np.ndarray | None, **begun: Any) -> SimulationFit:
-    """The fit by rough steps from where it is `begun`, and from where that ends by fine ones."""
-    rough = fit_curved(SimulatedBench(traces, terms, widest, ROUGH), iterations=_ITERATIONS, **begun)
     block = SimulatedBench(traces, terms, widest)
-    return SimulationFit(block, fit_curved(block, start=rough, shared=rough.shared, iterations=_ITERATIONS))
+    begun = searched(block, points) if shared is None else shared
+    return SimulationFit(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
 
 
-def extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
-    """The fit with more `terms` than the `nested` fit has, the better one from two starts.
+def polished(fit: SimulationFit) -> SimulationFit:
+    """The fit by fine steps from where a fit has ended: it is never below it, and its standard errors are right."""
+    block = SimulatedBench(fit.block.traces, fit.block.terms, fit.block.widest, FINE)
+    return SimulationFit(block, fit_curved(block, start=fit.fitted, shared=fit.fitted.shared, iterations=_ITERATIONS))
 
-    One is at `points` (n, q) with coefficients that suit them. Where the parameters of the engagements have taken a
-    part of an effect, such as a friction that changes between them, only the other may lead to it: that at which they
-    give it back to the effect.
+
+def given_back(nested: SimulationFit, terms: Terms) -> SimulationFit:
+    """The fit with more `terms` than the `nested` fit has, from where its parameters give back what they have taken.
+
+    Where an effect differs between engagements, such as a friction that drifts, their parameters make it good. No step
+    leads from there to the effect.
     """
-    traces, widest = nested.block.traces, nested.block.widest
-    starts = [(points, None), About(nested.block, nested.fitted).start(terms)]
-    return best([fit_simulation(traces, terms, its, shared, widest) for its, shared in starts])
+    fine = SimulatedBench(nested.block.traces, nested.block.terms, nested.block.widest, FINE)
+    points, shared = About(fine, nested.fitted).start(terms)
+    return fit_simulation(nested.block.traces, terms, points, shared, nested.block.widest)
 
 
 def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
@@ -109,7 +107,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     bare = replace(terms, effects=(), laws=())
     whole = first = fit_simulation(traces, bare, points)
     if terms.names:
-        whole = raised(extended(first, terms, points), first)
+        whole = raised(fit_simulation(traces, terms, points), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
     before = now = fit_simulation(traces, bare, first.fitted.points)
     left = list(terms.names)
@@ -143,15 +141,15 @@ def with_scatter_of(after: SimulationFit, before: SimulationFit) -> list[Simulat
 
 
 def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
-    """The fit `after`, or one that starts where `before` ended, whose model is nested in it.
+    """The fit `after`, or a better one that starts where `before` ended, whose model is nested in it.
 
-    Raises `AssertionError` if all are below `before`: a fit by fine steps never is, and one by rough steps may lead
-    further.
+    Raises `AssertionError` if all are below `before`.
     """
-    block, begun = after.block, before.fitted
+    terms, begun = after.block.terms, before.fitted
+    block = SimulatedBench(before.block.traces, terms, after.block.widest, before.block.steps)
     neutral = shared_of(before.block, begun.shared, block.terms)
-    direct = SimulationFit(block, fit_curved(block, start=begun, shared=neutral, iterations=_ITERATIONS))
-    found = best([after, direct, _settled(block.traces, block.terms, block.widest, start=begun, shared=neutral)])
+    again = SimulationFit(block, fit_curved(block, start=begun, shared=neutral, iterations=_ITERATIONS))
+    found = best([after, again, given_back(before, terms)])
     if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
     return found

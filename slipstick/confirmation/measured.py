@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
-from slipstick.confirmation.fit import SimulationFit, best, extended, fit_simulation
+from slipstick.confirmation.fit import SimulationFit, best, fit_simulation, given_back
 from slipstick.confirmation.starts import shared_of
 from slipstick.naming.selection import priced
 
@@ -39,7 +39,7 @@ def with_measured_laws(formulas: SimulationFit, before: SimulationFit, laws: Map
         found = fit_simulation(now.block.traces, swapped, points, shared)
         if is_better(found, now, len(law.change)):
             formula = replace(terms, effects=(*others, effect))
-            again = best([fit_simulation(now.block.traces, formula, found.fitted.points),
-                          extended(before, formula, before.fitted.points)])
+            begun = [fit_simulation(now.block.traces, formula, one.fitted.points) for one in (found, before)]
+            again = best([*begun, given_back(before, formula)])
             now = found if is_better(found, best([now, again]), len(law.change)) else again
     return now

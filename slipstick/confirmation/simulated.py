@@ -30,7 +30,7 @@ RANDOM: Mapping[str, tuple[float, float]] = {
     **dict.fromkeys(CONDITIONS, (CONDITIONS_WITHIN, 0.05))}
 """Parameter or condition -> standard deviations, relative to nominal: of the prior of its mean, and of its scatter at
 most. They are those of the blocks."""
-FINE, ROUGH = (1e-4, 1e-4), (1e-3, 1e-2)
+ROUGH, FINE = (1e-3, 1e-2), (1e-4, 1e-4)
 """Steps of the differences: relative ones of parameters, and those of coefficients over their spans.
 
 Near lock-up, signals have kinks in the parameters, and are measured to a thousandth of what these change. By rough
@@ -51,12 +51,12 @@ class SimulatedBench:
     random: tuple[str, ...] = tuple(RANDOM)
 
     def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None,
-                 steps: tuple[float, float] = FINE) -> None:
+                 steps: tuple[float, float] = ROUGH) -> None:
         """`widest` (q,) are the largest standard deviations of the parameters, those of `RANDOM` by default.
 
-        `steps` are those of differences, `FINE` or `ROUGH`.
+        `steps` are those of differences, `ROUGH` or `FINE`.
         """
-        self.step, self.share = steps
+        self.steps = self.step, self.share = steps
         self.traces, self.terms, self.scene = traces, terms, traces.scene
         self.measured, self.counted = traces.measured, traces.counted
         self.fixed: tuple[str, ...] = tuple(f"{one.term}: {one.name}" for one in terms.unknowns)

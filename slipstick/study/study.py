@@ -17,7 +17,7 @@ from slipstick.bench import parameters as names_of
 from slipstick.clutch import effects
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
 from slipstick.confirmation.control import control
-from slipstick.confirmation.fit import SimulationFit, best, confirmed, fit_simulation, with_scatter_of
+from slipstick.confirmation.fit import SimulationFit, best, confirmed, fit_simulation, polished, with_scatter_of
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import Prediction, closures, predict
 from slipstick.confirmation.measured import with_measured_laws
@@ -87,6 +87,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         before, wide = min(tried, key=lambda one: one[1].total(traces))
         predictions = {"before": wide, "after": predict(after, settings.seed)}
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
+        before = polished(before)
     else:
         predictions = {"before": predict(before, settings.seed)}
     kind = "several" if len(results) > 1 else results[0].kind if results else \
@@ -112,7 +113,8 @@ def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[s
     """The fits without and with `terms`, the latter also with measured `laws`, and those without its terms and scatter.
 
     The last ones are nested in the fit with the laws. If one of them is above it, that fit has ended in a local
-    maximum, and all of them begin again there. If that does not end, the simulation does not ask for the terms.
+    maximum, and all of them begin again there. If that does not end, the simulation does not ask for the terms. The fit
+    with the terms, whose standard errors are stated, is polished.
     """
     def enough(gain: np.ndarray) -> bool:
         return is_enough(gain, settings.naming)
@@ -123,9 +125,14 @@ def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[s
         without = with_scatter_of(after, before) if after.block.terms.names else []
         higher = best([after, *without])
         if higher is after:
-            return before, formulas, after, without
+            break
         points = higher.fitted.points
-    return higher, higher, higher, []
+    else:
+        return higher, higher, higher, []
+    if not after.block.terms.names:
+        return before, formulas, after, without
+    final = polished(after)
+    return before, final if formulas is after else formulas, final, without
 
 
 def _steps(recordings: Recordings, log: Log) -> StudySteps:

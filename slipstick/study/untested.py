@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from slipstick.clutch import effects
 from slipstick.confirmation.explanations import Explanation, explanations
-from slipstick.confirmation.fit import SimulationFit
+from slipstick.confirmation.fit import SimulationFit, polished
 from slipstick.confirmation.times import TimesOver, times_over
 from slipstick.confirmation.traces import TIME
 from slipstick.recordings.needed import NEEDED
@@ -39,5 +39,5 @@ def untested(settings: StudySettings, after: SimulationFit) -> Untested:
     if has_signals:
         return Untested(closed, misfits, would, [])
     # The parameters of an engagement explain its one number, so that it leaves no misfit there.
-    times = times_over(after, settings.naming, settings.seed)
+    times = times_over(polished(after), settings.naming, settings.seed)
     return Untested(closed, [TIME] if would or any(one.shown for one in times) else [], would, times)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from slipstick.confirmation import SimulationFit, Terms, Traces
-from slipstick.confirmation.fit import extended, fit_simulation
-from slipstick.confirmation.simulated import RANDOM, SimulatedBench
+from slipstick.confirmation.fit import above, fit_simulation, given_back, polished
+from slipstick.confirmation.simulated import FINE, RANDOM, SimulatedBench
 from slipstick.confirmation.starts import About, searched
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
@@ -27,25 +27,38 @@ def without() -> SimulationFit:
 
 def test_the_start_gives_an_effect_what_parameters_have_taken_of_it(without: SimulationFit) -> None:
     block = SimulatedBench(without.block.traces, TERMS)
-    points, shared = About(without.block, without.fitted).start(TERMS)
+    fine = SimulatedBench(without.block.traces, without.block.terms, steps=FINE)
+    points, shared = About(fine, without.fitted).start(TERMS)
     assert block.values(shared)[0] == pytest.approx(DROOP, rel=0.3)
     gain = list(RANDOM).index("current_gain")
     assert points[:, gain].std() < 0.5 * without.fitted.points[:, gain].std()
-    block.at(searched(block, without.fitted.points))
-    assert abs(block.values(block.shared)[0]) < 0.4 * DROOP  # with the parameters held it seems to do little
+    held = searched(block, without.fitted.points)
+    assert abs(block.values(held)[0]) < 0.4 * DROOP  # with the parameters held it seems to do little
 
 
 def test_the_fit_from_there_finds_the_effect(without: SimulationFit) -> None:
     """From the fit without it, with what is left of the effect in the parameters, no step leads to the effect."""
-    found = extended(without, TERMS, without.fitted.points)
+    found = given_back(without, TERMS)
     assert found.values[0] == pytest.approx(DROOP, rel=0.25)
     assert found.evidence.sum() > without.evidence.sum() + 12
     held = fit_simulation(without.block.traces, TERMS, without.fitted.points)
     assert abs(held.values[0]) < 0.1 * DROOP
     assert held.evidence.sum() < without.evidence.sum() + 12
+    assert above(held, without).evidence.sum() >= found.evidence.sum()
 
 
-def test_a_start_within_the_bounds_of_the_coefficients(without: SimulationFit) -> None:
+def test_a_polished_fit_is_never_below_and_knows_what_differs_between_engagements_as_well_as_they_scatter(
+        without: SimulationFit) -> None:
+    rough = given_back(without, TERMS)
+    found = polished(rough)
+    assert found.evidence.sum() >= rough.evidence.sum()
+    # The gain of the valve scatters by 1 %, and the effect changes it by up to 0.9 of itself.
+    least = 0.5 * 0.01 / np.sqrt(len(without.fitted.points))
+    errors = [float(np.sqrt(one.covariance[0, 0])) for one in (rough, found)]
+    assert errors[0] < least < errors[1]
+
+
+def test_a_start_is_within_the_bounds_of_the_coefficients(without: SimulationFit) -> None:
     terms = Terms(HEAVY, ("supply_droop", "stribeck_friction"))
     block = SimulatedBench(without.block.traces, terms)
     _, shared = About(without.block, without.fitted).start(terms)

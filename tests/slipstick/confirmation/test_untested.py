@@ -9,7 +9,7 @@ from slipstick.clutch import effects
 from slipstick.clutch.model import Model
 from slipstick.confirmation import SimulationFit, Terms, Traces
 from slipstick.confirmation.explanations import Explanation, explanations
-from slipstick.confirmation.fit import fit_simulation
+from slipstick.confirmation.fit import fit_simulation, polished
 from slipstick.confirmation.promised import promised
 from slipstick.confirmation.simulated import RANDOM, SimulatedBench
 from slipstick.confirmation.starts import About
@@ -28,7 +28,7 @@ N = 36
 
 def fitted(recordings: Recordings) -> SimulationFit:
     traces = Traces.of(Scene.of(HEAVY, recordings, NamingSettings()), {}, HEAVY.physics.curves)
-    return fit_simulation(traces, Terms(HEAVY), np.zeros((len(recordings), len(RANDOM))))
+    return polished(fit_simulation(traces, Terms(HEAVY), np.zeros((len(recordings), len(RANDOM)))))
 
 
 def only(model: Model, *signals: str) -> Recordings:
