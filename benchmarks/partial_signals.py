@@ -2,7 +2,7 @@
 
     python -m benchmarks.partial_signals
 
-Every third case of the list `lunar` without the pressure and by shifting times alone. Every finished case is a line of
+Every sixth case of the list `lunar` without the pressure and by shifting times alone. Every finished case is a line of
 var/partial-signals.jsonl, so that a killed run goes on where it was. partial_signals_cases.csv has the cases,
 partial_signals.csv the rates with 95 % bounds.
 """
@@ -26,7 +26,7 @@ from slipstick.study import StudySettings, conclude, examine
 from tests.validation.hidden import cases
 from tests.validation.hidden.truths import truth
 
-LIST, EVERY, PROCESSES = "lunar", 3, 2
+LIST, EVERY, PROCESSES = "lunar", 6, 2
 
 
 def _without_pressure(whole: Recordings) -> Recordings:
