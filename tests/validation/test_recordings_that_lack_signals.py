@@ -70,6 +70,7 @@ def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) ->
     assert "not tested: pressure not measured" in html
 
 
+@pytest.mark.slow
 def test_without_both_ends_of_any_block_the_simulation_answers(tmp_path: Path) -> None:
     without = ["pressure", "input_speed", "output_speed"]
     result, _, _ = studied(tmp_path, [], without)
