@@ -46,7 +46,7 @@ def one(job: tuple[str, str]) -> dict[str, Any]:
     identity, what = job
     set_num_threads(1)
     known, settings = truth(cases.LISTS[LIST][identity], relative=1e-6), StudySettings()
-    limits = limits_of(LIST)[identity]
+    limits = limits_of(LIST).get(identity, [])
     entry = {"case": identity, "recorded": what, "hidden": [
         {key: its[key] for key in ("name", "pair", "listed")} | asdict(limit)
         for its, limit in zip(known["hidden"], limits, strict=True)]}
