@@ -87,9 +87,22 @@ def given_back(nested: SimulationFit, terms: Terms) -> SimulationFit:
     Where an effect differs between engagements, such as a friction that drifts, their parameters make it good. No step
     leads from there to the effect.
     """
-    fine = SimulatedBench(nested.block.traces, nested.block.terms, nested.block.widest, FINE)
-    points, shared = About(fine, nested.fitted).start(terms)
+    points, shared = _about(nested).start(terms)
     return fit_simulation(nested.block.traces, terms, points, shared, nested.block.widest)
+
+
+def from_blocks(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
+    """The fit with more `terms` than the `nested` fit has, from parameters that were estimated beside their laws.
+
+    `points` (n, q) hold the constant up to which a law is known: the mean of the parameters gives it back.
+    """
+    begun, shared = _about(nested).searched(terms, points)
+    return fit_simulation(nested.block.traces, terms, begun, shared, nested.block.widest)
+
+
+def _about(fit: SimulationFit) -> About:
+    block = fit.block
+    return About(SimulatedBench(block.traces, block.terms, block.widest, FINE), fit.fitted)
 
 
 def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
@@ -107,7 +120,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     bare = replace(terms, effects=(), laws=())
     whole = first = fit_simulation(traces, bare, points)
     if terms.names:
-        whole = raised(fit_simulation(traces, terms, points), first)
+        whole = raised(best([from_blocks(first, terms, points), given_back(first, terms)]), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
     before = now = fit_simulation(traces, bare, first.fitted.points)
     left = list(terms.names)

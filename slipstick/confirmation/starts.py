@@ -1,5 +1,7 @@
 """Where fits of the simulation begin: coefficients that suit given parameters, or those of the linear mixed model."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slipstick.confirmation.simulated import SimulatedBench
@@ -61,24 +63,53 @@ class About:
     def start(self, terms: Terms) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (n, q) and coefficients (p,) of `terms`, some of which the fit does not have.
 
-        The parameters of the engagements have taken of an effect that is not in the fit what they can make good, up to
-        a tenth, with the least change in units of their scatter. Least squares of the parameters over that, in the same
-        units, tells how much of it they have taken, and what is left are their own values. With the parameters held, a
-        coefficient of what differs between engagements would seem to do nothing.
+        Least squares of the parameters over what they can make good of each new term, in units of their scatter, tells
+        how much of it they have taken, and what is left are their own values. With the parameters held, a coefficient
+        of what differs between engagements would seem to do nothing.
         """
-        new = [term for term in terms.names if term not in self.block.terms.names]
-        products = self.beside(np.stack([self.column(terms, term) for term in new], axis=1)).products
-        q, its, std = self.own.shape[1], slice(-1 - len(new), -1), np.sqrt(self.fitted.variance)
-        own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, its] * std[:, None]
-        off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, its, its]), 1.0)
-        taken = np.concatenate([np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1])
-                                for t in range(len(new))], axis=2)
+        new, std = self._new(terms), np.sqrt(self.fitted.variance)
+        taken = self._taken(terms, new) / std[:, None]
         regressors, values = (each - each.mean(axis=0) for each in (taken, self.fitted.points / std))
         multiples = np.linalg.lstsq(regressors.reshape(-1, len(new)), values.reshape(-1), rcond=None)[0]
         shared = shared_of(self.block, self.fitted.shared, terms)
         for term, multiple in zip(new, multiples, strict=True):
             shared = shared + _typical(terms, term, float(multiple))
         return self.fitted.points - taken @ multiples * std, shared
+
+    def searched(self, terms: Terms, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (n, q) that differ between engagements as `points` do, and coefficients (p,) that suit them.
+
+        For one term after the other it is the multiple of its typical values that fits. Their mean gives back what it
+        would have taken: laws of blocks are known up to a constant, which parameters have.
+        """
+        block, shared = SimulatedBench(self.block.traces, terms, self.block.widest), np.zeros(len(terms.unknowns))
+        taken = self._taken(terms, list(terms.names)).mean(axis=0)
+        for place, term in enumerate(terms.names):
+            tried = []
+            for multiple in _MULTIPLES:
+                moved, its = shared + _typical(terms, term, multiple), points - multiple * taken[:, place]
+                block.at(moved)
+                # The median does not mind a few engagements that no start suits.
+                each = (((block.measured - block.base(its)) * block.counted) ** 2).sum(axis=1)
+                tried.append((float(np.median(each)), moved, its))
+            _, shared, points = min(tried, key=lambda one: one[0])
+        return points, shared
+
+    def _new(self, terms: Terms) -> list[str]:
+        """Those of `terms` that the fit does not have."""
+        return [term for term in terms.names if term not in self.block.terms.names]
+
+    def _taken(self, terms: Terms, new: Sequence[str]) -> np.ndarray:
+        """What parameters (n, q) can make good of each of the `new` terms at its typical coefficients, (n, q, t).
+
+        Up to a tenth of what it changes, with the least change of the parameters in units of their scatter.
+        """
+        products = self.beside(np.stack([self.column(terms, term) for term in new], axis=1)).products
+        q, its, std = self.own.shape[1], slice(-1 - len(new), -1), np.sqrt(self.fitted.variance)
+        own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, its] * std[:, None]
+        off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, its, its]), 1.0)
+        found = [np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1]) for t in range(len(new))]
+        return np.asarray(std[:, None] * np.concatenate(found, axis=2))
 
 
 def shared_of(block: SimulatedBench, shared: np.ndarray, terms: Terms) -> np.ndarray:

@@ -36,6 +36,19 @@ def test_the_start_gives_an_effect_what_parameters_have_taken_of_it(without: Sim
     assert abs(block.values(held)[0]) < 0.4 * DROOP  # with the parameters held it seems to do little
 
 
+def test_parameters_beside_a_law_give_back_the_constant_up_to_which_it_is_known(without: SimulationFit) -> None:
+    block, gain = SimulatedBench(without.block.traces, TERMS), list(RANDOM).index("current_gain")
+    motor_speed = without.block.scene.recordings.conditions.motor_speed
+    law = -DROOP * (200 / motor_speed - 1)
+    points = np.zeros_like(without.fitted.points)
+    points[:, gain] = law.mean()  # as a block has them beside a law of mean 0
+    fine = SimulatedBench(without.block.traces, without.block.terms, steps=FINE)
+    begun, shared = About(fine, without.fitted).searched(TERMS, points)
+    assert block.values(shared)[0] == pytest.approx(DROOP)  # three times the typical value, which is tried
+    assert np.abs(begun[:, gain]).max() < 0.3 * abs(law.mean())
+    assert abs(block.values(searched(block, points))[0]) < 0.5 * DROOP
+
+
 def test_the_fit_from_there_finds_the_effect(without: SimulationFit) -> None:
     """From the fit without it, with what is left of the effect in the parameters, no step leads to the effect."""
     found = given_back(without, TERMS)
