@@ -2,7 +2,7 @@
 
     python -m benchmarks.partial_signals
 
-Every sixth case of the list `lunar` without the pressure and by shifting times alone. Every finished case is a line of
+All cases of the list `lunar` that have no effect, and every sixth one, without the pressure and by shifting times alone. Every finished case is a line of
 var/partial-signals.jsonl, so that a killed run goes on where it was. partial_signals_cases.csv has the cases,
 partial_signals.csv the rates with 95 % bounds.
 """
@@ -126,7 +126,9 @@ def main() -> None:
     lines.parent.mkdir(exist_ok=True)
     done = [json.loads(line) for line in lines.read_text().splitlines()] if lines.exists() else []
     known = {(entry["case"], entry["recorded"]) for entry in done}
-    jobs = [(identity, what) for identity in list(cases.LISTS[LIST])[::EVERY] for what in RECORDED]
+    every = cases.LISTS[LIST]
+    chosen = dict.fromkeys([*(identity for identity, case in every.items() if not case.effects), *list(every)[::EVERY]])
+    jobs = [(identity, what) for identity in chosen for what in RECORDED]
     with ProcessPoolExecutor(PROCESSES) as pool, lines.open("a") as file:
         for future in as_completed([pool.submit(one, job) for job in jobs if job not in known]):
             entry = future.result()

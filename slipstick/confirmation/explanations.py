@@ -16,7 +16,7 @@ from slipstick.confirmation.worth import Worth, worth
 from slipstick.naming.selection import in_errors, is_enough, leads
 from slipstick.naming.settings import NamingSettings
 
-_FITTED = 4
+_FITTED = 3
 """Effects that are fitted in full, of those that promise most: the linear model ranks strong effects roughly."""
 
 
@@ -35,7 +35,8 @@ class Explanation:
     tied: bool
     """Whether the recordings do not tell it from the explanation that gains most."""
     chi_square: dict[str, float]
-    """Mean squared residual of each signal and of the shifting time that it leaves, in units of the noise."""
+    """Mean squared residual of each signal and of the shifting time that it leaves in a usual engagement, in units of
+    the noise: the geometric mean, or for the shifting time the median as that of normal noise."""
     sufficient: bool
     """Whether none of these is above the setting `naming.strong`."""
     worth: Worth
@@ -56,9 +57,9 @@ def explanations(fit: SimulationFit, effects: Iterable[Effect], settings: Naming
     found.sort(key=lambda one: -float(one[1].evidence.sum()))
 
     def told(name: str, its: SimulationFit) -> Explanation:
-        gain, best = its.evidence - fit.evidence, found[0][1]
+        gain, best, left = its.evidence - fit.evidence, found[0][1], its.usual_chi_square
         tied = its is not best and not leads(best.evidence, its.evidence, settings)
-        return Explanation(name, float(gain.sum()), in_errors(gain), tied, its.chi_square,
-                           max(its.chi_square.values()) <= settings.strong, worth(its, name))
+        return Explanation(name, float(gain.sum()), in_errors(gain), tied, left, max(left.values()) <= settings.strong,
+                           worth(its, name))
 
     return [told(*one) for one in found]

@@ -4,14 +4,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from slipstick.confirmation.simulated import FINE, SimulatedBench
 from slipstick.confirmation.starts import About, searched, shared_of
 from slipstick.confirmation.terms import Terms
-from slipstick.confirmation.traces import Traces
+from slipstick.confirmation.traces import TIME, Traces
 from slipstick.naming.curved import CurvedFit, fit_curved
 
 _ITERATIONS = 40
+_LEAST = 1e-6
+"""Least mean squared residual of an engagement whose logarithm is taken."""
 _ROUNDING = 1e-6
 """Nats by which a fit may be below the one that is nested in it: rounding errors."""
 
@@ -42,6 +45,22 @@ class SimulationFit:
         """Mean squared residual of each signal and of the shifting time, in units of its noise."""
         squares = self.block.traces.mean_squares(self.block.measured - self.fitted.predicted)
         return {channel: square * self.block.traces.noise[channel] ** 2 for channel, square in squares.items()}
+
+    @property
+    def usual_chi_square(self) -> dict[str, float]:
+        """The same of a usual engagement, which a few bad ones do not change.
+
+        That is the geometric mean over the engagements of the mean squared residual of a signal. For the shifting time,
+        of which an engagement has one value, it is the median, over that of chi-square with one degree of freedom.
+        """
+        traces, found = self.block.traces, {}
+        squares = (self.block.measured - self.fitted.predicted) ** 2 * self.block.counted
+        for name, columns in traces.columns.items():
+            each = squares[:, columns].sum(axis=1) / np.maximum(self.block.counted[:, columns].sum(axis=1), 1)
+            usual = np.median(each) / scipy.stats.chi2(1).median() if name == TIME else np.exp(
+                np.log(np.maximum(each, _LEAST)).mean())
+            found[name] = float(usual) * traces.noise[name] ** 2
+        return found
 
     @property
     def covariance(self) -> np.ndarray:

@@ -30,7 +30,8 @@ def untested(settings: StudySettings, after: SimulationFit) -> Untested:
     missing, known = after.block.scene.missing, after.block.terms.effects
     closed = [ClosedBlock(block, words, [name for name in missing if name in NEEDED[block]])
               for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
-    misfits = [channel for channel, value in after.chi_square.items() if closed and value > settings.naming.strong]
+    # A few bad engagements, which the blocks would have shown, are no misfit.
+    misfits = [name for name, value in after.usual_chi_square.items() if closed and value > settings.naming.strong]
     has_signals = bool(after.block.traces.signals)
     if not closed or (has_signals and not misfits):
         return Untested(closed, misfits, [], [])
