@@ -127,7 +127,8 @@ def main() -> None:
     done = [json.loads(line) for line in lines.read_text().splitlines()] if lines.exists() else []
     known = {(entry["case"], entry["recorded"]) for entry in done}
     every = cases.LISTS[LIST]
-    chosen = dict.fromkeys([*(identity for identity, case in every.items() if not case.effects), *list(every)[::EVERY]])
+    without = [identity for identity, case in every.items() if not case.effects]
+    chosen = dict.fromkeys([*without, *list(every)[::EVERY]])
     jobs = [(identity, what) for identity in chosen for what in RECORDED]
     with ProcessPoolExecutor(PROCESSES) as pool, lines.open("a") as file:
         for future in as_completed([pool.submit(one, job) for job in jobs if job not in known]):
