@@ -38,7 +38,7 @@ class Explanation:
     """Mean squared residual of each signal and of the shifting time that it leaves in a usual engagement, in units of
     the noise: the geometric mean, or for the shifting time the median as that of normal noise."""
     sufficient: bool
-    """Whether none of these is above the setting `naming.strong`."""
+    """Whether none of the signals is above the setting `naming.strong`; there is none where only shifting times are."""
     worth: Worth
     """How much it changes shifting times and signals."""
 
@@ -59,7 +59,7 @@ def explanations(fit: SimulationFit, effects: Iterable[Effect], settings: Naming
     def told(name: str, its: SimulationFit) -> Explanation:
         gain, best, left = its.evidence - fit.evidence, found[0][1], its.usual_chi_square
         tied = its is not best and not leads(best.evidence, its.evidence, settings)
-        return Explanation(name, float(gain.sum()), in_errors(gain), tied, left, max(left.values()) <= settings.strong,
-                           worth(its, name))
+        is_left = any(left[signal] > settings.strong for signal in block.traces.signals)
+        return Explanation(name, float(gain.sum()), in_errors(gain), tied, left, not is_left, worth(its, name))
 
     return [told(*one) for one in found]

@@ -37,6 +37,8 @@ Near lock-up, signals have kinks in the parameters, and are measured to a thousa
 steps, a change of a parameter and that of an effect which does the same differ by per cents there, which looks like
 knowledge: standard errors of what differs between engagements were a tenth of what they are. By fine ones the two
 differ by less than the noise. Rough steps lead over kinks at which a fit with fine ones stops."""
+_FACTORS = (0.1, 10.0)
+"""Least and largest parameter over its nominal value: a step that leads further is as far off as no fit goes."""
 _AT_ONCE = 500
 """Engagements that a thread simulates at once: the samples of all would take gigabytes."""
 _WIDE = 0.3
@@ -74,7 +76,7 @@ class SimulatedBench:
     def values(self, shared: np.ndarray) -> np.ndarray:
         """The coefficients (p,) in their units, within their bounds."""
         unknowns = self.terms.unknowns
-        values = [one.neutral + one.span * move for one, move in zip(unknowns, shared, strict=True)]
+        values = [one.neutral + one.span * move for one, move in zip(unknowns, np.nan_to_num(shared), strict=True)]
         return np.asarray(np.clip(values, [one.lower for one in unknowns], [one.upper for one in unknowns]))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -105,7 +107,7 @@ class SimulatedBench:
         vectors = np.tile(self.scene.base, (len(points), 1))
         conditions = given.take(np.arange(len(points)) % len(given))
         for column, name in enumerate(self.random):
-            factor = 1 + points[:, column]
+            factor = np.clip(np.nan_to_num(1 + points[:, column]), *_FACTORS)
             if name in CONDITIONS:
                 conditions = replace(conditions, **{name: getattr(conditions, name) * factor})
             else:

@@ -30,15 +30,16 @@ def untested(settings: StudySettings, after: SimulationFit) -> Untested:
     missing, known = after.block.scene.missing, after.block.terms.effects
     closed = [ClosedBlock(block, words, [name for name in missing if name in NEEDED[block]])
               for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
+    signals = after.block.traces.signals
     # A few bad engagements, which the blocks would have shown, are no misfit.
-    misfits = [name for name, value in after.usual_chi_square.items() if closed and value > settings.naming.strong]
-    has_signals = bool(after.block.traces.signals)
-    if not closed or (has_signals and not misfits):
+    misfits = [name for name in signals if closed and after.usual_chi_square[name] > settings.naming.strong]
+    if not closed or (signals and not misfits):
         return Untested(closed, misfits, [], [])
     others = [one for one in effects.CATALOGUE if one.name in settings.catalogue and one.name not in known]
-    would = explanations(after, others, settings.naming)
-    if has_signals:
-        return Untested(closed, misfits, would, [])
-    # The parameters of an engagement explain its one number, so that it leaves no misfit there.
+    if signals:
+        return Untested(closed, misfits, explanations(after, others, settings.naming), [])
+    # The parameters of an engagement explain its one number, so that only differences between conditions tell anything.
     times = times_over(polished(after), settings.naming, settings.seed)
-    return Untested(closed, [TIME] if would or any(one.shown for one in times) else [], would, times)
+    if not any(one.shown for one in times):
+        return Untested(closed, [], [], times)
+    return Untested(closed, [TIME], explanations(after, others, settings.naming), times)

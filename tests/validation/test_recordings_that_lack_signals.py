@@ -55,7 +55,7 @@ def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) ->
     result, figures, recordings = studied(tmp_path, ["friction_falls_with_slip"], ["pressure"])
     assert (result.kind, result.findings) == ("unlisted", [])
     assert "missing that shows in the " in result.sentence
-    assert "shifting time, but in no block that could be tested" in result.sentence
+    assert ", but in no block that could be tested" in result.sentence
     assert "the recordings have no pressure" in result.sentence
     assert {one.name: one.missing for one in result.closed} == {
         block: ["pressure"] for block in ("valve", "contact", "clutch")}
