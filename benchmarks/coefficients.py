@@ -3,7 +3,7 @@
     python -m benchmarks.coefficients
 
 Recordings of 54 engagements of the first shipped bench, simulated with one effect at twice its typical amplitude and
-with the scatter of the bench, are studied, for each effect with six seeds. Every finished study is a line of
+with the scatter of the bench, are studied, for each effect with three seeds. Every finished study is a line of
 var/coefficients.jsonl, so that a killed run goes on where it was. coefficients.csv has the share of intervals that
 contain the true amplitude, of those studies whose simulation has the formula, and errors over standard errors.
 """
@@ -27,7 +27,7 @@ from slipstick.study import StudySettings, conclude, examine
 
 NAMES = ("stribeck_friction", "quadratic_load_drag", "supply_droop", "temperature_drift", "viscosity_drift",
          "pressure_dependent_friction")
-SEEDS, ENGAGEMENTS, MULTIPLE, PROCESSES = 6, 54, 2.0, 2
+SEEDS, ENGAGEMENTS, MULTIPLE, PROCESSES = 3, 54, 2.0, 2
 
 
 def one(job: tuple[str, int]) -> dict[str, Any]:

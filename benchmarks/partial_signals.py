@@ -2,9 +2,9 @@
 
     python -m benchmarks.partial_signals
 
-All cases of the list `lunar` that have no effect, and every sixth one, without the pressure and by shifting times alone. Every finished case is a line of
-var/partial-signals.jsonl, so that a killed run goes on where it was. partial_signals_cases.csv has the cases,
-partial_signals.csv the rates with 95 % bounds.
+All cases of the list `lunar` without an effect, and every sixth one, without the pressure and by shifting times alone.
+Every finished case is a line of var/partial-signals.jsonl, so that a killed run goes on where it was.
+partial_signals_cases.csv has the cases, partial_signals.csv the rates with 95 % bounds.
 """
 
 import json
