@@ -203,13 +203,15 @@ def _left(found: Sequence[BlockFit]) -> tuple[np.ndarray, np.ndarray]:
 
 def noise_left(start: Start, fits: Mapping[str, BlockFit]) -> dict[str, Noise]:
     """The noise of each signal that blocks leave with the laws of `fits`: that without them contains what they explain.
+
+    That of a signal that no block predicts, such as the torque where there is no pressure, is as it was.
     """
     leave = [[fits[name]] for name in ("load", "input") if name in fits]
     if start.valve is not None:
         leave.append([start.valve[1]])
     if start.closing is not None:
         leave.append([start.closing.onset, fits["contact"]])
-    return {its[0].block.signal: noise_of(*_left(its), its[0].noise) for its in leave}
+    return {**start.noise, **{its[0].block.signal: noise_of(*_left(its), its[0].noise) for its in leave}}
 
 
 def _rough(scene: Scene, pressure: np.ndarray, late: Late | None, known: Onset | None) -> CurvedFit:

@@ -47,6 +47,15 @@ def test_the_worst_are_set_aside_and_nothing_is_named() -> None:
     assert "load" in found.lacking
 
 
+def test_the_worst_are_set_aside_without_pressure_as_well() -> None:
+    signals = recordings().signals
+    assert signals is not None
+    found = name(HEAVY, replace(recordings(), signals=replace(signals, pressure=None)))
+    assert len(found.set_aside) == MOST
+    assert set(found.set_aside) < set(BAD)
+    assert (found.findings, list(found.chi_square)) == ((), ["load", "input", "lock"])
+
+
 def test_without_this_none_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
     left = named().chi_square["load"]
     monkeypatch.setattr(study, "outlying", lambda *_: np.zeros(0, int))
