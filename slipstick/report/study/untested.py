@@ -9,10 +9,10 @@ from slipstick.report.words import signed
 from slipstick.study.result import Explanation, StudyResult, TimesOver
 
 _EXPLAINED = ("Each effect alone is added to the simulation of the whole bench and fitted to all that was recorded. No "
-              "block measures its law here, so an effect that the catalogue does not have may be the cause. On simulated "
-              "benches without pressure, the effect that gains most, or one that was not told apart from it, was the "
-              "right one in one of five cases, and six of 24 without an effect were said to lack something. Standard "
-              "errors are over engagements.")
+              "block measures its law here, so an effect that the catalogue does not have may be the cause. On "
+              "simulated benches without pressure, the effect that gains most, or one that was not told apart from it, "
+              "was the right one in one of five cases, and six of 24 without an effect were said to lack something. "
+              "Standard errors are over engagements.")
 _OVER = ("Measured minus predicted shifting time with its standard error. Predicted by the simulation whose parameters "
          "are fitted to the shifting times: what they explain is not in it, and where they could explain a change, its "
          "standard error is large. Every condition is tested without the others. The gain is that of engagements that "
