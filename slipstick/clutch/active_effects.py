@@ -67,8 +67,7 @@ def sensor_reading(signal: np.ndarray, sensor: str, sample_times: np.ndarray, co
 
 
 def _is_active(effect: Effect, coefficients: np.ndarray) -> bool:
-    amplitudes = np.array([not coefficient.shape for coefficient in effect.coefficients])
-    return bool(np.any((coefficients[:, effects.span(effect)] != np.array(effect.neutral))[:, amplitudes]))
+    return not effect.is_neutral(coefficients[:, effects.span(effect)])
 
 
 def _columns(effect: Effect, coefficients: np.ndarray) -> tuple[np.ndarray, ...]:

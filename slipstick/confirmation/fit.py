@@ -90,8 +90,9 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.
     Standard deviations of the parameters between engagements are at most `widest` (q,).
     """
     block = SimulatedBench(traces, terms, widest)
-    begun = searched(block, points) if shared is None else shared
-    return SimulationFit(block, fit_curved(block, points=points, shared=begun, iterations=_ITERATIONS))
+    if shared is None:
+        points, shared = searched(block, points)
+    return SimulationFit(block, fit_curved(block, points=points, shared=shared, iterations=_ITERATIONS))
 
 
 def polished(fit: SimulationFit) -> SimulationFit:
@@ -106,17 +107,20 @@ def given_back(nested: SimulationFit, terms: Terms) -> SimulationFit:
     Where an effect differs between engagements, such as a friction that drifts, their parameters make it good. No step
     leads from there to the effect.
     """
-    points, shared = _about(nested).start(terms)
-    return fit_simulation(nested.block.traces, terms, points, shared, nested.block.widest)
+    about = _about(nested)
+    return fit_simulation(nested.block.traces, terms, *about.start(terms, about.taken(terms)), nested.block.widest)
 
 
-def from_blocks(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
-    """The fit with more `terms` than the `nested` fit has, from parameters that were estimated beside their laws.
+def extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
+    """The better fit with `terms`, of which the `nested` fit has none, from two starts.
 
-    `points` (n, q) hold the constant up to which a law is known: the mean of the parameters gives it back.
+    One is that of `given_back`, the other at `points` (n, q) that were estimated beside measured laws of the terms.
+    They hold the constant up to which a law is known: the mean of the parameters gives it back.
     """
-    begun, shared = _about(nested).searched(terms, points)
-    return fit_simulation(nested.block.traces, terms, begun, shared, nested.block.widest)
+    about, traces, widest = _about(nested), nested.block.traces, nested.block.widest
+    taken = about.taken(terms)
+    beside_laws = searched(SimulatedBench(traces, terms, widest), points, taken.mean(axis=0))
+    return best([fit_simulation(traces, terms, *begun, widest) for begun in (beside_laws, about.start(terms, taken))])
 
 
 def _about(fit: SimulationFit) -> About:
@@ -139,7 +143,7 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     bare = replace(terms, effects=(), laws=())
     whole = first = fit_simulation(traces, bare, points)
     if terms.names:
-        whole = raised(best([from_blocks(first, terms, points), given_back(first, terms)]), first)
+        whole = raised(extended(first, terms, points), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
     before = now = fit_simulation(traces, bare, first.fitted.points)
     left = list(terms.names)

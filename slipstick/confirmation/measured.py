@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
-from slipstick.confirmation.fit import SimulationFit, best, fit_simulation, from_blocks, given_back
+from slipstick.confirmation.fit import SimulationFit, best, extended, fit_simulation
 from slipstick.confirmation.starts import shared_of
 from slipstick.naming.selection import priced
 
@@ -39,6 +39,6 @@ def with_measured_laws(formulas: SimulationFit, before: SimulationFit, laws: Map
         found = fit_simulation(now.block.traces, swapped, points, shared)
         if is_better(found, now, len(law.change)):
             formula = replace(terms, effects=(*others, effect))
-            again = best([from_blocks(before, formula, found.fitted.points), given_back(before, formula)])
+            again = extended(before, formula, found.fitted.points)
             now = found if is_better(found, best([now, again]), len(law.change)) else again
     return now

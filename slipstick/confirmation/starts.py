@@ -1,7 +1,5 @@
 """Where fits of the simulation begin: coefficients that suit given parameters, or those of the linear mixed model."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from slipstick.confirmation.simulated import SimulatedBench
@@ -18,22 +16,26 @@ _LINEAR = 0.1
 """Share of a change up to which derivatives are believed: next to lock-up speeds are far from linear in parameters."""
 
 
-def searched(block: SimulatedBench, points: np.ndarray) -> np.ndarray:
-    """Coefficients (p,) over their spans: for one term after the other the multiple of its typical values that fits.
+def searched(block: SimulatedBench, points: np.ndarray,
+             taken: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (n, q) that differ between engagements as `points` do, and coefficients (p,) that suit them.
 
-    The parameters are held at `points` (n, q).
+    The coefficients are over their spans: for one term after the other the multiple of its typical values that fits.
+    The mean of the parameters gives back what it has `taken` (q, t) of each term: laws of blocks are known up to a
+    constant, which parameters have.
     """
-    start = np.zeros(len(block.fixed))
-    for term in block.terms.names:
+    shared = np.zeros(len(block.fixed))
+    taken = np.zeros((len(block.random), len(block.terms.names))) if taken is None else taken
+    for place, term in enumerate(block.terms.names):
         tried = []
         for multiple in _MULTIPLES:
-            moved = np.where(_is_of(block.terms, term), _typical(block.terms, term, multiple), start)
+            moved, its = shared + _typical(block.terms, term, multiple), points - multiple * taken[:, place]
             block.at(moved)
             # The median does not mind a few engagements that no start suits.
-            each = (((block.measured - block.base(points)) * block.counted) ** 2).sum(axis=1)
-            tried.append((float(np.median(each)), moved))
-        start = min(tried, key=lambda one: one[0])[1]
-    return start
+            each = (((block.measured - block.base(its)) * block.counted) ** 2).sum(axis=1)
+            tried.append((float(np.median(each)), moved, its))
+        _, shared, points = min(tried, key=lambda one: one[0])
+    return points, shared
 
 
 class About:
@@ -60,67 +62,46 @@ class About:
         moved = shared_of(self.block, self.fitted.shared, terms) + _typical(terms, term, _STEP)
         return np.asarray((other.rows_at(self.fitted.points[None], moved)[0] - self.fitted.predicted) / _STEP)
 
-    def start(self, terms: Terms) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters (n, q) and coefficients (p,) of `terms`, some of which the fit does not have.
+    def taken(self, terms: Terms) -> np.ndarray:
+        """What parameters (n, q) can make good of each of `terms` that the fit does not have, (n, q, t).
 
-        Least squares of the parameters over what they can make good of each new term, in units of their scatter, tells
-        how much of it they have taken, and what is left are their own values. With the parameters held, a coefficient
-        of what differs between engagements would seem to do nothing.
+        At its typical coefficients, up to a tenth of what it changes, with the least change of the parameters in units
+        of their scatter.
         """
-        new, std = self._new(terms), np.sqrt(self.fitted.variance)
-        taken = self._taken(terms, new) / std[:, None]
-        regressors, values = (each - each.mean(axis=0) for each in (taken, self.fitted.points / std))
-        multiples = np.linalg.lstsq(regressors.reshape(-1, len(new)), values.reshape(-1), rcond=None)[0]
+        columns = [self.column(terms, term) for term in self._new(terms)]
+        products = self.beside(np.stack(columns, axis=1)).products
+        q, its, std = self.own.shape[1], slice(-1 - len(columns), -1), np.sqrt(self.fitted.variance)
+        own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, its] * std[:, None]
+        off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, its, its]), 1.0)
+        found = [np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1])
+                 for t in range(len(columns))]
+        return np.asarray(std[:, None] * np.concatenate(found, axis=2))
+
+    def start(self, terms: Terms, taken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (n, q) and coefficients (p,) of `terms`, of which parameters can make `taken` (n, q, t) good.
+
+        Least squares of the parameters over that, in units of their scatter, tells how much of it they have taken, and
+        what is left are their own values. With the parameters held, a coefficient of what differs between engagements
+        would seem to do nothing.
+        """
+        std = np.sqrt(self.fitted.variance)
+        each = taken / std[:, None]
+        regressors, values = (one - one.mean(axis=0) for one in (each, self.fitted.points / std))
+        multiples = np.linalg.lstsq(regressors.reshape(-1, taken.shape[2]), values.reshape(-1), rcond=None)[0]
         shared = shared_of(self.block, self.fitted.shared, terms)
-        for term, multiple in zip(new, multiples, strict=True):
+        for term, multiple in zip(self._new(terms), multiples, strict=True):
             shared = shared + _typical(terms, term, float(multiple))
-        return self.fitted.points - taken @ multiples * std, shared
-
-    def searched(self, terms: Terms, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters (n, q) that differ between engagements as `points` do, and coefficients (p,) that suit them.
-
-        For one term after the other it is the multiple of its typical values that fits. Their mean gives back what it
-        would have taken: laws of blocks are known up to a constant, which parameters have.
-        """
-        block, shared = SimulatedBench(self.block.traces, terms, self.block.widest), np.zeros(len(terms.unknowns))
-        taken = self._taken(terms, list(terms.names)).mean(axis=0)
-        for place, term in enumerate(terms.names):
-            tried = []
-            for multiple in _MULTIPLES:
-                moved, its = shared + _typical(terms, term, multiple), points - multiple * taken[:, place]
-                block.at(moved)
-                # The median does not mind a few engagements that no start suits.
-                each = (((block.measured - block.base(its)) * block.counted) ** 2).sum(axis=1)
-                tried.append((float(np.median(each)), moved, its))
-            _, shared, points = min(tried, key=lambda one: one[0])
-        return points, shared
+        return self.fitted.points - each @ multiples * std, shared
 
     def _new(self, terms: Terms) -> list[str]:
         """Those of `terms` that the fit does not have."""
         return [term for term in terms.names if term not in self.block.terms.names]
-
-    def _taken(self, terms: Terms, new: Sequence[str]) -> np.ndarray:
-        """What parameters (n, q) can make good of each of the `new` terms at its typical coefficients, (n, q, t).
-
-        Up to a tenth of what it changes, with the least change of the parameters in units of their scatter.
-        """
-        products = self.beside(np.stack([self.column(terms, term) for term in new], axis=1)).products
-        q, its, std = self.own.shape[1], slice(-1 - len(new), -1), np.sqrt(self.fitted.variance)
-        own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, its] * std[:, None]
-        off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, its, its]), 1.0)
-        found = [np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1]) for t in range(len(new))]
-        return np.asarray(std[:, None] * np.concatenate(found, axis=2))
 
 
 def shared_of(block: SimulatedBench, shared: np.ndarray, terms: Terms) -> np.ndarray:
     """Coefficients (p,) of `terms` over their spans: those of a `block` with `shared` ones, or neutral."""
     values = dict(zip(block.fixed, shared, strict=True))
     return np.array([values.get(name, 0.0) for name in SimulatedBench(block.traces, terms).fixed])
-
-
-def _is_of(terms: Terms, term: str) -> np.ndarray:
-    """Which of the coefficients (p,) are those of a term."""
-    return np.array([one.term == term for one in terms.unknowns])
 
 
 def _typical(terms: Terms, term: str, multiple: float = 1.0) -> np.ndarray:

@@ -54,7 +54,16 @@ class TimesOver:
     @property
     def furthest(self) -> int:
         """Place of the level whose change is most standard errors from zero."""
-        return int(np.argmax(np.abs(self.change) / np.maximum(self.error, _EXACT)))
+        return int(np.argmax(self._distances))
+
+    @property
+    def distance(self) -> float:
+        """Standard errors by which that change is from zero."""
+        return float(self._distances.max())
+
+    @property
+    def _distances(self) -> np.ndarray:
+        return np.abs(self.change) / np.maximum(self.error, _EXACT)
 
 
 def times_over(fit: SimulationFit, settings: NamingSettings, seed: int) -> list[TimesOver]:

@@ -157,8 +157,9 @@ def _outlying(kept: np.ndarray, everything: Mapping[str, BlockFit],
 
     More noise of the sensors in an engagement does not count.
     """
-    found = {key: outlying([one.chi2 / own_noise(one.block.scene)], settings)
-             for key, one in _explaining(everything).items()}
+    explaining = _explaining(everything)
+    noise = own_noise(next(iter(explaining.values())).block.scene)  # all blocks have the same recordings
+    found = {key: outlying([one.chi2 / noise], settings) for key, one in explaining.items()}
     return {key: tuple(kept[rows].tolist()) for key, rows in found.items() if len(rows)}
 
 

@@ -125,14 +125,10 @@ def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[s
         without = with_scatter_of(after, before) if after.block.terms.names else []
         higher = best([after, *without])
         if higher is after:
-            break
+            final = polished(after) if without else after
+            return before, final if formulas is after else formulas, final, without
         points = higher.fitted.points
-    else:
-        return higher, higher, higher, []
-    if not after.block.terms.names:
-        return before, formulas, after, without
-    final = polished(after)
-    return before, final if formulas is after else formulas, final, without
+    return higher, higher, higher, []
 
 
 def _steps(recordings: Recordings, log: Log) -> StudySteps:

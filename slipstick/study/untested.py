@@ -32,7 +32,8 @@ def untested(settings: StudySettings, after: SimulationFit) -> Untested:
               for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
     signals = after.block.traces.signals
     # A few bad engagements, which the blocks would have shown, are no misfit.
-    misfits = [name for name in signals if closed and after.usual_chi_square[name] > settings.naming.strong]
+    usual = after.usual_chi_square if closed else dict.fromkeys(signals, 0.0)
+    misfits = [name for name in signals if usual[name] > settings.naming.strong]
     if not closed or (signals and not misfits):
         return Untested(closed, misfits, [], [])
     others = [one for one in effects.CATALOGUE if one.name in settings.catalogue and one.name not in known]

@@ -51,8 +51,7 @@ def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
 
 def engagements(rows: Sequence[int]) -> str:
     """Engagements by their numbers."""
-    *most, last = map(str, rows)
-    return f"engagements {', '.join(most)} and {last}" if most else f"engagement {last}"
+    return f"engagement{'s' * (len(rows) > 1)} {_words([str(row) for row in rows])}"
 
 
 def _would_explain(explanations: Sequence[Explanation]) -> str:

@@ -259,8 +259,9 @@ class Effect:
         return tuple(coefficient.neutral for coefficient in self.coefficients)
 
     def is_neutral(self, coefficients: Sequence[float] | np.ndarray) -> bool:
-        """Whether the effect is absent at its `coefficients` in their order: all amplitudes are neutral."""
-        return all(its == c.neutral for its, c in zip(coefficients, self.coefficients, strict=True) if not c.shape)
+        """Whether the effect is absent at all of its `coefficients` (..., c) in their order: amplitudes are neutral."""
+        amplitudes = [not coefficient.shape for coefficient in self.coefficients]
+        return not np.any((np.asarray(coefficients) != np.array(self.neutral))[..., amplitudes])
 
     @property
     def typical(self) -> tuple[float, ...]:

@@ -15,8 +15,6 @@ CAPTION = ("Measured minus predicted shifting time over each condition, with mea
 
 _COLUMNS = 3
 _WIDTH, _HEIGHT = 196, 170  # px
-_LEAST = 1e-9
-"""Standard error in ms by which a change is divided at least."""
 _COLOURS = {True: ("more than noise", theme.ALARM), False: ("no more than noise", theme.AFTER)}
 
 
@@ -26,7 +24,7 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
         return None
     colours = dict(_COLOURS[one.shown] for one in result.times)
     shown = [in_words(one.condition) for one in result.times if one.shown]
-    worst = max(result.times, key=lambda one: abs(one.change[one.furthest]) / max(one.error[one.furthest], _LEAST))
+    worst = max(result.times, key=lambda one: one.distance)
     place = worst.furthest
     return theme.picture(
         f"Beyond the parameters, shifting times change with the {' and the '.join(shown)}" if shown else

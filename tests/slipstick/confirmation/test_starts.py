@@ -28,11 +28,12 @@ def without() -> SimulationFit:
 def test_the_start_gives_an_effect_what_parameters_have_taken_of_it(without: SimulationFit) -> None:
     block = SimulatedBench(without.block.traces, TERMS)
     fine = SimulatedBench(without.block.traces, without.block.terms, steps=FINE)
-    points, shared = About(fine, without.fitted).start(TERMS)
+    about = About(fine, without.fitted)
+    points, shared = about.start(TERMS, about.taken(TERMS))
     assert block.values(shared)[0] == pytest.approx(DROOP, rel=0.3)
     gain = list(RANDOM).index("current_gain")
     assert points[:, gain].std() < 0.5 * without.fitted.points[:, gain].std()
-    held = searched(block, without.fitted.points)
+    _, held = searched(block, without.fitted.points)
     assert abs(block.values(held)[0]) < 0.4 * DROOP  # with the parameters held it seems to do little
 
 
@@ -43,10 +44,10 @@ def test_parameters_beside_a_law_give_back_the_constant_up_to_which_it_is_known(
     points = np.zeros_like(without.fitted.points)
     points[:, gain] = law.mean()  # as a block has them beside a law of mean 0
     fine = SimulatedBench(without.block.traces, without.block.terms, steps=FINE)
-    begun, shared = About(fine, without.fitted).searched(TERMS, points)
+    begun, shared = searched(block, points, About(fine, without.fitted).taken(TERMS).mean(axis=0))
     assert block.values(shared)[0] == pytest.approx(DROOP)  # three times the typical value, which is tried
     assert np.abs(begun[:, gain]).max() < 0.3 * abs(law.mean())
-    assert abs(block.values(searched(block, points))[0]) < 0.5 * DROOP
+    assert abs(block.values(searched(block, points)[1])[0]) < 0.5 * DROOP
 
 
 def test_the_fit_from_there_finds_the_effect(without: SimulationFit) -> None:
@@ -74,5 +75,6 @@ def test_a_polished_fit_is_never_below_and_knows_what_differs_between_engagement
 def test_a_start_is_within_the_bounds_of_the_coefficients(without: SimulationFit) -> None:
     terms = Terms(HEAVY, ("supply_droop", "stribeck_friction"))
     block = SimulatedBench(without.block.traces, terms)
-    _, shared = About(without.block, without.fitted).start(terms)
+    about = About(without.block, without.fitted)
+    _, shared = about.start(terms, about.taken(terms))
     assert np.all((block.bounds[0] <= shared) & (shared <= block.bounds[1]))
