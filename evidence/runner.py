@@ -1,0 +1,133 @@
+"""Draws cases, has a method answer them, and keeps every finished answer, so that a killed run goes on where it was."""
+
+import json
+import subprocess
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+
+from evidence.answer import Answer
+from evidence.generator.case import simulate
+from evidence.generator.files import write_recordings
+from evidence.generator.truth import Truth, describe
+from evidence.methods import METHODS
+from evidence.rates import Entry
+from evidence.suites import draw_case
+from slipstick.storage.files import replacing
+from worker.cluster import Cluster
+from worker.executors import explained
+
+ROOT = Path(__file__).parents[1]
+WORK = ROOT / "var" / "evidence"
+"""Folder of case files and answers."""
+RELATIVE = 1e-6
+"""Tolerance of the integrator of the recordings."""
+PROCESSES = 2
+
+
+@dataclass(frozen=True)
+class CaseFiles:
+    """The files of a case: its bench, its recordings, and its truth, which no method sees."""
+
+    suite: str
+    seed: int
+    folder: Path
+
+    @property
+    def bench(self) -> Path:
+        """The bench file."""
+        return self.folder / "bench.toml"
+
+    @property
+    def recordings(self) -> Path:
+        """The recordings."""
+        return self.folder / "recordings.h5"
+
+    @property
+    def truth(self) -> Truth:
+        """What is hidden."""
+        return Truth.from_json(json.loads(self.truth_file.read_text()))
+
+    @property
+    def truth_file(self) -> Path:
+        """The file of the truth, beside the folder."""
+        return self.folder.with_suffix(".truth.json")
+
+
+def write_case(suite: str, seed: int, work: Path = WORK) -> CaseFiles:
+    """Draw a case and write its files to the folder `work`, unless they are there."""
+    files = CaseFiles(suite, seed, work / "cases" / f"{suite}-{seed}")
+    if not files.truth_file.exists():
+        case = draw_case(suite, seed)
+        run = simulate(case, RELATIVE)
+        truth = json.dumps(describe(case, run).to_json())
+        files.folder.mkdir(parents=True, exist_ok=True)
+        for path, write in ((files.bench, lambda path: path.write_text(case.bench.text)),
+                            (files.recordings, lambda path: write_recordings(path, case, run)),
+                            (files.truth_file, lambda path: path.write_text(truth))):
+            with replacing(path) as part:  # another process may write the same ones; the truth is the last
+                write(part)
+    return files
+
+
+def answer_case(method: str, suite: str, seed: int, work: Path = WORK) -> Entry:
+    """Draw a case and answer it; a method that raises has no finding, and its answer the error."""
+    files = write_case(suite, seed, work)
+    began = perf_counter()
+    try:
+        answer = METHODS[method](files.truth.case, files.bench, files.recordings)
+    except Exception as error:  # is a result: a wrong one
+        answer = Answer(files.truth.case, error=repr(error))
+    return Entry(files.truth, replace(answer, seconds=round(perf_counter() - began, 1)))
+
+
+def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None = None,
+                 work: Path = WORK) -> Iterator[Entry]:
+    """Yield the entries of cases, given by suite and seed: those that are kept, then the others as they are answered.
+
+    They are answered by two processes, or by the workers of the Dask scheduler at the address `dask`, each in a copy of
+    this repository. Raises `InvalidValue` where these are gone.
+    """
+    work.mkdir(parents=True, exist_ok=True)
+    cases, kept = list(cases), work / f"answers-{method}.jsonl"
+    done = dict(read_entries(kept))
+    yield from (done[case] for case in cases if case in done)
+    left = [case for case in cases if case not in done]
+    if not left:
+        return
+    executor = Cluster(dask, needs_one_thread=True) if dask else ProcessPoolExecutor(PROCESSES)
+    with executor as pool, kept.open("a") as file, explained():
+        futures = {pool.submit(answer_case, method, *case, work): case for case in left}
+        for future in as_completed(futures):
+            entry, (suite, seed) = future.result(), futures[future]
+            file.write(json.dumps({"suite": suite, "seed": seed, "truth": entry.truth.to_json(),
+                                   "answer": entry.answer.to_json()}) + "\n")
+            file.flush()
+            yield entry
+
+
+def read_entries(path: Path) -> Iterator[tuple[tuple[str, int], Entry]]:
+    """Yield suite and seed, and the entry, of each line of a file of answers that this program wrote, if it exists."""
+    for line in path.read_text().splitlines() if path.exists() else ():
+        content = json.loads(line)
+        yield (content["suite"], content["seed"]), Entry(Truth.from_json(content["truth"]),
+                                                         Answer.from_json(content["answer"]))
+
+
+def read_answers(path: Path, cases: Iterable[tuple[str, int]], work: Path = WORK) -> Iterator[Entry]:
+    """Yield the entries of those cases that another program has answered, in a file as answer.py describes."""
+    answers = {answer.case: answer for answer in map(Answer.from_json, map(json.loads, path.read_text().splitlines()))}
+    for case in cases:
+        truth = write_case(*case, work).truth
+        if truth.case in answers:
+            yield Entry(truth, answers[truth.case])
+
+
+def name_commit() -> str:
+    """Return the last commit that changed the core library, with a plus sign where its files differ from it."""
+    def git(*arguments: str) -> str:
+        return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
+
+    return git("log", "-1", "--format=%h", "--", "slipstick") + ("+" if git("status", "-s", "-uno", "slipstick") else "")
