@@ -10,7 +10,7 @@ from importlib.metadata import version
 from importlib.util import find_spec
 
 from benchmarks import scalar_cpp
-from benchmarks.peers import HEADER, measured
+from benchmarks.peers import HEADER, measure
 from benchmarks.results import write
 from benchmarks.works import works
 
@@ -20,7 +20,7 @@ PACKAGES = ("numpy", "scipy", "numba", "chaospy", "openturns", "jax", "diffrax")
 
 def main() -> None:
     """Run the benchmark and write the table."""
-    rows = [row for work in works() for row in measured(work, ROUNDS)]
+    rows = [row for work in works() for row in measure(work, ROUNDS)]
     versions = [f"{package} {version(package)}" for package in PACKAGES if find_spec(package)]
     if not scalar_cpp.missing():
         versions.append(scalar_cpp.compiler())

@@ -17,12 +17,12 @@ import jax
 import numpy as np
 
 from benchmarks import diffrax_peer, simulator
-from benchmarks.peers import HEADER, Code, Work, measured
+from benchmarks.peers import HEADER, Code, Work, measure
 from benchmarks.results import write
 from slipstick.clutch import ensemble
 
 TOLERANCES = (simulator.DIFFRAX_TOLERANCE, 2e-6)
-_EVERY = np.arange(len(simulator.GRID))
+_ROWS = np.arange(len(simulator.GRID))
 
 
 def on_cores(threads: int) -> Code:
@@ -31,8 +31,8 @@ def on_cores(threads: int) -> Code:
 
 
 def on_accelerator(tolerance: float) -> Code:
-    code = partial(diffrax_peer.shifting_times, together=len(_EVERY))
-    return Code(lambda: simulator.simulated(code, tolerance, _EVERY),
+    code = partial(diffrax_peer.shifting_times, together=len(_ROWS))
+    return Code(lambda: simulator.simulated(code, tolerance, _ROWS),
                 lambda: simulator.simulated_error(code, tolerance))
 
 
@@ -45,7 +45,7 @@ def main(rounds: int) -> None:
     codes = {f"this project, {cores} cores": on_cores(cores)}
     codes |= {f"diffrax, tolerance {tolerance:g}, on one {device.device_kind}": on_accelerator(tolerance)
               for tolerance in TOLERANCES}
-    rows = measured(Work("shifting times of 540,000 engagements", on_cores(1), codes, "s", {}, repeats=1), rounds)
+    rows = measure(Work("shifting times of 540,000 engagements", on_cores(1), codes, "s", {}, repeats=1), rounds)
     versions = f"{rounds} rounds; jax {jax.__version__}, diffrax {diffrax.__version__}"
     write("accelerator", HEADER, [*rows, [versions, *[""] * (len(HEADER) - 1)]],
           f"python -m benchmarks.accelerator --rounds {rounds}")

@@ -1,13 +1,19 @@
-"""The shipped benches, and all that recordings of hidden effects come from."""
+"""The shipped benches, and the points of the default table, which most benchmarks simulate."""
 
 from pathlib import Path
+
+import numpy as np
 
 from slipstick.bench import Bench
 
 ROOT = Path(__file__).parents[1]
 HEAVY = Bench.open(ROOT / "tables" / "heavy.toml")
 SHIPPED = {bench.name: bench for bench in (HEAVY, Bench.open(ROOT / "tables" / "compact.toml"))}
-HIDDEN = ROOT / "tests" / "validation" / "hidden" / "data"
-BRISK, GIANT, LIGHT, SLOW = (Bench.open(HIDDEN / f"{name}.toml") for name in ("brisk", "giant", "light", "slow"))
-DRAWN = {bench.name: bench for bench in map(Bench.open, sorted((HIDDEN / "drawn").glob("*.toml")))}
-BENCHES = {**SHIPPED, BRISK.name: BRISK, GIANT.name: GIANT, LIGHT.name: LIGHT, SLOW.name: SLOW, **DRAWN}
+AXES = ("pressure_bias", "initial_position")
+"""The parameters of the default table."""
+
+
+def make_grid(count: int) -> np.ndarray:
+    """Multipliers of `AXES` from 0.5 to 1.5 at count x count points, (count^2, 2)."""
+    values = np.linspace(0.5, 1.5, count)
+    return np.stack(np.meshgrid(values, values, indexing="ij"), axis=-1).reshape(-1, 2)

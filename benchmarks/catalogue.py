@@ -13,15 +13,14 @@ from slipstick.clutch import effects
 if sys.argv[1] == "bare":
     effects.CATALOGUE = ()
 
-from benchmarks.benches import HEAVY
-from benchmarks.grid import AXES, points
+from benchmarks.benches import AXES, HEAVY, make_grid
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 
-grid, conditions, model = points(20), HEAVY.conditions, Model(HEAVY.physics)
+grid, conditions, model = make_grid(20), HEAVY.conditions, Model(HEAVY.physics)
 for name in ("supply_droop", "stribeck_friction", "thermal_fade") if sys.argv[1] == "three" else ():
-    its = effects.find(name).coefficients
-    model = model.with_effect(name, {c.name: c.typical if c.shape else 0.01 * c.typical for c in its})
+    coefficients = effects.find(name).coefficients
+    model = model.with_effect(name, {c.name: c.typical if c.shape else 0.01 * c.typical for c in coefficients})
 ensemble.shifting_times(model, conditions, AXES, grid[:2])
 print("ready", flush=True)
 for _ in sys.stdin:

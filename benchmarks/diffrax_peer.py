@@ -57,7 +57,7 @@ def _bends(x, y):
 
 
 def _line(first, bends, x):
-    return first + sum(bend * jnp.maximum(0.0, x - at) for at, bend in bends)
+    return first + sum(bend * jnp.maximum(0.0, x - place) for place, bend in bends)
 
 
 def _slip(y, p):
@@ -67,7 +67,7 @@ def _slip(y, p):
 def _rates(t, y, args):
     p, first, bends, speed, inertia, brake = args
     x1, x2, x3, w, v = (scale * value for scale, value in zip(SCALES, y, strict=True))
-    u, slope = _line(first, bends, t), sum(bend * (t >= at) for at, bend in bends)
+    u, slope = _line(first, bends, t), sum(bend * (t >= place) for place, bend in bends)
     dx2 = (6 * p[2] * (u - p[1]) - 6 * x1) / p[0] ** 2 - (4 * x2 + 2 * p[2] * slope) / p[0]
     dx3 = (p[4] * (x1 - p[7]) + p[3] * x2 - p[6] * x3) / p[5]
     z = jnp.clip(p[8] * x3, 0.0, p[9])

@@ -1,6 +1,6 @@
 """Comparison of rules for expansions: errors on held-out runs of the simulator, as a function of the number of runs.
 
-    python -m benchmarks.expansion
+    python -m benchmarks.expansion      (a minute or two; writes sparse_rules.csv)
 
 The inputs are normal with nominal means; all 216 conditions and 4096 held-out runs are used. The regression samples
 from the density of the squared polynomials (slipstick/uncertainty/chaos/rules.py), with two or three samples per term.
@@ -8,16 +8,15 @@ The plain regression samples from the density of the inputs. The Smolyak rules a
 Genz-Keister nodes or on Gauss nodes, and for each the order with the smallest error is selected afterwards.
 """
 
-import csv
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import chaospy
 import numpy as np
 
 from benchmarks.benches import HEAVY
+from benchmarks.results import write
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.uncertainty import standard_normals
@@ -33,6 +32,8 @@ MOST_RUNS, HELD_OUT = 1300, 4096
 SMOLYAK = {"genz_keister_16": "Smolyak, Genz-Keister", "gaussian": "Smolyak, Gauss"}
 HERMITE = Germ("hermite")
 CONDITIONS = HEAVY.conditions
+HEADER = ("inputs", "std", "rule", "order", "terms", "runs", "median error [ms]", "95 % error [ms]", "conditions lost",
+          "estimate / error: 5 %", "50 %", "95 %")
 
 
 class Case:
@@ -54,22 +55,19 @@ class Case:
 
 def main() -> None:
     """Run the benchmark and write the table."""
-    path = Path("benchmarks/sparse_rules.csv")
-    with path.open("w", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(["inputs", "std", "rule", "order", "terms", "runs", "median error [ms]", "95 % error [ms]",
-                        "conditions lost", "estimate / error: 5 %", "50 %", "95 %"])
-        for inputs, std in CASES:
-            case = Case(inputs, std)
-            for rule, polynomials, runs, error, estimate in (*implemented(case), *plain(case), *smolyak(case)):
-                finite = np.isfinite(error)
-                ratios = [] if estimate is None else np.quantile((estimate / error)[finite], [0.05, 0.5, 0.95])
-                terms = polynomials.degrees
-                table.writerow([inputs, std, rule, terms.max(), len(terms), runs,
-                                *(f"{1e3 * np.quantile(error[finite], level):.2g}" for level in (0.5, 0.95)),
-                                np.count_nonzero(~finite), *(f"{ratio:.2f}" for ratio in ratios)])
-            print(f"{inputs} inputs, std {std}", file=sys.stderr)
-    print(path.read_text())
+    rows: list[list[object]] = []
+    for inputs, std in CASES:
+        case = Case(inputs, std)
+        for rule, polynomials, runs, error, estimate in (*implemented(case), *plain(case), *smolyak(case)):
+            finite = np.isfinite(error)
+            ratios = np.full(3, np.nan) if estimate is None else (
+                np.quantile((estimate / error)[finite], [0.05, 0.5, 0.95]))
+            terms = polynomials.degrees
+            rows.append([inputs, std, rule, terms.max(), len(terms), runs,
+                         *(f"{1e3 * np.quantile(error[finite], level):.2g}" for level in (0.5, 0.95)),
+                         np.count_nonzero(~finite), *("" if np.isnan(ratio) else f"{ratio:.2f}" for ratio in ratios)])
+        print(f"{inputs} inputs, std {std}", file=sys.stderr)
+    write("sparse_rules", HEADER, rows, "python -m benchmarks.expansion")
 
 
 Row = tuple[str, Polynomials, int, np.ndarray, Any]

@@ -2,7 +2,7 @@
 
     python -m benchmarks.growth [NAME ...]
 
-It writes growth.csv and a plot of each growth, docs/growth_NAME.svg (a minute); by default all. A slope is that of a
+It writes growth.csv and a picture of it, growth.svg (a minute); by default of all. A slope is that of a
 straight line fitted to the logarithms of all times: 1 is proportional, 0 constant. Times are processor times of one
 thread, the least of `ROUNDS`, except for those against cores, which are elapsed times and need an otherwise idle
 machine.
@@ -12,14 +12,13 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.benches import HEAVY
-from benchmarks.grid import AXES, points
+from benchmarks.benches import AXES, HEAVY, make_grid
 from benchmarks.likelihood import CASES, FITTED
 from benchmarks.results import write
 from benchmarks.works import EXPANDED, default_table
@@ -36,14 +35,14 @@ from slipstick.uncertainty.likelihood import converged
 
 ROUNDS = 3
 HEADER = ("work", "against", "size", "time [ms]", "slope of the logarithms")
-ROOT = Path(__file__).parents[1]
+PICTURE = Path(__file__).with_name("growth.svg")
 _SAMPLES = 10_000
 Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)
 class Growth:
-    """Work of each of some `sizes`; `name` is that of its plot, `against` what the sizes count."""
+    """Work of each of some `sizes`; `name` selects it, `against` what the sizes count."""
 
     name: str
     work: str
@@ -54,23 +53,23 @@ class Growth:
 
     def times(self) -> np.ndarray:
         """Least times in s, one per size; the sizes alternate."""
-        found = np.full(len(self.sizes), np.inf)
+        least = np.full(len(self.sizes), np.inf)
         for _ in range(ROUNDS + 1):  # the first of which compiles and fills caches
             for place, size in enumerate(self.sizes):
                 begin = self.clock()
                 self.run(size)
-                found[place] = min(found[place], self.clock() - begin)
-        return found
+                least[place] = min(least[place], self.clock() - begin)
+        return least
 
 
 def growths() -> Iterator[Growth]:
     """All that is measured."""
     model, conditions, table = Model(HEAVY.physics), HEAVY.conditions, default_table()
-    recordings, candidate = Recordings.open(ROOT / "tables" / "measured.h5"), CASES[FITTED]
+    recordings, candidate = Recordings.open(PICTURE.parents[1] / "tables" / "measured.h5"), CASES[FITTED]
     germs = np.random.default_rng(1).standard_normal((_SAMPLES, 2))
 
     def simulated(nodes: int, count: int, threads: int) -> object:
-        return shifting_times(model, conditions.take(range(count)), AXES, points(nodes), threads=threads)
+        return shifting_times(model, conditions.take(range(count)), AXES, make_grid(nodes), threads=threads)
 
     cores = tuple(range(1, min(os.cpu_count() or 1, 8) + 1))
     yield Growth("cores", "400 grid points x 216 conditions", "cores", cores, lambda size: simulated(20, 216, size),
@@ -105,37 +104,45 @@ def first(recordings: Recordings, count: int) -> Recordings:
     return replace(taken, conditions=replace(taken.conditions, run_order=order))
 
 
-def plotted(growth: Growth, times: np.ndarray, slope: float) -> bytes:
-    """The times and the straight line through them, both axes logarithmic, as SVG."""
-    sizes = np.array(growth.sizes, float)
+def plot(rows: Sequence[Sequence[object]]) -> bytes:
+    """Plot the times of each work and the straight line through them, both axes logarithmic, as SVG."""
+    works = dict.fromkeys((str(row[0]), str(row[1])) for row in rows)
+    return render(theme.picture("Times over the size of the work", "both axes are logarithmic", {
+        "columns": 3, "concat": [_plot_work(work, against, [row for row in rows if row[:2] == (work, against)])
+                                 for work, against in works]}), "svg")
+
+
+def _plot_work(work: str, against: str, rows: Sequence[Sequence[object]]) -> theme.Spec:
+    sizes, times = (np.array([float(str(row[column])) for row in rows]) for column in (2, 3))
+    slope = float(str(rows[0][4]))
     line = np.exp(np.mean(np.log(times)) + slope * (np.log(sizes) - np.mean(np.log(sizes))))
-    values = [{"size": size, "time": 1e3 * seconds, "line": 1e3 * fitted}
-              for size, seconds, fitted in zip(growth.sizes, times.tolist(), line.tolist(), strict=True)]
-    across = {"field": "size", "type": "quantitative", "title": growth.against,
+    values = [{"size": size, "time": time, "line": fitted}
+              for size, time, fitted in zip(sizes.tolist(), times.tolist(), line.tolist(), strict=True)]
+    across = {"field": "size", "type": "quantitative", "title": against,
               "scale": {"type": "log", "nice": False, "padding": 20},
-              "axis": {"grid": False, "values": list(growth.sizes), "format": "d"}}
+              "axis": {"grid": False, "values": sizes.tolist(), "format": "d"}}
 
     def up(field: str) -> theme.Spec:
         return {"field": field, "type": "quantitative", "title": "time [ms]", "scale": {"type": "log", "nice": True}}
 
-    return render(theme.picture(f"Time grows with the power {slope:.2f} of {growth.against}", growth.work, {
-        "width": theme.WIDTH // 2, "height": 200, "data": {"values": values}, "layer": [
-            {"mark": {"type": "line", "color": theme.FAINT}, "encoding": {"x": across, "y": up("line")}},
-            {"mark": {"type": "point", "filled": True, "color": theme.AFTER, "size": 60, "opacity": 1},
-             "encoding": {"x": across, "y": up("time")}}]}), "svg")
+    return {"title": {"text": [work, f"power {slope:.2f}"], "fontSize": 10}, "width": theme.WIDTH // 4, "height": 140,
+            "data": {"values": values}, "layer": [
+                {"mark": {"type": "line", "color": theme.FAINT}, "encoding": {"x": across, "y": up("line")}},
+                {"mark": {"type": "point", "filled": True, "color": theme.AFTER, "size": 60, "opacity": 1},
+                 "encoding": {"x": across, "y": up("time")}}]}
 
 
 def main() -> None:
-    """Measure, write the table and draw the plots."""
+    """Measure, write the table and draw the picture."""
     names, rows = sys.argv[1:], list[tuple[object, ...]]()
     for growth in growths():
         if names and growth.name not in names:
             continue
         times = growth.times()
         slope = float(np.polyfit(np.log(growth.sizes), np.log(times), 1)[0]) if len(growth.sizes) > 1 else math.nan
-        (ROOT / "docs" / f"growth_{growth.name}.svg").write_bytes(plotted(growth, times, slope))
         rows += [(growth.work, growth.against, size, 1e3 * seconds, f"{slope:.2f}")
                  for size, seconds in zip(growth.sizes, times.tolist(), strict=True)]
+    PICTURE.write_bytes(plot(rows))
     write("growth", HEADER, rows, " ".join(["python -m benchmarks.growth", *names]))
 
 

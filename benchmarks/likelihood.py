@@ -51,7 +51,7 @@ DRAWN_FROM = {FAR: CASES["std 0.05 and 0.08, noise 1 ms"]}
 def main() -> None:
     """Run the benchmark and write the table."""
     shipped = table_problem(LIBRARY.table("nominal"), LIBRARY.recording("measured"), "clip")
-    problems = {name: shipped if name == FITTED else drawn(shipped, DRAWN_FROM.get(name, case))
+    problems = {name: shipped if name == FITTED else draw_times(shipped, DRAWN_FROM.get(name, case))
                 for name, case in CASES.items()}
     references = {name: reference(problems[name], case) for name, case in CASES.items()}
     rows = []
@@ -89,7 +89,7 @@ def sampled(problem: InferenceProblem, candidate: Candidate, count: int, seed: i
     return float(log10_mean_density(times, problem.measured_time, candidate.output_std).sum())
 
 
-def drawn(problem: InferenceProblem, case: Candidate) -> InferenceProblem:
+def draw_times(problem: InferenceProblem, case: Candidate) -> InferenceProblem:
     """The problem with one measured time per condition, drawn from the candidate with independent inputs and noise."""
     random = np.random.default_rng(20)
     count = len(problem.measured_time)

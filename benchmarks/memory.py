@@ -17,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.benches import HEAVY
-from benchmarks.grid import AXES
+from benchmarks.benches import AXES, HEAVY
 from benchmarks.results import write
 from slipstick.clutch.ensemble import DEFAULT
 from slipstick.clutch.model import Model
@@ -44,7 +43,7 @@ class CheapPlan(Plan):
                                np.zeros((len(points), count), np.uint8))
 
 
-def one(size: int) -> None:
+def build_one(size: int) -> None:
     """Build a table in this process; print the time in s, and the peak and the earlier memory in MB."""
     axes = tuple(Axis(name, np.linspace(0.5, 1.5, size), 1.0, "1") for name in AXES)
     plan = CheapPlan(Model(HEAVY.physics), HEAVY.conditions.take(range(_CONDITIONS)), axes, DEFAULT)
@@ -72,6 +71,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        one(int(sys.argv[1]))
+        build_one(int(sys.argv[1]))
     else:
         main()

@@ -50,8 +50,8 @@ class Work:
     clock: Callable[[], float] = time.perf_counter
 
 
-def measured(work: Work, rounds: int) -> list[list[object]]:
-    """The rows of the table for one piece of work; a speedup is the ratio of two times of the same round."""
+def measure(work: Work, rounds: int) -> list[list[object]]:
+    """Measure a piece of work: the rows of the table, where a speedup is the ratio of two times of the same round."""
     codes = {OURS: work.ours, **work.peers, **work.floors}
     for code in codes.values():
         (code.warm_up or code.run)()

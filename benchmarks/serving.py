@@ -57,19 +57,19 @@ def _array(points: int) -> bytes:
     return memory.getvalue()
 
 
-def compared(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tuple[str, float]],
+def compare(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tuple[str, float]],
              rounds: int) -> list[Row]:
     """Rows of the codes by name, with ratios of the first of them; `targets` has ("at least" or "at most", ratio)."""
     for run in codes.values():
         run()
-    found = np.array([[run() for run in codes.values()] for _ in range(rounds)])
+    values = np.array([[run() for run in codes.values()] for _ in range(rounds)])
     rows: list[Row] = []
     for column, name in enumerate(codes):
-        ratios = found[:, 0] / found[:, column]
+        ratios = values[:, 0] / values[:, column]
         target = targets.get(name)
         verdict = ("", "") if target is None else (
             f"{target[0]} {target[1]:g}", _met(float(np.median(ratios)), *target))
-        rows.append((work, name, unit, *spread(found[:, column]), *(spread(ratios) if column else ("", "", "")),
+        rows.append((work, name, unit, *spread(values[:, column]), *(spread(ratios) if column else ("", "", "")),
                      *verdict))
     return rows
 
@@ -84,7 +84,7 @@ def _met(value: float, side: str, target: float) -> str:
     return "yes" if (value >= target if side == "at least" else value <= target) else "no"
 
 
-def over_http(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Row]:
+def measure_requests(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Row]:
     """One point, and 10,000 points as arrays."""
     with ours.connected() as connection:
         answers.mkdir()
@@ -94,32 +94,32 @@ def over_http(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Ro
         (answers / "points.npy").write_bytes(connection.exchange(points))
         floor, bridge = bare(answers, tables / "nominal.h5"), umbridge(tables / "nominal.h5")
         try:
-            with floor.connected() as bare_one, bridge.connected() as bridge_one:
-                least = bare_one.request("/least", _POINT, _JSON)
-                assert json.loads(bytes(bare_one.exchange(least)))["shifting_time"] == json.loads(
+            with floor.connected() as to_floor, bridge.connected() as to_bridge:
+                least = to_floor.request("/least", _POINT, _JSON)
+                assert json.loads(bytes(to_floor.exchange(least)))["shifting_time"] == json.loads(
                     (answers / "point.json").read_bytes())["shifting_time"]
                 targets = {"bare Starlette route": ("at least", 0.8), "UM-Bridge's Python server": ("at least", 10.0)}
-                rates = compared("one point over HTTP, keep-alive", "requests/s", {
+                rates = compare("one point over HTTP, keep-alive", "requests/s", {
                     OURS: _rate(connection, point, 200),
-                    "bare Starlette route": _rate(bare_one, bare_one.request("/point.json", _POINT, _JSON), 200),
-                    "UM-Bridge's Python server": _rate(bridge_one, bridge_one.request("/Evaluate", _UMBRIDGE), 100),
+                    "bare Starlette route": _rate(to_floor, to_floor.request("/point.json", _POINT, _JSON), 200),
+                    "UM-Bridge's Python server": _rate(to_bridge, to_bridge.request("/Evaluate", _UMBRIDGE), 100),
                     "this project by UM-Bridge": _rate(connection, request("/umbridge/Evaluate", _UMBRIDGE), 100),
                 }, targets, rounds)
-                spent = compared("processor time of the server for one point", "ms", {
+                spent = compare("processor time of the server for one point", "ms", {
                     OURS: _spent(ours, connection, point),
-                    LEAST: _spent(floor, bare_one, least),
-                    "bare Starlette route": _spent(floor, bare_one, bare_one.request("/point.json", _POINT, _JSON)),
-                    "UM-Bridge's Python server": _spent(bridge, bridge_one, bridge_one.request("/Evaluate", _UMBRIDGE)),
+                    LEAST: _spent(floor, to_floor, least),
+                    "bare Starlette route": _spent(floor, to_floor, to_floor.request("/point.json", _POINT, _JSON)),
+                    "UM-Bridge's Python server": _spent(bridge, to_bridge, to_bridge.request("/Evaluate", _UMBRIDGE)),
                 }, {}, rounds)
-                times = compared("10,000 points x 216 as .npy", "ms", {
+                times = compare("10,000 points x 216 as .npy", "ms", {
                     OURS: _milliseconds(connection, points),
                     "loopback copy by a bare Starlette route": _milliseconds(
-                        bare_one, bare_one.request("/points.npy", _array(10_000), _NPY)),
+                        to_floor, to_floor.request("/points.npy", _array(10_000), _NPY)),
                 }, {"loopback copy by a bare Starlette route": ("at most", 2)}, 3 * rounds)
-                ceiling = compared(CEILING, "requests/s", {
-                    LEAST: _rate(bare_one, least, 200),
-                    "bare Starlette route": _rate(bare_one, bare_one.request("/point.json", _POINT, _JSON), 200),
-                    "UM-Bridge's Python server": _rate(bridge_one, bridge_one.request("/Evaluate", _UMBRIDGE), 100),
+                ceiling = compare(CEILING, "requests/s", {
+                    LEAST: _rate(to_floor, least, 200),
+                    "bare Starlette route": _rate(to_floor, to_floor.request("/point.json", _POINT, _JSON), 200),
+                    "UM-Bridge's Python server": _rate(to_bridge, to_bridge.request("/Evaluate", _UMBRIDGE), 100),
                 }, targets, rounds)
         finally:
             floor.end()
@@ -156,7 +156,7 @@ def _milliseconds(connection: Connection, request: bytes) -> Run:
     return run
 
 
-def starts(tables: Path, rounds: int) -> list[Row]:
+def measure_starts(tables: Path, rounds: int) -> list[Row]:
     """From the start of the process to the first answer of the health check; then two likelihoods and two pictures."""
     health, spent, likelihoods, other_likelihoods, pictures, others = [], [], [], [], [], []
     for _ in range(rounds):
@@ -172,9 +172,9 @@ def starts(tables: Path, rounds: int) -> list[Row]:
                 likelihood = _milliseconds(connection, connection.request("/v1/likelihood", _CANDIDATE, _JSON))
                 likelihoods.append(likelihood())
                 other_likelihoods.append(likelihood())
-                for body, found in ((_PICTURE, pictures), (_OTHER_PICTURE, others)):
+                for body, seconds in ((_PICTURE, pictures), (_OTHER_PICTURE, others)):
                     picture = connection.request("/v1/propagate?format=svg", body, _JSON)
-                    found.append(_milliseconds(connection, picture)() / 1e3)
+                    seconds.append(_milliseconds(connection, picture)() / 1e3)
         finally:
             server.end()
     return [single("start of the service, to its first answer", "s", health, 1.0),
@@ -185,12 +185,12 @@ def starts(tables: Path, rounds: int) -> list[Row]:
             single("another picture", "s", others, 0.2)]
 
 
-def memory(tables: Path) -> list[Row]:
+def measure_memory(tables: Path) -> list[Row]:
     """Resident set of a service that has evaluated one point of one table, and of each of ten default tables."""
     names = ["nominal", *(f"copy{number}" for number in range(1, 10))]
     for name in names[1:]:
         shutil.copy(tables / "nominal.h5", tables / f"{name}.h5")
-    server, found = service(tables), []
+    server, megabytes = service(tables), []
     try:
         with server.connected() as connection:
             for name in names:
@@ -198,23 +198,23 @@ def memory(tables: Path) -> list[Row]:
                 connection.exchange(connection.request("/v1/evaluate", body, _JSON))
                 if name == names[0]:
                     time.sleep(_WARMING_SECONDS - 1)
-                found.append(server.memory())
+                megabytes.append(server.memory())
         own = server.memory("RssAnon")
     finally:
         server.end()
-    return [single("memory of the service with one default table", "MB", found[:1], None),
-            single("memory of the service with ten default tables", "MB", found[-1:], 400.0),
+    return [single("memory of the service with one default table", "MB", megabytes[:1], None),
+            single("memory of the service with ten default tables", "MB", megabytes[-1:], 400.0),
             single("the same without the mapped pages of libraries", "MB", [own], None)]
 
 
-def first_use(tables: Path, cache: Path, rounds: int) -> list[Row]:
+def measure_first_use(tables: Path, cache: Path, rounds: int) -> list[Row]:
     """The compilation of the simulator into an empty cache, loading it from there, and building the default table."""
     bench, out = tables / "heavy.toml", tables / "nominal.h5"
     compiled, loaded, built = [], [], []
     for _ in range(rounds):
         shutil.rmtree(cache, ignore_errors=True)
-        for used in (compiled, loaded):
-            used.append(_run(cache, "worker.compiling", str(bench)))
+        for processes in (compiled, loaded):
+            processes.append(_run(cache, "worker.compiling", str(bench)))
         built.append(_run(cache, "worker", "build", "--bench", str(bench), "--out", str(out)))
     return [single("first use: process that compiles the simulator", "s", [used.seconds for used in compiled], 10.0),
             single("processor time of that process", "s", [used.processor_seconds for used in compiled], None),
@@ -255,14 +255,14 @@ def main() -> None:
         tables.mkdir()
         for file in ("heavy.toml", "measured.h5"):
             shutil.copy(ROOT / "tables" / file, tables)
-        rows = first_use(tables, Path(name) / "cache", min(rounds, 3))
-        rows += starts(tables, rounds)
+        rows = measure_first_use(tables, Path(name) / "cache", min(rounds, 3))
+        rows += measure_starts(tables, rounds)
         server = service(tables)
         try:
-            rows += over_http(server, tables, Path(name) / "answers", rounds)
+            rows += measure_requests(server, tables, Path(name) / "answers", rounds)
         finally:
             server.end()
-        rows += memory(tables)
+        rows += measure_memory(tables)
     versions = ", ".join(f"{package} {version(package)}" for package in ("fastapi", "starlette", "uvicorn", "umbridge"))
     rows.append((versions, *[""] * (len(HEADER) - 1)))
     write("serving", HEADER, rows, f"python -m benchmarks.serving --rounds {rounds}")

@@ -12,15 +12,14 @@ from functools import cache
 import numpy as np
 
 from benchmarks import scipy_script
-from benchmarks.benches import HEAVY
-from benchmarks.grid import AXES, points
+from benchmarks.benches import AXES, HEAVY, make_grid
 from slipstick.bench import parameters
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 
 DOPRI_TOLERANCE, DIFFRAX_TOLERANCE, SCIPY_TOLERANCE = 1e-6, 1e-5, 3e-4
 SCIPY_RUNS = [(point, condition) for point in (0, 1275, 2499) for condition in range(4, 216, 54)]
-CONDITIONS, MODEL, GRID = HEAVY.conditions, Model(HEAVY.physics), points(50)
+CONDITIONS, MODEL, GRID = HEAVY.conditions, Model(HEAVY.physics), make_grid(50)
 SUBSET = np.arange(0, len(GRID), 25)
 
 

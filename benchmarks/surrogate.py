@@ -103,13 +103,13 @@ def main() -> None:
     model = calibrate(recordings, HEAVY).model
     for count in map(int, sys.argv[1:] or HALF_WIDTHS):
         half = np.full(count, HALF_WIDTHS[count])
-        for row in compared(model, recordings, Box(NESTED[:count], 1 - half, 1 + half)):
+        for row in compare_models(model, recordings, Box(NESTED[:count], 1 - half, 1 + half)):
             rows.append(row)
         made_by = " ".join(["python -m benchmarks.surrogate", *sys.argv[1:]])
         write("surrogate", HEADER, sorted(rows, key=lambda row: row[0]), made_by)  # intermediate results, too
 
 
-def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[object]]:
+def compare_models(model: Model, recordings: Recordings, box: Box) -> Iterator[list[object]]:
     """The rows of one number of parameters."""
     simulator = Counted(model, box)
     direct = InferenceProblem(simulator, recordings.conditions, recordings.measured_time, box.lower, box.upper,
@@ -125,18 +125,18 @@ def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[ob
                 spent.wall, spent.processor, 1e3 * candidate.output_std, f"{by_model:.3f}", f"{by_simulator:.3f}"]
 
     spent = Spent()
-    optimum = spent.on(lambda: fitted(direct))
+    optimum = spent.on(lambda: find_optimum(direct))
     yield row("direct simulation", direct, optimum, simulator.engagements, None, None, spent)
     if len(box.names) == 2:
         built, spent = Spent(), Spent()
-        table = built.on(lambda: gridded(model, recordings.conditions, box))
+        table = built.on(lambda: build_grid(model, recordings.conditions, box))
         by_table = table_problem(table, recordings, "clip")
-        optimum = spent.on(lambda: fitted(by_table))
+        optimum = spent.on(lambda: find_optimum(by_table))
         yield row(f"table of {GRID} x {GRID}", by_table, optimum, table.times.size, built, None, spent)
     built, spent, engagements = Spent(), Spent(), (RUNS + HELD_OUT) * len(recordings)
     surrogate = built.on(lambda: build(model, recordings.conditions, box.axes(model)))
     by_surrogate = table_problem(surrogate, recordings, "clip")
-    optimum = spent.on(lambda: fitted(by_surrogate))
+    optimum = spent.on(lambda: find_optimum(by_surrogate))
     yield row("surrogate", by_surrogate, optimum, engagements, built, surrogate.error, spent)
     candidate = search_space(SETTINGS, direct).candidate(optimum)
     if surrogate.error.overall_rms > GOOD * candidate.output_std:
@@ -153,12 +153,12 @@ def compared(model: Model, recordings: Recordings, box: Box) -> Iterator[list[ob
         yield row("surrogate, then one about its fit", by_second, optimum, 2 * engagements, built, second.error, spent)
 
 
-def fitted(problem: InferenceProblem) -> np.ndarray:
+def find_optimum(problem: InferenceProblem) -> np.ndarray:
     """The vector of unknowns (k,) of a fit."""
     return np.array(fit.refined_estimate(SETTINGS, problem, fit.final_state(SETTINGS, problem))["vector"])
 
 
-def gridded(model: Model, conditions: Conditions, box: Box) -> Grid:
+def build_grid(model: Model, conditions: Conditions, box: Box) -> Grid:
     """A table over the box, with the number of grid points of the paper."""
     axes = box.axes(model, GRID)
     points = np.array(list(product(*(axis.values for axis in axes))))

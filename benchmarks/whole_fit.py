@@ -38,7 +38,7 @@ def whole_fit(problem: InferenceProblem) -> Work:
 
     return Work(
         f"whole fit of {len(optimum)} unknowns, refined, with intervals; processor time",
-        Code(ours.run, lambda: max(maximum - log10_likelihood(problem, space, found) for found in ours.found),
+        Code(ours.run, lambda: max(maximum - log10_likelihood(problem, space, vector) for vector in ours.vectors),
              warm_up=ours.first_generation),
         {f"classic grid of {needed}^{len(optimum)}, {grid.samples} samples ({candidates} candidates, scaled)":
          Code(blocks, lambda: loss, scale=needed ** len(optimum) / candidates)},
@@ -46,11 +46,11 @@ def whole_fit(problem: InferenceProblem) -> Work:
 
 
 class Fits:
-    """Fits with one seed after the other, and the vectors of unknowns `found`."""
+    """Fits with one seed after the other, and the `vectors` of unknowns that they find."""
 
     def __init__(self, problem: InferenceProblem) -> None:
         self.problem, self.seeds = problem, count(1)
-        self.found: list[np.ndarray] = []
+        self.vectors: list[np.ndarray] = []
 
     def first_generation(self) -> None:
         fit.next_state(FitSettings(), self.problem, fit.initial_state(FitSettings(), self.problem))
@@ -60,7 +60,7 @@ class Fits:
         estimate = fit.refined_estimate(settings, self.problem, fit.final_state(settings, self.problem))
         while not fit.has_all_intervals(settings, estimate):
             estimate = fit.with_next_interval(settings, self.problem, estimate)
-        self.found.append(np.array(estimate["vector"]))
+        self.vectors.append(np.array(estimate["vector"]))
 
 
 def _fast_log10_likelihood(problem: InferenceProblem, space: Unknowns, vector: np.ndarray) -> float:

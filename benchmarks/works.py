@@ -8,9 +8,8 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from benchmarks import scalar_cpp, scalar_dopri, simulator
-from benchmarks.benches import HEAVY
+from benchmarks.benches import AXES, HEAVY, make_grid
 from benchmarks.expansion_peers import BASIS, Peers
-from benchmarks.grid import AXES, points
 from benchmarks.likelihood import CASES, FITTED, reference
 from benchmarks.peers import FASTEST, Code, Work
 from benchmarks.whole_fit import whole_fit
@@ -42,7 +41,7 @@ def works() -> Iterator[Work]:
 
 def default_table() -> Grid:
     """The table of the README: 50 x 50 points, 216 conditions."""
-    grid = points(50)
+    grid = make_grid(50)
     axes = tuple(Axis(name, np.unique(grid[:, 0]), 1.0, "1") for name in AXES)
     times = simulator.ensemble.shifting_times(simulator.MODEL, HEAVY.conditions, AXES, grid)[0].reshape(50, 50, -1)
     return Grid(axes, times, np.zeros(times.shape, np.uint8), HEAVY.conditions, simulator.MODEL)
@@ -50,7 +49,7 @@ def default_table() -> Grid:
 
 def likelihood(table: Grid, interpolator: RegularGridInterpolator, problem: InferenceProblem) -> Work:
     """The log10 likelihood of the shipped recordings at their fit."""
-    candidate, measured = CASES[FITTED], problem.measured_time
+    candidate, measured_time = CASES[FITTED], problem.measured_time
     inputs, noise = candidate.inputs, candidate.output_std
     exact = reference(problem, candidate)
     normals = np.random.default_rng(1).standard_normal((SAMPLES, 2))
@@ -61,12 +60,12 @@ def likelihood(table: Grid, interpolator: RegularGridInterpolator, problem: Infe
 
     def monte_carlo() -> np.ndarray:
         samples = np.clip(inputs.mean + inputs.marginal_std * normals, table.lower, table.upper)
-        return log10_mean_density(interpolator(samples), measured, noise)
+        return log10_mean_density(interpolator(samples), measured_time, noise)
 
     def expansion_and_samples() -> np.ndarray:
         nodes = np.clip(inputs.mean + inputs.marginal_std * BASIS.nodes, table.lower, table.upper)
         times = values_of_basis @ (BASIS.projection @ interpolator(nodes))
-        return log10_mean_density(times, measured, noise)
+        return log10_mean_density(times, measured_time, noise)
 
     def code(function) -> Code:
         return Code(function, lambda: abs(float(function().sum()) - exact))
@@ -98,11 +97,11 @@ def expansion(table: Grid) -> Work:
 
 def interpolation(table: Grid, interpolator: RegularGridInterpolator) -> Work:
     """10,000 points in the table, 216 conditions each."""
-    at = np.random.default_rng(1).uniform(0.5, 1.5, (SAMPLES, 2))
+    samples = np.random.default_rng(1).uniform(0.5, 1.5, (SAMPLES, 2))
 
     def gather(kind: type = np.float64) -> np.ndarray:
         (first, p), (second, q) = (_cells(axis.values.astype(kind), x) for axis, x in zip(
-            table.axes, at.T.astype(kind), strict=True))
+            table.axes, samples.T.astype(kind), strict=True))
         times = table.times
         return ((1 - p) * ((1 - q) * times[first, second] + q * times[first, second + 1])
                 + p * ((1 - q) * times[first + 1, second] + q * times[first + 1, second + 1]))
@@ -112,8 +111,9 @@ def interpolation(table: Grid, interpolator: RegularGridInterpolator) -> Work:
     def code(function) -> Code:
         return Code(function, lambda: float(np.abs(function() - extended()).max()))
 
-    return Work("interpolation of 10,000 points x 216", code(lambda: table.interpolate(at)),
-                {"scipy's RegularGridInterpolator": code(lambda: interpolator(at)), "numpy, gathered": code(gather)},
+    return Work("interpolation of 10,000 points x 216", code(lambda: table.interpolate(samples)),
+                {"scipy's RegularGridInterpolator": code(lambda: interpolator(samples)),
+                 "numpy, gathered": code(gather)},
                 "s", {FASTEST: 3.0},
                 floors={"filling an array of this size": Code(lambda: np.full((SAMPLES, 216), 0.5))})
 

@@ -12,7 +12,7 @@ from evidence import regression
 from evidence.methods import METHODS
 from evidence.picture import draw_rates
 from evidence.rates import Entry, compare_methods, rate
-from evidence.runner import WORK, answer_cases, name_commit, read_answers, read_entries, write_case
+from evidence.runner import WORK, answer_cases, read_answers, read_entries, write_case
 from evidence.suites import SUITES
 from evidence.tables import print_comparison, print_rates, write_answers, write_rates
 from slipstick.errors import SlipstickError
@@ -77,7 +77,7 @@ def describe(entry: Entry) -> str:
 
 def _write(folder: Path, method: str, entries: list[Entry]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    label, rates = f"{Path(method).name} {name_commit()}" if method in METHODS else Path(method).name, rate(entries)
+    label, rates = " ".join([Path(method).name, *sorted({entry.version for entry in entries})]).strip(), rate(entries)
     write_rates(folder / "rates.csv", label, rates)
     write_answers(folder / "answers.csv", label, entries)
     if any(entry.suite == "one_known_effect" for entry in entries):

@@ -11,7 +11,7 @@ from numba import set_num_threads
 
 from evidence.answer import Answer, LawOfPair, NamedPair
 from slipstick.bench import Bench
-from slipstick.clutch.effects import CATALOGUE
+from slipstick.clutch.effects import CATALOGUE, find
 from slipstick.naming.answer import answer
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.record import from_json
@@ -35,7 +35,7 @@ def answer_by_naming(case: str, bench_file: Path, recordings_file: Path) -> Answ
     unexplained, explanations = named.lacking, ()
     if recordings.signals is None or set(SIGNALS) - set(recordings.signals.names):
         result, _ = conclude(settings, bench, recordings, record)
-        explanations = tuple((each.quantity, each.depends_on) for each in result.explanations)
+        explanations = tuple(find(each.effect).pairs[0] for each in result.explanations)
         if result.kind == "unlisted" and not (findings or unexplained):
             unexplained = ("simulation",)
     laws = tuple(_law(law) for law in named.measured.values() if law.x is not None)

@@ -21,10 +21,11 @@ STAGES = ("all", "reported")
 
 @dataclass(frozen=True)
 class Entry:
-    """A case: its suite, its `truth`, and the `answer` of a method."""
+    """A case: its suite, its `truth`, and the `answer` of a `version` of a method."""
 
     truth: Truth
     answer: Answer
+    version: str = ""
 
     @property
     def suite(self) -> str:

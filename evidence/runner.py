@@ -91,7 +91,9 @@ def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None
     this repository. Raises `InvalidValue` where these are gone.
     """
     work.mkdir(parents=True, exist_ok=True)
+    version = name_commit()  # of the modules that are imported now
     cases, kept = list(cases), work / f"answers-{method}.jsonl"
+    drop_unfinished_line(kept)
     done = dict(read_entries(kept))
     yield from (done[case] for case in cases if case in done)
     left = [case for case in cases if case not in done]
@@ -101,19 +103,27 @@ def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None
     with executor as pool, kept.open("a") as file, explained():
         futures = {pool.submit(answer_case, method, *case, work): case for case in left}
         for future in as_completed(futures):
-            entry, (suite, seed) = future.result(), futures[future]
-            file.write(json.dumps({"suite": suite, "seed": seed, "truth": entry.truth.to_json(),
-                                   "answer": entry.answer.to_json()}) + "\n")
+            entry, (suite, seed) = replace(future.result(), version=version), futures[future]
+            file.write(json.dumps({"suite": suite, "seed": seed, "version": entry.version,
+                                   "truth": entry.truth.to_json(), "answer": entry.answer.to_json()}) + "\n")
             file.flush()
             yield entry
+
+
+def drop_unfinished_line(path: Path) -> None:
+    """Cut a file, if it exists, behind its last whole line: a program that was killed may have written part of one."""
+    if path.exists():
+        content = path.read_bytes()
+        if not content.endswith(b"\n"):
+            path.write_bytes(content[:content.rfind(b"\n") + 1])
 
 
 def read_entries(path: Path) -> Iterator[tuple[tuple[str, int], Entry]]:
     """Yield suite and seed, and the entry, of each line of a file of answers that this program wrote, if it exists."""
     for line in path.read_text().splitlines() if path.exists() else ():
         content = json.loads(line)
-        yield (content["suite"], content["seed"]), Entry(Truth.from_json(content["truth"]),
-                                                         Answer.from_json(content["answer"]))
+        yield (content["suite"], content["seed"]), Entry(
+            Truth.from_json(content["truth"]), Answer.from_json(content["answer"]), content["version"])
 
 
 def read_answers(path: Path, cases: Iterable[tuple[str, int]], work: Path = WORK) -> Iterator[Entry]:
@@ -130,4 +140,5 @@ def name_commit() -> str:
     def git(*arguments: str) -> str:
         return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
 
-    return git("log", "-1", "--format=%h", "--", "slipstick") + ("+" if git("status", "-s", "-uno", "slipstick") else "")
+    differs = git("status", "--short", "--untracked-files=no", "slipstick")
+    return git("log", "-1", "--format=%h", "--", "slipstick") + ("+" if differs else "")

@@ -12,10 +12,12 @@ from evidence.generator.case import Case, Hidden, simulate
 from evidence.generator.draw_bench import run_nominal
 from evidence.generator.effect import Effect
 from evidence.generator.files import write_recordings
-from evidence.generator.world import World
+from evidence.generator.world import World, draw_world
 from slipstick.recordings import Recordings
 
 TABLES = Path(__file__).parents[1] / "tables"
+__all__ = ["CONVERTER_LAGS", "EXACT", "FADE", "FRICTION_FALLS", "LOAD_DRAGS", "PISTON_WARMS", "SUPPLY_DROOPS", "Hidden",
+           "case_of", "draw_world", "law", "record", "shipped"]
 HORIZON = {"heavy": 2.0, "compact": 1.8}
 EXACT = World()
 """A world without noise and deviations."""

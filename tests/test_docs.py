@@ -7,13 +7,13 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from fractions import Fraction
 from pathlib import Path
 
 import pytest
 import yaml
 
-from benchmarks import confidence_tables, naming_sums
+from evidence import pages
+from evidence.tables import read_rates
 from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
@@ -35,7 +35,9 @@ from worker.training import BATCH, RATE, WIDTHS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = sorted(path for folder in (ROOT, DOCS, ROOT / "tables", ROOT / "benchmarks") for path in folder.glob("*.md"))
+FOLDERS = (ROOT, DOCS, *(ROOT / name for name in ("tables", "benchmarks", "evidence")))
+FOLDERS = (ROOT, DOCS, *(ROOT / name for name in ("tables", "benchmarks", "evidence")))
+PAGES = sorted(path for folder in FOLDERS for path in folder.glob("*.md"))
 
 
 def rows(page: str, heading: str) -> list[tuple[str, ...]]:
@@ -79,26 +81,24 @@ def test_numbers_in_the_documentation_match_the_code() -> None:
         assert said in text
 
 
-def test_the_rates_of_naming_are_those_of_its_tables() -> None:
-    for page, columns in (("naming.md", naming_sums.COLUMNS), ("naming_tests.md", naming_sums.FIRST_RUNS)):
-        its = naming_sums.table(columns, targets=page == "naming.md")
-        assert its in (DOCS / page).read_text(), "python -m benchmarks.naming_sums"
+@pytest.mark.parametrize("page", pages.PARTS)
+def test_rates_and_confidence_are_those_of_the_tables(page: str) -> None:
+    assert (ROOT / page).read_text() == pages.render_page(page), "python -m evidence.pages"
 
 
-@pytest.mark.parametrize(("words", "share", "rate"), [
-    ("one of three", Fraction(1, 3), "two effects, both from 1 naming limit: both found"),
-    ("one in six", Fraction(1, 6), "unlisted, visible: a name of the catalogue")])
-def test_rates_that_a_report_states_are_those_of_the_tables(words: str, share: Fraction, rate: str) -> None:
-    """The nearest fraction with a denominator up to six, over all first runs."""
-    assert words in " ".join(text for _, text in limits({"run_order": None}))
-    found, of = naming_sums.summed((file for files in naming_sums.FIRST_RUNS.values() for file in files), rate)
-    assert Fraction(found, of).limit_denominator(6) == share
+def test_a_page_without_marks_is_refused_and_other_text_stays() -> None:
+    text = "before\n<!-- rates -->\nold\n<!-- /rates -->\nafter"
+    assert pages.replace_part(text, "rates", "new") == "before\n<!-- rates -->\n\nnew\n\n<!-- /rates -->\nafter"
+    with pytest.raises(ValueError, match="needs one"):
+        pages.replace_part(text, "confidence", "new")
 
 
-def test_the_confidence_is_that_of_its_page() -> None:
-    page = (DOCS / "study.md").read_text()
-    for its in (confidence_tables.formula(), confidence_tables.of_bands(), confidence_tables.of_leads()):
-        assert its in page, "python -m benchmarks.confidence_tables"
+@pytest.mark.parametrize(("suite", "what"), [("two_effects", "both visible: both in the answer"),
+                                             ("one_unknown_effect", "visible: a name of the catalogue")])
+def test_rates_that_a_report_states_are_those_of_the_table(suite: str, what: str) -> None:
+    rate, = (each for each in read_rates(pages.TABLE)
+             if (each.suite, each.what, each.stage) == (suite, what, "reported"))
+    assert f"{rate.hits} of {rate.of}" in " ".join(text for _, text in limits({"run_order": None}))
 
 
 def test_every_setting_is_documented_with_its_default(monkeypatch: pytest.MonkeyPatch) -> None:

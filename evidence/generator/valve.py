@@ -13,7 +13,7 @@ def play(time: np.ndarray, current: np.ndarray, up: float, down: float) -> tuple
 
 def plays(time: np.ndarray, current: np.ndarray, up: np.ndarray, down: np.ndarray,
           weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the knots (p, m) of several plays in parallel: their mean with `weights`; `up` and `down` are lags in A."""
+    """Return the knots (p, m) of several plays in parallel, their mean with `weights`; `up`, `down` are lags in A."""
     times, currents = zip(*(play(time, current, *lags) for lags in zip(up, down, strict=True)), strict=True)
     merged = [np.unique(np.concatenate(knots)) for knots in zip(*times, strict=True)]
     means = [weights @ np.array([np.interp(knots, t[row], c[row]) for t, c in zip(times, currents, strict=True)])

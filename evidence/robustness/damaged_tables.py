@@ -1,12 +1,12 @@
 """What becomes of damaged tables that are uploaded: refused, or read without any difference.
 
-    python -m benchmarks.damaged_tables
+    python -m evidence.robustness.damaged_tables
 
 1,000 files are made from a plain table, that of docs/your_table.md, and from the same table as the service stores it:
 cut off, with random bytes changed, with datasets and attributes of wrong types, and with hostile shapes, links and
 values. Each is read by the reader of uploads in a child process with the limits of an upload. The children are forked
 from a process that has imported the reader already; those of the service import it anew, which takes ten times as long.
-A file that is read must give the content of the undamaged one.
+A file that is read must give the content of the undamaged one. A minute.
 """
 
 import io
@@ -19,19 +19,20 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from benchmarks.results import write
+from evidence.robustness.table import Row, replace_rows
 from slipstick.errors import SlipstickError
 from slipstick.table.upload import read, rewritten
 
 COUNT, SEED, SECONDS, MEMORY = 1000, 1, 10, 4 << 30
-HEADER = ("form", "damage", "files", "refused with cause and remedy", "reader crashed or took too long",
-          "no difference", "silent difference")
+OUTCOMES = REFUSED, FAILED, SAME, DIFFERENT = (
+    "refused with cause and remedy", "crashed or timed out", "read without difference", "silently different")
 Damage = Callable[[bytes, np.random.Generator], bytes]
 Edit = Callable[[h5py.File], None]
 
@@ -41,22 +42,22 @@ _ATTRIBUTES = (("/", "layout"), ("/", "layout_version"), ("axes", "order"), ("ax
                ("conditions/speed", "units"))
 
 
-def plain_table() -> bytes:
-    """The file that the program of docs/your_table.md writes."""
-    page = (Path(__file__).parents[1] / "docs" / "your_table.md").read_text()
+def make_plain_table() -> bytes:
+    """Run the program of docs/your_table.md, and return the file that it writes."""
+    page = (Path(__file__).parents[2] / "docs" / "your_table.md").read_text()
     program, = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([sys.executable, "-c", program], cwd=folder, check=True)
         return (Path(folder) / "motor.h5").read_bytes()
 
 
-def truncated(content: bytes, rng: np.random.Generator) -> bytes:
-    """The first part of the file."""
+def truncate(content: bytes, rng: np.random.Generator) -> bytes:
+    """Cut the end of the file off."""
     return content[:int(rng.integers(len(content)))]
 
 
-def flipped(content: bytes, rng: np.random.Generator) -> bytes:
-    """The file with 1 to 16 bytes replaced, half of the time among its first 4 KiB, where its structure is."""
+def replace_bytes(content: bytes, rng: np.random.Generator) -> bytes:
+    """Replace 1 to 16 bytes, half of the time among its first 4 KiB, where its structure is."""
     damaged = bytearray(content)
     end = min(len(content), 4096) if rng.random() < 0.5 else len(content)
     for position in rng.integers(end, size=int(rng.integers(1, 17))):
@@ -64,28 +65,28 @@ def flipped(content: bytes, rng: np.random.Generator) -> bytes:
     return bytes(damaged)
 
 
-def wrong_type(content: bytes, rng: np.random.Generator) -> bytes:
-    """The file with one dataset or attribute of another type."""
+def change_type(content: bytes, rng: np.random.Generator) -> bytes:
+    """Give a dataset or an attribute another type."""
     def edit(file: h5py.File) -> None:
         if rng.random() < 0.5:
             path = str(rng.choice(_DATASETS))
             values = file[path][()]
-            changed = [values.astype("c16"), values.astype("S8"), values > 1, np.zeros(values.shape, "V8"),
-                       np.zeros(values.shape, [("a", "f8")]), values.astype("g")]
-            _replace(file, path, changed[int(rng.integers(len(changed)))])
+            others = [values.astype("c16"), values.astype("S8"), values > 1, np.zeros(values.shape, "V8"),
+                      np.zeros(values.shape, [("a", "f8")]), values.astype("g")]
+            _replace(file, path, others[int(rng.integers(len(others)))])
         else:
             path, name = _ATTRIBUTES[int(rng.integers(len(_ATTRIBUTES)))]
             values = [np.float64("nan"), np.bytes_(b"\xff\xfe"), np.zeros((3, 3)), np.bytes_(b""), h5py.Empty("f8"),
                       "text", np.array([b"a", b"b"]), np.array((1, 2), [("a", "i4"), ("b", "i4")])]
             file[path].attrs[name] = values[int(rng.integers(len(values)))]
 
-    return _edited(content, edit)
+    return _edit(content, edit)
 
 
-def hostile(content: bytes, rng: np.random.Generator) -> bytes:
-    """The file with one hostile shape, link, name or value."""
+def make_hostile(content: bytes, rng: np.random.Generator) -> bytes:
+    """Put a hostile shape, link, name or value into the file."""
     edits = _hostile_edits(rng)
-    return _edited(content, edits[int(rng.integers(len(edits)))])
+    return _edit(content, edits[int(rng.integers(len(edits)))])
 
 
 def _hostile_edits(rng: np.random.Generator) -> list[Edit]:
@@ -148,38 +149,39 @@ def _replace(file: h5py.File, path: str, values: np.ndarray | None, **options: A
     dataset.attrs["units"] = units
 
 
-def _edited(content: bytes, edit: Edit) -> bytes:
+def _edit(content: bytes, edit: Edit) -> bytes:
     memory = io.BytesIO(content)
     with h5py.File(memory, "r+", libver=("v110", "v110")) as file:
         edit(file)
     return memory.getvalue()
 
 
-DAMAGES: tuple[Damage, ...] = (truncated, flipped, wrong_type, hostile)
+DAMAGES: dict[str, Damage] = {"truncated": truncate, "bytes replaced": replace_bytes, "wrong type": change_type,
+                              "hostile shape, link, name or value": make_hostile}
 
 
-def outcome(content: bytes, digest: str) -> str:
-    """What the reader of uploads makes of the file, as a column of the table."""
+def try_upload(content: bytes, digest: str) -> str:
+    """Let the reader of uploads read the file; the outcome is one of `OUTCOMES`."""
     receiver, sender = multiprocessing.Pipe(duplex=False)
     process = multiprocessing.get_context("fork").Process(target=_read, args=(content, sender))
     process.start()
     sender.close()
-    process.join(6 * SECONDS)
-    if process.is_alive():
+    answer = None
+    # Before `join`, because a message that is longer than the buffer of the pipe keeps the process from its end.
+    if receiver.poll(6 * SECONDS):
+        with suppress(EOFError):
+            answer = receiver.recv()
+    else:
         process.kill()
-        process.join()
-    try:
-        answer = receiver.recv() if process.exitcode == 0 else None
-    except EOFError:
-        answer = None
-    if answer is None:
-        return HEADER[4]
-    found, cause, remedy = answer
-    if not found:
+    process.join()
+    if answer is None or process.exitcode != 0:
+        return FAILED
+    own_digest, cause, remedy = answer
+    if not own_digest:
         assert cause
         assert remedy
-        return HEADER[3]
-    return HEADER[5] if found == digest else HEADER[6]
+        return REFUSED
+    return SAME if own_digest == digest else DIFFERENT
 
 
 def _read(content: bytes, sender: "multiprocessing.connection.Connection") -> None:
@@ -192,31 +194,36 @@ def _read(content: bytes, sender: "multiprocessing.connection.Connection") -> No
         sender.send(("", error.cause, error.remedy))
 
 
-def outcomes(count: int, seed: int) -> Counter[tuple[str, str, str]]:
-    """How often each form with each damage has each outcome, of `count` files in all."""
-    plain = plain_table()
+def count_outcomes(count: int, seed: int) -> Counter[tuple[str, str]]:
+    """Damage `count` files: how often each damage has each outcome."""
+    plain = make_plain_table()
     stored = rewritten(plain).partition(b"\n")[2]
     digest = read(plain).digest
-    forms = {"plain": plain, "stored": stored}
-    assert {outcome(content, digest) for content in forms.values()} == {HEADER[5]}
-    found: Counter[tuple[str, str, str]] = Counter()
+    forms = (plain, stored)
+    assert {try_upload(content, digest) for content in forms} == {SAME}
+    counts: Counter[tuple[str, str]] = Counter()
     for number in range(count):
-        form, damage = list(forms)[number % 2], DAMAGES[number // 2 % len(DAMAGES)]
-        content = damage(forms[form], np.random.default_rng([seed, number]))
-        found[form, damage.__name__, outcome(content, digest)] += 1
-    return found
+        form, damage = forms[number % 2], list(DAMAGES)[number // 2 % len(DAMAGES)]
+        content = DAMAGES[damage](form, np.random.default_rng([seed, number]))
+        counts[damage, try_upload(content, digest)] += 1
+    return counts
+
+
+def summarize(counts: Counter[tuple[str, str]]) -> list[Row]:
+    """The rows of the table, one per damage."""
+    rows = []
+    for damage in DAMAGES:
+        by_outcome = {outcome: counts[damage, outcome] for outcome in OUTCOMES}
+        rows.append(Row(damage, sum(by_outcome.values()),
+                        by_outcome[REFUSED] + by_outcome[SAME], "files",
+                        ", ".join(f"{count} {outcome}" for outcome, count in by_outcome.items())))
+    return rows
 
 
 def main() -> None:
-    """Write the table."""
-    found = outcomes(COUNT, SEED)
-    rows = []
-    for form in ("plain", "stored"):
-        for damage in (one.__name__ for one in DAMAGES):
-            counts = [found[form, damage, column] for column in HEADER[3:]]
-            rows.append((form, damage.replace("_", " "), sum(counts), *counts))
-    rows.append(("all", "", *(sum(int(row[column]) for row in rows) for column in range(2, len(HEADER)))))
-    write("damaged_tables", HEADER, rows, "python -m benchmarks.damaged_tables")
+    """Damage the files, and replace the rows of the table."""
+    replace_rows("damaged tables", summarize(count_outcomes(COUNT, SEED)),
+                 "python -m evidence.robustness.damaged_tables")
 
 
 if __name__ == "__main__":

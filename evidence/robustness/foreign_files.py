@@ -2,18 +2,18 @@
 
 The files are not part of this project. Clone the repositories below into one folder and give it:
 
-    python -m benchmarks.foreign_files CLONES > benchmarks/foreign_files.csv
+    python -m evidence.robustness.foreign_files CLONES
 
-The table has what was read: channels of numbers, samples, and the channels that were refused.
+A row counts the channels of numbers, and those of them that were read; the channels refused in these files hold texts.
 """
 
-import csv
 import io
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+from evidence.robustness.table import Row, replace_rows
 from slipstick.acquisition import open_source
 from slipstick.errors import BadRecording
 
@@ -31,31 +31,31 @@ FILES = (
 """Repository, commit and path of each file."""
 
 
-def row(repository: str, commit: str, path: str, content: bytes) -> tuple[str, ...]:
-    """What is read of one file, with the program that wrote it."""
+def read_file(repository: str, commit: str, path: str, content: bytes) -> Row:
+    """Read all channels of one file, and say which program wrote it."""
     source = open_source(path, io.BytesIO(content))
-    samples, refused = 0, 0
-    for one in source.listed():
+    channels, samples, refused = source.listed(), 0, 0
+    for channel in channels:
         try:
-            samples += len(source.channel(one.name).values)
+            samples += len(source.channel(channel.name).values)
         except BadRecording:
             refused += 1
     vendor = re.search(rb"<tool_vendor>([^<]*)</tool_vendor>", content)
     tool = re.search(rb"<tool_id>([^<]*)</tool_id>", content)
-    writer = " ".join(found[1].decode("utf-8", "replace") for found in (vendor, tool) if found).replace("&amp;", "&")
+    writer = " ".join(name[1].decode("utf-8", "replace") for name in (vendor, tool) if name).replace("&amp;", "&")
     state = "unfinished" if content.startswith(b"UnFinMF") else "finished"
-    return (f"{repository}@{commit[:10]}:{path}", source.remarks[0], state, writer.strip(), str(len(source.listed())),
-            str(samples), str(refused))
+    return Row(f"{repository}@{commit[:10]}:{path}", len(channels), len(channels) - refused, "channels",
+               f"{samples} samples; {source.remarks[0]}, {state}, by {writer.strip()}")
 
 
 def main(clones: Path) -> None:
-    """Print the table."""
-    table = csv.writer(sys.stdout, lineterminator="\n")
-    table.writerow(("file", "format", "state", "writer", "channels of numbers", "samples read", "channels refused"))
+    """Read the files, and replace the rows of the table."""
+    rows = []
     for repository, commit, path in FILES:
         content = subprocess.run(["git", "-C", clones / repository.split("/")[1], "show", f"{commit}:{path}"],
                                  check=True, capture_output=True).stdout
-        table.writerow(row(repository, commit, path, content))
+        rows.append(read_file(repository, commit, path, content))
+    replace_rows("foreign files", rows, "python -m evidence.robustness.foreign_files CLONES")
 
 
 if __name__ == "__main__":

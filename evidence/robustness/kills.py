@@ -1,6 +1,6 @@
 """Jobs under random `kill -9`: is any lost, doubled, or different from an undisturbed one?
 
-    python -m benchmarks.kills [KILLS]
+    python -m evidence.robustness.kills [KILLS]
 
 A service and two workers run on a temporary folder with PostgreSQL, and then with SQLite, which has no process of its
 own. In each round, some fits, a study, or the build of a table are begun, and processes of them are killed with SIGKILL
@@ -8,7 +8,7 @@ at random times, the first often while the jobs are submitted. Like a supervisor
 ended, at once or after 8 s, in which the other worker takes over. A client repeats a submission without response with
 the same `Idempotency-Key`. The victims and times of a round follow from its number. After the round, every job must
 exist once, and its result must be that of the undisturbed run. Finished rounds are kept in var/kills.csv: the same
-command continues after them.
+command continues after them. Ten minutes.
 """
 
 import argparse
@@ -30,8 +30,8 @@ from typing import Any
 import httpx
 import numpy as np
 
-from benchmarks.results import write
-from benchmarks.supervised import ROOT, Program, Stack, prepare
+from evidence.robustness.supervised import ROOT, Program, Stack, write_tables
+from evidence.robustness.table import Row, replace_rows
 from slipstick.table import Table
 from tests.postgresql import Server, program
 
@@ -42,9 +42,6 @@ VICTIMS = ("service", "worker", "database", "build")
 CYCLE = (("PostgreSQL", "fits"), ("SQLite", "fits"), ("PostgreSQL", "study"), ("SQLite", "study"), ("SQLite", "build"),
          ("PostgreSQL", "fits"), ("SQLite", "fits"), ("PostgreSQL", "study"), ("SQLite", "build"), ("SQLite", "build"))
 """Database and work of the rounds. Builds use no database: they run beside the service on SQLite."""
-HEADER = ("database", "work", "rounds", *(f"kills of {victim}" for victim in VICTIMS), "jobs", "jobs lost",
-          "jobs doubled", "results different")
-SMALL = ("--axis", "pressure_bias=0.5:1.5:9", "--axis", "initial_position=0.5:1.5:9")
 LARGE = ("--axis", "pressure_bias=0.5:1.5:120", "--axis", "initial_position=0.5:1.5:100")  # of all 216 conditions
 _FIT = {"table": "small", "recordings": "few"}
 _SEARCH = {"population": 16, "generations": 12, "patience": 12, "order": 3, "intervals": False}
@@ -58,7 +55,7 @@ JOBS: dict[str, dict[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Round:
-    """What was killed in a round, and what became of its jobs."""
+    """How often each victim was killed in a round, and what became of its jobs."""
 
     number: int
     database: str
@@ -82,11 +79,11 @@ class Blow:
         self._plan()
 
     def _plan(self) -> None:
-        self.at = time.monotonic() + float(self.rng.uniform(0, self.longest))
+        self.due = time.monotonic() + float(self.rng.uniform(0, self.longest))
 
     def strike(self) -> None:
         """Kill, if the time has come."""
-        if self.counts.total() == KILLS_A_ROUND or time.monotonic() < self.at:
+        if self.counts.total() == KILLS_A_ROUND or time.monotonic() < self.due:
             return
         kinds = sorted({name.partition("-")[0] for name in self.victims})
         kind = str(self.rng.choice(kinds))
@@ -98,17 +95,17 @@ class Blow:
         self._plan()
 
 
-def digest_of(result: dict[str, Any]) -> str:
+def compute_digest(result: dict[str, Any]) -> str:
     """SHA-256 of what a result says, apart from the seconds that it took."""
     content = {name: value for name, value in result.items() if name not in ("id", "seconds", "processor_seconds")}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def answers(stack: Stack, work: str, prefix: str, blow: Blow | None = None) -> tuple[dict[str, str], int]:
-    """Digests of the results of the jobs that have ended in time, and how many jobs there are."""
+def run_jobs(stack: Stack, work: str, prefix: str, blow: Blow | None = None) -> tuple[dict[str, str], int]:
+    """Run the jobs of `work`: digests of the results of those that have ended in time, and how many jobs there are."""
     address = "/v1/studies" if work == "study" else "/v1/fits"
     waiting = [f"{prefix}-{name}" for name in JOBS[work]]
-    submitted, found, deadline = set[str](), dict[str, str](), time.monotonic() + PATIENCE
+    submitted, digests, deadline = set[str](), dict[str, str](), time.monotonic() + PATIENCE
     while (waiting or (blow and blow.counts.total() < KILLS_A_ROUND)) and time.monotonic() < deadline:
         stack.keep()
         if blow:
@@ -129,10 +126,10 @@ def answers(stack: Stack, work: str, prefix: str, blow: Blow | None = None) -> t
                     if result.status_code == 503:
                         continue
                     waiting.remove(id)
-                    found[name] = digest_of(result.json()) if result.is_success else result.text
+                    digests[name] = compute_digest(result.json()) if result.is_success else result.text
                 elif job.status_code not in (200, 503):
                     waiting.remove(id)
-                    found[name] = job.text
+                    digests[name] = job.text
             except httpx.TransportError:
                 break
         time.sleep(0.2)
@@ -144,14 +141,14 @@ def answers(stack: Stack, work: str, prefix: str, blow: Blow | None = None) -> t
         except httpx.HTTPError:
             time.sleep(0.1)
     ids = [job["id"] for job in listed.json()["studies" if work == "study" else "fits"]]
-    return found, len([id for id in ids if id.startswith(f"{prefix}-")])
+    return digests, len([id for id in ids if id.startswith(f"{prefix}-")])
 
 
-def built(stack: Stack, rng: np.random.Generator | None, longest: float) -> tuple[str, Counter[str], float]:
-    """Digest of a table whose build was killed, the kills, and how long it took in s."""
+def build_table(stack: Stack, rng: np.random.Generator | None, longest: float) -> tuple[str, Counter[str]]:
+    """Build the large table, with kills at random times if there is `rng`: its digest, and the kills."""
     path, begin = stack.folder / "large.h5", time.monotonic()
     path.unlink(missing_ok=True)
-    build = Program(lambda: stack.run("worker", "build", *LARGE, "--out", str(path)))
+    build = Program(lambda: stack.start("worker", "build", *LARGE, "--out", str(path)))
     blow = Blow({"build": build}, rng, longest) if rng else None
     while build.process.poll() != 0 and time.monotonic() < begin + PATIENCE:
         if blow:
@@ -159,27 +156,27 @@ def built(stack: Stack, rng: np.random.Generator | None, longest: float) -> tupl
         build.keep()
         time.sleep(0.02)
     digest = Table.open(path).digest if path.exists() else "no table"
-    return digest, blow.counts if blow else Counter(), time.monotonic() - begin
+    return digest, blow.counts if blow else Counter()
 
 
-def rounds(stack: Stack, database: str, numbers: dict[int, str]) -> Iterator[Round]:
-    """Run the rounds, each a number and its work."""
+def run_rounds(stack: Stack, database: str, works: dict[int, str]) -> Iterator[Round]:
+    """Run the rounds, of which `works` has the numbers and the work of each."""
     expected, seconds = dict[str, dict[str, str]](), dict[str, float]()
-    for number, work in sorted(numbers.items(), key=lambda one: one[1]):
+    for number, work in sorted(works.items(), key=lambda planned: planned[1]):
         if work not in expected:
             begin = time.monotonic()
-            expected[work] = {"table": built(stack, None, 0.0)[0]} if work == "build" else \
-                answers(stack, work, f"undisturbed-{time.time():.0f}")[0]
+            expected[work] = {"table": build_table(stack, None, 0.0)[0]} if work == "build" else \
+                run_jobs(stack, work, f"undisturbed-{time.time():.0f}")[0]
             seconds[work] = time.monotonic() - begin
             print(f"{database}, {work}: undisturbed in {seconds[work]:.1f} s: {expected[work]}", flush=True)
         rng, begin = np.random.default_rng([SEED, number]), time.monotonic()
         longest = seconds[work] / (4 if work == "build" else 2)  # a build ends whether it was killed or not
         if work == "build":
-            found, counts, _ = built(stack, rng, longest)
-            results, jobs = {"table": found}, 1
+            digest, counts = build_table(stack, rng, longest)
+            results, jobs = {"table": digest}, 1
         else:
             blow = Blow(stack.programs, rng, longest)
-            results, jobs = answers(stack, work, f"round-{number}-{time.time():.0f}", blow)
+            results, jobs = run_jobs(stack, work, f"round-{number}-{time.time():.0f}", blow)
             counts = blow.counts
         different = {name: results[name] for name in results if results[name] != expected[work][name]}
         wanted = len(expected[work])
@@ -190,8 +187,8 @@ def rounds(stack: Stack, database: str, numbers: dict[int, str]) -> Iterator[Rou
 
 
 @contextmanager
-def running(database: str, folder: Path) -> Iterator[Stack]:
-    """The stack on a database; its output goes to var/kills.log."""
+def run_stack(database: str, folder: Path) -> Iterator[Stack]:
+    """Keep the stack on a database within the context; its output goes to var/kills.log."""
     server = Server() if database == "PostgreSQL" else None
     with (ROOT / "var" / "kills.log").open("a") as log:
         stack = Stack(folder, server, log)
@@ -203,25 +200,31 @@ def running(database: str, folder: Path) -> Iterator[Stack]:
                 server.remove()
 
 
-def finished(path: Path) -> list[Round]:
-    """The rounds of earlier runs."""
+def read_rounds(path: Path) -> list[Round]:
+    """Read the rounds of earlier runs."""
     if not path.exists():
         return []
     with path.open(newline="") as file:
-        types: list[Callable[[str], Any]] = [str if one.type is str else int for one in fields(Round)]
+        types: list[Callable[[str], Any]] = [str if column.type is str else int for column in fields(Round)]
         return [Round(*(cast(entry) for cast, entry in zip(types, row, strict=True))) for row in csv.reader(file)]
 
 
-def totals(done: list[Round]) -> list[tuple[object, ...]]:
-    """The rows of the table."""
-    rows: list[tuple[object, ...]] = []
-    for database in DATABASES:
-        for work in WORKS:
-            chosen = [astuple(one)[3:] for one in done if (one.database, one.work) == (database, work)]
-            if chosen:
-                rows.append(("none" if work == "build" else database, work, len(chosen),
-                             *(sum(column) for column in zip(*chosen, strict=True))))
-    return [*rows, ("all", "", *(sum(column) for column in zip(*(row[2:] for row in rows), strict=True)))]
+def summarize(done: list[Round]) -> list[Row]:
+    """Add the rounds of each work on each database."""
+    rows = []
+    for work in WORKS:
+        for database in DATABASES:
+            chosen = [row for row in done if (row.database, row.work) == (database, work)]
+            if not chosen:
+                continue
+            counts = [sum(column) for column in zip(*(astuple(row)[3:] for row in chosen), strict=True)]
+            kills, (jobs, lost, doubled, different) = counts[:len(VICTIMS)], counts[len(VICTIMS):]
+            victims = ", ".join(f"{count} of {victim}" for victim, count in zip(VICTIMS, kills, strict=True) if count)
+            what = "build of a table" if work == "build" else f"{work} on {database}"
+            rows.append(Row(f"{what}: {sum(kills)} kills ({victims}), rounds: {len(chosen)}", jobs,
+                            max(jobs - lost - doubled - different, 0), "jobs",
+                            f"{lost} lost, {doubled} doubled, {different} with another result"))
+    return rows
 
 
 def main() -> int:
@@ -234,23 +237,23 @@ def main() -> int:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that it ends what it has started
     path = ROOT / "var" / "kills.csv"
     path.parent.mkdir(exist_ok=True)
-    done = finished(path)
+    done = read_rounds(path)
     planned = {number: CYCLE[number % len(CYCLE)] for number in range(-(-kills // KILLS_A_ROUND))}
     for database in DATABASES:
-        missing = {number: work for number, (its, work) in planned.items()
-                   if its == database and number not in {one.number for one in done}}
+        missing = {number: work for number, (planned_database, work) in planned.items()
+                   if planned_database == database and number not in {row.number for row in done}}
         if not missing:
             continue
         with tempfile.TemporaryDirectory(prefix="slipstick-kills-") as folder:
-            prepare(Path(folder), SMALL)
-            with running(database, Path(folder)) as stack:
-                for row in rounds(stack, database, missing):
+            write_tables(Path(folder))
+            with run_stack(database, Path(folder)) as stack:
+                for row in run_rounds(stack, database, missing):
                     done.append(row)
                     with path.open("a", newline="") as file:
                         csv.writer(file).writerow(astuple(row))
-    write("kills", HEADER, totals([one for one in done if one.number in planned]),
-          f"python -m benchmarks.kills {kills}")
-    return int(any(one.lost or one.doubled or one.different for one in done))
+    replace_rows("kills", summarize([row for row in done if row.number in planned]),
+                 f"python -m evidence.robustness.kills {kills}")
+    return int(any(row.lost or row.doubled or row.different for row in done))
 
 
 if __name__ == "__main__":

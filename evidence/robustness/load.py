@@ -1,14 +1,14 @@
 """The service under 64 clients that mix everything for five minutes: errors, times, memory, and health meanwhile.
 
-    python -m benchmarks.load [--seconds SECONDS] [--clients CLIENTS]
+    python -m evidence.robustness.load [--seconds SECONDS] [--clients CLIENTS]
 
-The service runs on a temporary folder with the table and recordings of benchmarks.kills and SQLite. The clients run in
-this process, each with a connection of its own that is kept alive, and send one request of a weighted random choice
+The service runs on a temporary folder with a small table, 24 recordings, and SQLite. The clients run in this
+process, each with a connection of its own that is kept alive, and send one request of a weighted random choice
 after the other. Errors are transport errors and statuses other than those a request should have; 429 and 503 with
 Retry-After are none, and a client waits half a second after them. A further client asks for the health ten times a
 second, and does so for 10 s before the others start: what is slow then is the machine. It runs in a process of its own,
 because the 64 delay each other. Memory is the resident set of the service. Times are those that the clients see; they
-share the processors with the service, as nothing else on the machine should.
+share the processors with the service, as nothing else on the machine should. Six minutes.
 """
 
 import argparse
@@ -30,12 +30,9 @@ from typing import Any
 import httpx
 import numpy as np
 
-from benchmarks.results import write
-from benchmarks.supervised import Stack, prepare
+from evidence.robustness.supervised import Stack, write_tables
+from evidence.robustness.table import Row, replace_rows
 
-SMALL = ("--axis", "pressure_bias=0.5:1.5:9", "--axis", "initial_position=0.5:1.5:9")
-HEADER = ("request", "share", "requests", "expected status", "429 or 503", "cancelled", "errors", "p50 in ms",
-          "p99 in ms", "longest in ms")
 _INPUTS = {"mean": [1.0, 1.0], "std": [0.05, 0.08]}
 _TABLE = {"table": "small"}
 _PAUSE = 0.5
@@ -54,21 +51,17 @@ class Kind:
     cancelled_after: float | None = None
 
 
-def _array(count: int) -> bytes:
+def _npy(count: int) -> dict[str, Any]:
     memory = io.BytesIO()
     np.save(memory, np.random.default_rng(1).normal(1, 0.05, (count, 2)))
-    return memory.getvalue()
-
-
-def _npy(count: int) -> dict[str, Any]:
-    return {"content": _array(count), "params": {"table": "small", "outside": "clip"},
+    return {"content": memory.getvalue(), "params": {"table": "small", "outside": "clip"},
             "headers": {"Content-Type": "application/x-npy", "Accept": "application/x-npy"}}
 
 
 _PROPAGATE = {"json": {**_TABLE, "inputs": _INPUTS, "output_std": 0.003, "outside": "clip"}}
 _LIKELIHOOD = {"json": {**_TABLE, "recordings": "few", "per_condition": False, "outside": "clip",
                         "candidates": [{**_INPUTS, "output_std": 0.01}] * 4}}
-HEALTH = Kind("health, by a client of its own", 0, "GET", "/v1/health")
+HEALTH = Kind("health, by a client in another process", 0, "GET", "/v1/health")
 IDLE = Kind("health, before the load", 0, "GET", "/v1/health")
 _IDLE_SECONDS = 10.0
 MIX = (
@@ -91,98 +84,105 @@ MIX = (
 
 
 @dataclass
-class Seen:
+class Outcomes:
     """What became of the requests of a kind."""
 
     milliseconds: list[float] = field(default_factory=list)
-    outcomes: Counter[str] = field(default_factory=Counter)
+    counts: Counter[str] = field(default_factory=Counter)
     errors: Counter[str] = field(default_factory=Counter)
 
-    def row(self, kind: Kind) -> tuple[object, ...]:
-        """Its row of the table."""
-        p50, p99 = np.percentile(self.milliseconds, [50, 99]) if self.milliseconds else (float("nan"),) * 2
-        total = sum(one.weight for one in MIX)
-        return (kind.name, f"{100 * kind.weight / total:.0f} %", self.outcomes.total(), self.outcomes["expected"],
-                self.outcomes["later"], self.outcomes["cancelled"], self.errors.total(), float(p50), float(p99),
-                float(max(self.milliseconds, default=float("nan"))))
+    def describe(self, kind: Kind) -> Row:
+        """The row of the table."""
+        parts = []
+        if self.milliseconds:
+            median, most = np.percentile(self.milliseconds, [50, 99])
+            parts.append(f"median {median:.4g} ms, 99 % in {most:.4g} ms, longest {max(self.milliseconds):.4g} ms")
+        if kind.cancelled_after:
+            parts.append(f"cancelled by the client: {self.counts['cancelled']}")
+        parts.append(f"429 or 503: {self.counts['later']}")
+        total = self.counts.total()
+        return Row(kind.name, total, total - self.counts["error"], "requests", "; ".join(parts))
 
 
-async def send(client: httpx.AsyncClient, kind: Kind, seen: Seen) -> bool:
+async def send(client: httpx.AsyncClient, kind: Kind, outcomes: Outcomes) -> bool:
     """Send a request; return whether the service asked to come back later."""
     begin = time.perf_counter()
     try:
         response = await asyncio.wait_for(client.request(kind.method, kind.path, **kind.body), kind.cancelled_after)
     except TimeoutError:
-        seen.outcomes["cancelled"] += 1
+        outcomes.counts["cancelled"] += 1
         return False
     except httpx.HTTPError as error:
-        seen.outcomes["error"] += 1
-        seen.errors[type(error).__name__] += 1
+        outcomes.counts["error"] += 1
+        outcomes.errors[type(error).__name__] += 1
         return False
     later = response.status_code in (429, 503) and "Retry-After" in response.headers
     if not later:
-        seen.milliseconds.append(1e3 * (time.perf_counter() - begin))
+        outcomes.milliseconds.append(1e3 * (time.perf_counter() - begin))
     if response.status_code in kind.statuses or later:
-        seen.outcomes["later" if later else "expected"] += 1
+        outcomes.counts["later" if later else "expected"] += 1
     else:
-        seen.outcomes["error"] += 1
-        seen.errors[f"{response.status_code} {response.text[:200]}"] += 1
+        outcomes.counts["error"] += 1
+        outcomes.errors[f"{response.status_code} {response.text[:200]}"] += 1
     return later
 
 
-async def crowd(address: str, clients: int, seconds: float, memory: Callable[[str], None]) -> dict[str, Seen]:
-    """What `clients` see in `seconds`."""
-    seen: dict[str, Seen] = defaultdict(Seen)
-    weights = np.array([one.weight for one in MIX])
+async def send_mix(address: str, clients: int, seconds: float, memory: Callable[[], None]) -> dict[str, Outcomes]:
+    """Send the mix by `clients` for `seconds`: what became of the requests, by the name of their kind.
 
-    async def mixed(number: int, client: httpx.AsyncClient, end: float) -> None:
+    `memory` is called at a tenth of the time, in the middle and at the end.
+    """
+    outcomes: dict[str, Outcomes] = defaultdict(Outcomes)
+    weights = np.array([kind.weight for kind in MIX])
+
+    async def send_random(number: int, client: httpx.AsyncClient, end: float) -> None:
         rng = np.random.default_rng([7, number])
         while time.monotonic() < end:
             kind = MIX[int(rng.choice(len(MIX), p=weights / weights.sum()))]
-            if await send(client, kind, seen[kind.name]):
+            if await send(client, kind, outcomes[kind.name]):
                 await asyncio.sleep(_PAUSE)
 
-    async def watched() -> None:
-        for moment in ("at a tenth", "in the middle"):
-            await asyncio.sleep(seconds * (0.1 if moment == "at a tenth" else 0.4))
-            memory(moment)
+    async def watch_memory() -> None:
+        for pause in (0.1, 0.4):
+            await asyncio.sleep(pause * seconds)
+            memory()
 
     async with AsyncExitStack() as stack:
         # Made before, because each takes some 50 ms of the processor.
         all_clients = [await stack.enter_async_context(httpx.AsyncClient(base_url=address, timeout=60))
                        for _ in range(clients)]
         watcher = stack.enter_context(ProcessPoolExecutor(1, multiprocessing.get_context("spawn")))
-        asked = partial(asyncio.get_running_loop().run_in_executor, watcher, watch_health, address)
-        await asked(0.5)  # which imports
-        seen[IDLE.name] = await asked(_IDLE_SECONDS)
+        ask = partial(asyncio.get_running_loop().run_in_executor, watcher, watch_health, address)
+        await ask(0.5)  # which imports
+        outcomes[IDLE.name] = await ask(_IDLE_SECONDS)
         end = time.monotonic() + seconds
-        work: list[Awaitable[object]] = [mixed(number, client, end) for number, client in enumerate(all_clients)]
-        seen[HEALTH.name], *_ = await asyncio.gather(asked(seconds), watched(), *work)
-    memory("at the end")
-    return seen
+        work: list[Awaitable[object]] = [send_random(number, client, end) for number, client in enumerate(all_clients)]
+        outcomes[HEALTH.name], *_ = await asyncio.gather(ask(seconds), watch_memory(), *work)
+    memory()
+    return outcomes
 
 
-def watch_health(address: str, seconds: float) -> Seen:
-    """In a process of its own: what a client sees that asks for the health ten times a second."""
-    async def watch() -> Seen:
-        seen, end = Seen(), time.monotonic() + seconds
+def watch_health(address: str, seconds: float) -> Outcomes:
+    """Ask for the health ten times a second, in a process of its own."""
+    async def watch() -> Outcomes:
+        outcomes, end = Outcomes(), time.monotonic() + seconds
         async with httpx.AsyncClient(base_url=address, timeout=60) as client:
             while time.monotonic() < end:
-                await send(client, HEALTH, seen)
+                await send(client, HEALTH, outcomes)
                 await asyncio.sleep(0.1)
-        return seen
+        return outcomes
 
     return asyncio.run(watch())
 
 
-def resident(pid: int) -> float:
+def read_memory(pid: int) -> float:
     """Resident memory of a process in MB."""
     lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1024
 
 
-def prepared(stack: Stack) -> None:
-    """Wait for the service, and for a finished fit with a report."""
+def finish_a_fit(stack: Stack) -> None:
+    """Wait for the service, run a fit to its end, and send each kind of request once; the workers then end."""
     while True:
         stack.keep()
         try:
@@ -204,33 +204,33 @@ def prepared(stack: Stack) -> None:
 
 
 def main() -> int:
-    """Measure, and write the table."""
+    """Measure, and replace the rows of the table."""
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--seconds", type=float, default=300.0)
     parser.add_argument("--clients", type=int, default=64)
     arguments = parser.parse_args()
-    found: list[tuple[str, float]] = []
+    megabytes: list[float] = []
     with tempfile.TemporaryDirectory(prefix="slipstick-load-") as folder, tempfile.TemporaryFile("w") as log:
-        prepare(Path(folder), SMALL)
+        write_tables(Path(folder))
         stack = Stack(Path(folder), None, log)
         try:
-            prepared(stack)
+            finish_a_fit(stack)
             service = stack.programs["service"].process
 
-            def memory(moment: str) -> None:
-                found.append((moment, resident(service.pid)))
+            def memory() -> None:
+                megabytes.append(read_memory(service.pid))
 
-            memory("at the start")
-            seen = asyncio.run(crowd(str(stack.client.base_url), arguments.clients, arguments.seconds, memory))
+            memory()
+            outcomes = asyncio.run(send_mix(str(stack.client.base_url), arguments.clients, arguments.seconds, memory))
             assert service.poll() is None
         finally:
             stack.end()
-    rows = [seen[kind.name].row(kind) for kind in (*MIX, HEALTH, IDLE)]
-    width = len(HEADER) - 2
-    rows += [("memory of the service " + moment, f"{value:.0f} MB", *[""] * width) for moment, value in found]
-    write("load", HEADER, rows, f"python -m benchmarks.load --seconds {arguments.seconds:g} --clients "
-                                f"{arguments.clients}")
-    errors = {name: dict(one.errors) for name, one in seen.items() if one.errors}
+    rows = [outcomes[kind.name].describe(kind) for kind in (*MIX, HEALTH, IDLE)]
+    rows.append(Row("memory of the service at the start, at a tenth, in the middle and at the end", None, None, "",
+                    ", ".join(f"{value:.0f}" for value in megabytes) + " MB"))
+    replace_rows("load", rows, f"python -m evidence.robustness.load --seconds {arguments.seconds:g} --clients "
+                               f"{arguments.clients}")
+    errors = {name: dict(outcome.errors) for name, outcome in outcomes.items() if outcome.errors}
     if errors:
         print(errors, file=sys.stderr)
     return int(bool(errors))

@@ -16,7 +16,8 @@ import numpy as np
 from slipstick.recordings import Recordings
 from tests.postgresql import Server
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
+_SMALL = ("--axis", "pressure_bias=0.5:1.5:9", "--axis", "initial_position=0.5:1.5:9")
 _PAUSE = 0.5
 Process = subprocess.Popen[bytes]
 
@@ -45,36 +46,40 @@ class Program:
 
 
 class Stack:
-    """Service, workers and database on the folder `tables`, which has the table `small` and the recordings `few`."""
+    """Service, workers and job database on a folder that `write_tables` has filled; SQLite without a `server`."""
 
     def __init__(self, folder: Path, server: Server | None, log: TextIO) -> None:
         self.folder, self.log, self.server = folder, log, server
-        name = "postgresql" if server else "sqlite"
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        jobs = server.url("kills") if server else f"sqlite:///{folder}/{name}.sqlite"
+        jobs = server.url("kills") if server else f"sqlite:///{self.database}"
         self.environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "SLIPSTICK_PORT": str(port),
                             "SLIPSTICK_TABLES": str(folder / "tables"), "SLIPSTICK_JOBS": jobs}
         self.client = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=10)
-        self.programs = {"service": Program(lambda: self.run("service"))}
+        self.programs = {"service": Program(lambda: self.start("service"))}
         for worker in ("worker-1", "worker-2"):
-            self.programs[worker] = Program(lambda name=worker: self.run("worker", "serve-jobs", "--name", name))
+            self.programs[worker] = Program(lambda name=worker: self.start("worker", "serve-jobs", "--name", name))
         if server:
-            self.programs["database"] = Program(lambda: self._database(server))
+            self.programs["database"] = Program(lambda: self._restart(server))
 
-    def run(self, *arguments: str) -> Process:
+    @property
+    def database(self) -> Path:
+        """The file of the jobs in SQLite."""
+        return self.folder / "jobs.sqlite"
+
+    def start(self, *arguments: str) -> Process:
         """Start `python -m ...`."""
         return subprocess.Popen([sys.executable, "-m", *arguments], cwd=ROOT, env=self.environment, stdout=self.log,
                                 stderr=self.log)
 
     def keep(self) -> None:
-        """Start again what has ended."""
+        """Start each program again that has ended."""
         for program in self.programs.values():
             program.keep()
 
     def end(self) -> None:
-        """End everything but the database server."""
+        """Kill service and workers; the database server belongs to the caller."""
         for name, program in self.programs.items():
             if name != "database":
                 program.process.kill()
@@ -82,11 +87,11 @@ class Stack:
         self.client.close()
 
     @staticmethod
-    def _database(server: Server) -> Process:
+    def _restart(server: Server) -> Process:
         return server.process if server.process.poll() is None else server.launch()
 
 
-def prepare(folder: Path, build: tuple[str, ...]) -> None:
+def write_tables(folder: Path) -> None:
     """Write the bench, every ninth of the shipped recordings, `few`, and a table, `small`, into `folder`/tables."""
     tables = folder / "tables"
     tables.mkdir()
@@ -96,5 +101,5 @@ def prepare(folder: Path, build: tuple[str, ...]) -> None:
     order = np.argsort(np.argsort(few.conditions.run_order))
     few = replace(few, conditions=replace(few.conditions, run_order=order))
     (tables / "few.h5").write_bytes(few.to_bytes())
-    subprocess.run([sys.executable, "-m", "worker", "build", *build, "--conditions", str(tables / "few.h5"), "--out",
+    subprocess.run([sys.executable, "-m", "worker", "build", *_SMALL, "--conditions", str(tables / "few.h5"), "--out",
                     str(tables / "small.h5")], cwd=ROOT, check=True)

@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slipstick.naming import answer, name
@@ -13,15 +14,19 @@ from slipstick.report.study.page import study_page
 from slipstick.study import StudyResult, StudySettings, conclude, examine
 from slipstick.study.figures import Figures
 from tests.benches import HEAVY
-from tests.validation.hidden import EFFECTS, Case, write
+from tests.hidden_laws import CONVERTER_LAGS, LOAD_DRAGS, SUPPLY_DROOPS, law, record
 
 COUNT = 30
 
 
+FRICTION_FALLS = law("friction_coefficient", "slip", lambda v: 1 + 0.5 * np.exp(-((v / 14) ** 1.3)))
+"""Strong enough to show in whole signals, where no block can be tested."""
+LAWS = {"quadratic_load_drag": LOAD_DRAGS, "supply_droop": SUPPLY_DROOPS, "converter_lag": CONVERTER_LAGS,
+        "stribeck_friction": FRICTION_FALLS}
+
+
 def recorded(folder: Path, effects: list[str], without: list[str], seed: int = 41) -> Recordings:
-    case = Case({effect: EFFECTS[effect].typical for effect in effects}, seed=seed, count=COUNT)
-    write(folder / "case.h5", case)
-    found = Recordings.open(folder / "case.h5")
+    found = record(folder, *(LAWS[effect] for effect in effects), seed=seed, count=COUNT)
     assert found.signals is not None
     return replace(found, signals=replace(found.signals, **dict.fromkeys(without)))
 
@@ -52,7 +57,7 @@ def test_nothing_is_named_where_nothing_is_hidden_and_a_signal_is_missing(tmp_pa
 
 @pytest.mark.slow
 def test_an_effect_of_a_closed_block_is_missing_and_not_named(tmp_path: Path) -> None:
-    result, figures, recordings = studied(tmp_path, ["friction_falls_with_slip"], ["pressure"])
+    result, figures, recordings = studied(tmp_path, ["stribeck_friction"], ["pressure"])
     assert (result.kind, result.findings) == ("unlisted", [])
     assert "missing that shows in the " in result.sentence
     assert ", but in no block that could be tested" in result.sentence
@@ -75,7 +80,7 @@ def test_without_both_ends_of_any_block_the_simulation_answers(tmp_path: Path) -
     without = ["pressure", "input_speed", "output_speed"]
     result, _, _ = studied(tmp_path, [], without)
     assert (result.kind, result.blocks, result.explanations) == ("none", [], [])
-    result, _, _ = studied(tmp_path, ["friction_falls_with_slip"], without)
+    result, _, _ = studied(tmp_path, ["stribeck_friction"], without)
     assert (result.kind, result.blocks) == ("unlisted", [])
     assert result.explanations[0].effect == "stribeck_friction"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.calibration_sets import recorded
+from evidence.calibration_coverage.sets import record_runs
 from slipstick.bench import Bench, parameters
 from slipstick.calibration import Calibration, calibrate
 from slipstick.calibration.observations import ACCURACY, Observations
@@ -29,7 +29,7 @@ STRIBECK = {"strength": 0.22, "decay_speed": 25.0}
 def recordings(bench: Bench, every: int = 4, share: float = 1.0, correlation: float = 0.3) -> Recordings:
     """Recordings whose parameters scatter by a `share` of SCATTER."""
     conditions = bench.conditions.take(range(0, len(bench.conditions), every))
-    return recorded(bench, conditions, MEAN, share * SCATTER, correlation, np.random.default_rng(8))[0]
+    return record_runs(bench, conditions, MEAN, share * SCATTER, correlation, np.random.default_rng(8))[0]
 
 
 @cache

@@ -1,32 +1,34 @@
 """Whole studies of recordings of the independent bench: the gap closes by the right effect, and by no other.
 
-test_naming_on_hidden_effects.py has more of naming alone, and `make study-blind EVERY=1` all of its cases.
+test_naming_on_hidden_laws.py has more of naming alone, and `python -m evidence` as many drawn cases as wanted.
 """
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden import EFFECTS, Case, write
 
 from slipstick.clutch.model import Model
-from slipstick.recordings import Recordings
 from slipstick.study import StudyResult, StudySettings, conclude, examine
 from tests.benches import HEAVY
+from tests.hidden_laws import FRICTION_FALLS, Hidden, law, record
 
 COUNT = 30
 
 
-def studied(folder: Path, seed: int, *hidden: str) -> StudyResult:
-    """The result of a study with default settings, of recordings with the given hidden effects."""
-    write(folder / "case.h5", Case({effect: EFFECTS[effect].typical for effect in hidden}, seed=seed, count=COUNT))
-    settings, recordings = StudySettings(), Recordings.open(folder / "case.h5")
+PUMP = 1.5
+"""N m/bar that a pump takes from the input shaft."""
+
+
+def studied(folder: Path, seed: int, *hidden: Hidden) -> StudyResult:
+    """The result of a study with default settings, of recordings with the given hidden laws."""
+    settings, recordings = StudySettings(), record(folder, *hidden, seed=seed, count=COUNT)
     return conclude(settings, HEAVY, recordings, examine(settings, HEAVY, recordings))[0]
 
 
 @pytest.mark.slow
 def test_friction_that_falls_with_slip_is_found_and_closes_the_gap_and_another_effect_does_not(tmp_path: Path) -> None:
-    result = studied(tmp_path, 41, "friction_falls_with_slip")
+    result = studied(tmp_path, 41, FRICTION_FALLS)
     assert (result.kind, result.effects) == ("effect", ["stribeck_friction"])
     confirmation = result.findings[0].confirmation
     assert confirmation.agrees
@@ -48,17 +50,19 @@ def test_nothing_is_found_in_recordings_without_an_effect(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_what_no_effect_explains_is_in_the_extended_model_as_its_measured_law(tmp_path: Path) -> None:
-    result = studied(tmp_path, 43, "pump_loads_input")
+    result = studied(tmp_path, 43, law(
+        "input_drag", "pressure", lambda p: PUMP * np.maximum(p, 0), "difference", "input speed"))
     finding, = result.findings
     assert (result.kind, finding.quantity, finding.depends_on) == ("unlisted", "input torque", "pressure")
     assert finding.confirmation.simulated == "measured law"
-    law, = Model.from_spec(result.after.model).laws
-    assert (law.quantity, law.depends_on) == ("converter torque", "pressure")
-    measured, truth = finding.law, EFFECTS["pump_loads_input"].typical * np.array(law.at)
+    simulated, = Model.from_spec(result.after.model).laws
+    assert (simulated.quantity, simulated.depends_on) == ("converter torque", "pressure")
+    measured, truth = finding.law, PUMP * np.array(simulated.at)
     assert measured is not None
     lower, upper = np.array(measured.lower), np.array(measured.upper)
-    assert np.all((-upper < truth) & (truth < -lower))  # the input torque is lower by what the pump takes
+    # The input torque is lower by what the pump takes. Of nine points with bands of 90 %, two may be outside.
+    assert np.sum((-upper < truth) & (truth < -lower)) >= len(truth) - 2
     # At low pressures few samples determine the law.
     known = upper - lower < 0.4 * truth
     assert known.sum() > 3
-    np.testing.assert_allclose(np.array(law.change)[known], -truth[known], rtol=0.2)
+    np.testing.assert_allclose(np.array(simulated.change)[known], -truth[known], rtol=0.2)
