@@ -15,12 +15,11 @@ FIRST = ("service/test_openapi.py", "slipstick/naming/test_finer_laws.py", "slip
          "slipstick/clutch/test_effects.py", "service/test_study_routes.py",
          "slipstick/naming/test_unexplained_pressure.py", "worker/test_serve_jobs.py",
          "validation/test_hidden_worlds.py", "slipstick/clutch/test_laws.py",
-         "slipstick/naming/test_implausible_engagements.py", "slipstick/naming/test_naming_threads.py",
-         "service/test_tokens.py", "slipstick/naming/test_fits_converge.py", "slipstick/report/test_page_in_browser.py")
+         "slipstick/naming/test_too_many_bad_engagements.py", "slipstick/naming/test_naming_threads.py",
+         "slipstick/naming/test_lags.py", "service/test_tokens.py", "slipstick/report/test_page_in_browser.py")
 """The slowest files: started last, one of them would run alone at the end."""
 TOGETHER = {
-    **dict.fromkeys(("service/test_openapi.py", "service/test_extended_model.py", "service/test_readme.py"),
-                    "a service with a worker"),
+    **dict.fromkeys(("service/test_openapi.py", "service/test_readme.py"), "a service with a worker"),
     **dict.fromkeys(("slipstick/study/test_study_record.py", "slipstick/pictures/test_study_pictures.py",
                      "slipstick/report/test_study_page.py", "slipstick/report/test_page_in_browser.py"), "studies")}
 """File -> what it shares with others by a session fixture that takes seconds: these run in one process."""

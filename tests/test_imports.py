@@ -6,6 +6,7 @@ docs/architecture.md draws the same picture.
 
 import ast
 import importlib
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -129,6 +130,20 @@ def test_a_package_imports_only_what_it_may(package: str) -> None:
                 continue
             assert any(within(name, given) for given in allowed), f"{module} imports {name}"
             assert not any(within(name, barred) for barred in FORBIDDEN.get(package, ())), f"{module} imports {name}"
+
+
+def test_the_page_of_the_architecture_has_the_imports_of_each_package() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    stated = {name: {word for word in re.split(r"\W+", imports) if (ROOT / "slipstick" / word).is_dir() and word}
+              for name, imports in re.findall(r"^\| `slipstick/(\w+)/`[^|]*\|[^|]*\| ([^|]*) \|$", text, re.MULTILINE)}
+    actual = {name: {other.split(".")[1] for module, path in modules() if within(module, f"slipstick.{name}")
+                     for other in imported(path) if other.startswith("slipstick.")} for name in stated}
+    folders = {path.name for path in (ROOT / "slipstick").iterdir() if (path / "__init__.py").exists()}
+    assert set(stated) == folders
+    for name, packages in stated.items():
+        own = {name} if name != "uncertainty" else {name, "chaos", "inputs"}
+        assert packages - own - {"study"} == actual[name] & folders - {name} - {"study"}, name
+        assert ("study" in packages) == ("study" in actual[name]) or name == "study"
 
 
 @pytest.mark.parametrize("package", sorted({module for module, path in modules() if path.name == "__init__.py"}))

@@ -42,9 +42,8 @@ def events(lines: Iterator[str]) -> Iterator[dict[str, str]]:
             event = {}
 
 
-@KINDS
-def test_wait_ends_with_the_job(client: httpx.Client, kind: str) -> None:
-    job = submitted(client, kind)
+def test_wait_ends_with_the_job(client: httpx.Client) -> None:
+    job = submitted(client)
     with ThreadPoolExecutor() as pool:
         waiting = pool.submit(client.get, job, params={"wait": 60})
         time.sleep(0.8)

@@ -1,8 +1,10 @@
-"""The front page: what it lists, what it says to do first, and in a real browser its progress, keyboard and widths."""
+"""The front page and /docs: what they list and say, the progress of studies, and both in a real browser."""
 
+import json
 import re
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -12,10 +14,18 @@ import pytest
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webelement import WebElement
 from selenium.webdriver.support.wait import WebDriverWait
 from test_problems import problem
 
+from service.front import jobs
+from service.job_store import JobStore
 from service.settings import Settings
+from service.study_schemas import StudyWithProgress
+from slipstick.naming.asked import Asked
+from slipstick.study import StudySettings
+from slipstick.study.progress import StudyProgress, StudySteps
+from tests.benches import HEAVY
 
 
 @pytest.fixture
@@ -193,3 +203,82 @@ def test_the_page_without_scripts_reloads(client: httpx.Client, browser: webdriv
             time.sleep(0.5)
     finally:
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+
+
+# The progress of a study over REST and on the front page; a worker of an earlier version reported less.
+
+
+Running = Callable[[dict[str, Any] | None], httpx.Response]
+JOB_INPUT = {"recordings": "few", "recordings_digest": "c3d4", "bench": "heavy", "bench_digest": HEAVY.digest,
+             "sensing_digest": HEAVY.sensing_digest, "settings": json.loads(json.dumps(asdict(StudySettings())))}
+
+
+@pytest.fixture
+def running(serving_jobs: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A function that returns the status of a running study whose worker has reported this progress."""
+    with serving_jobs(tmp_path, {"mine": (JOB_INPUT, None)}) as client:
+        def status(progress: dict[str, Any] | None) -> httpx.Response:
+            monkeypatch.setattr(JobStore, "progress", lambda *_: progress)
+            return client.get("/v1/studies/mine")
+
+        yield status
+
+
+def test_a_running_study_states_its_step_its_share_and_what_it_tries(running: Running) -> None:
+    reported: list[StudyProgress] = []
+    tries = Asked("contact", ("contact",), ("friction coefficient", "slip"))
+    StudySteps(("pressure", "output_torque", "output_speed", "input_speed"), reported.append).asked(tries)
+    found = running(asdict(reported[0])).json()
+    assert found["progress"] == {"stage": "name", "step": 7, "steps": 12, "done": 0.5, "doing": reported[0].doing}
+    shown = jobs._doing(StudyWithProgress(**found))
+    assert '<progress value="0.500" aria-label="Steps of mine">50 %</progress>' in shown
+    assert "Step 7 of 12. Block “pressure, slip → torque in full contact”: trying “friction" in shown
+
+
+def test_progress_of_an_earlier_version_is_left_out(running: Running) -> None:
+    for reported in ({"stage": "name", "doing": "asking the blocks"}, None):
+        answer = running(reported)
+        assert (answer.status_code, answer.json()["progress"]) == (200, None)
+        assert "Starting" in jobs._doing(StudyWithProgress(**answer.json()))
+
+
+def test_a_study_that_is_done_has_done_all_of_its_steps(
+        serving_jobs: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    last = {"stage": "confirm", "step": 12, "steps": 12, "done": 11 / 12, "doing": "Predicting held-out conditions"}
+    monkeypatch.setattr(JobStore, "progress", lambda *_: last)
+    with serving_jobs(tmp_path, {"mine": (JOB_INPUT, {"result": {}})}) as client:
+        found = client.get("/v1/studies/mine").json()
+    assert found["status"] == "done"
+    assert found["progress"] == {**last, "done": 1.0}
+
+
+# The page /docs in a browser without internet access: it renders, and "Try it out" works.
+
+
+@pytest.mark.slow
+def test_the_page_works_without_internet_access(browser: webdriver.Chrome, requested: Callable[[], list[str]],
+                                                address: str, tmp_path: Path) -> None:
+    browser.get(f"{address}/docs")
+    wait = WebDriverWait(browser, 20)
+    blocks = wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, ".opblock"))
+    assert len(blocks) >= 14
+    for operation in ("evaluate", "propagate", "likelihood", "upload_recordings", "submit_fit", "follow_fit"):
+        block = browser.find_element(By.CSS_SELECTOR, f".opblock[id$='-{operation}']")
+        assert _try(browser, block) in ("200", "201", "202"), f"{operation}: {block.text}"
+    browser.save_screenshot(tmp_path / "docs.png")
+    hosts = {urlsplit(url).netloc for url in requested()}
+    assert hosts == {urlsplit(address).netloc}
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+
+
+def _try(browser: webdriver.Chrome, block: WebElement) -> str:
+    """Execute an operation with "Try it out", and return the status that the page displays."""
+    wait = WebDriverWait(block, 20)
+    block.find_element(By.CSS_SELECTOR, ".opblock-summary-control").click()
+    for button in (".try-out__btn", ".execute"):
+        element = wait.until(lambda block, button=button: block.find_element(By.CSS_SELECTOR, button))
+        browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
+        element.click()
+    status = wait.until(lambda block: block.find_element(
+        By.CSS_SELECTOR, ".live-responses-table tbody .response-col_status"))
+    return status.text.split()[0]

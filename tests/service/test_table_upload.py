@@ -164,13 +164,6 @@ def test_names_are_those_of_files(client: httpx.Client, folder: Path, motor: Pat
     assert not any((folder / f"{name}.h5").exists() for name in "xy")
 
 
-def test_the_folder_has_a_quota(motor: Path, folder: Path, serving, tmp_path: Path) -> None:
-    settings = Settings(tables=folder, jobs=f"sqlite:///{tmp_path}/jobs.sqlite", folder_bytes=1000)
-    with serving(settings) as address, httpx.Client(base_url=address, timeout=60) as client:
-        assert "SLIPSTICK_FOLDER_BYTES" in problem(upload(client, "full", motor.read_bytes()), 413)["remedy"]
-    assert not (folder / "full.h5").exists()
-
-
 def test_a_damaged_upload_is_refused_and_leaves_no_file(client: httpx.Client, folder: Path, motor: Path) -> None:
     files = sorted(folder.iterdir())
     for content in (motor.read_bytes()[:5000], (folder / "measured.h5").read_bytes()):

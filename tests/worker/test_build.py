@@ -175,7 +175,6 @@ def test_a_table_of_another_bench(tmp_path, capsys):
     (["--axis", "presure_bias=0.5:1.5:5"], "Did you mean 'pressure_bias'"),
     (["--axis", "pressure_bias=0.5:1.5"], "Write NAME=LOW:HIGH:COUNT"),
     (["--axis", "pressure_bias=1.5:0.5:5"], "do not increase"), (["--axis", "pressure_bias=0.5:1.5:1"], "has 1 value"),
-    (["--axis", "pressure_bias=0.5:nan:3"], "do not increase or are not finite"),
     (["--axis", "pressure_bias=0.5:1.5:-3"], "is not a valid axis"), (["--threads", "0"], "0 threads"),
     (["--model", "missing.json"], "Cannot read a model"),
     (["--conditions", "missing.csv"], "recordings file 'missing.csv'"),

@@ -1,6 +1,5 @@
 """A real Dask scheduler and workers as processes: the same digests as on this machine, also if a worker is killed."""
 
-import json
 import math
 import os
 import shutil
@@ -16,14 +15,12 @@ import numpy as np
 import pytest
 from test_serve_jobs import SETTINGS, Bench, ended, in_stage
 
-from benchmarks import naming
 from slipstick.clutch.ensemble import DEFAULT, Simulator
 from slipstick.errors import InvalidValue
 from slipstick.machine import open_machine
 from slipstick.machine.simulation import FAILED
 from slipstick.table import Grid, Table
 from tests.benches import HEAVY, NOMINAL
-from tests.validation.hidden import cases
 from worker import building, cluster
 from worker.__main__ import main
 from worker.build import read_axis
@@ -240,19 +237,6 @@ def test_a_callable_needs_a_worker_that_may_start_processes(tmp_path: Path) -> N
             worker.terminate()
             worker.wait()
             dask.stop()
-
-
-@pytest.mark.slow
-def test_cases_of_the_blind_study_are_answered_alike(dask: Dask, tmp_path: Path,
-                                                     monkeypatch: pytest.MonkeyPatch) -> None:
-    job = ("development", next(iter(cases.LISTS["development"])))
-    monkeypatch.chdir(tmp_path)
-    here = naming.one(job)
-    with Cluster(dask.address, needs_one_thread=True) as executor:
-        there = executor.submit(naming.one, job).result()
-    assert not here["error"]
-    answers = [json.loads(json.dumps({**entry, "seconds": 0})) for entry in (here, there)]
-    assert answers[0] == answers[1]
 
 
 def transitions(executor: Cluster) -> int:

@@ -36,7 +36,8 @@ def test_a_folder_becomes_recordings_and_a_page(folder: Path, capsys: pytest.Cap
     recordings = Recordings.open(folder / "out" / "mine.h5")
     assert recordings.measured_time == pytest.approx([LOCK, LOCK + 0.01, LOCK + 0.02], abs=3e-3)
     page = (folder / "out" / "mine.html").read_text()
-    for said in ("3 engagements imported", "run1.csv", "M_out", "picture-engagement", "picture-all", "decimal commas"):
+    for said in ("3 engagements imported", "run1.csv", "M_out", "picture-engagement", "picture-all", "pressure [bar]",
+                 "decimal commas"):
         assert said in page
     assert 'class="warnings"' not in page
 
@@ -63,9 +64,6 @@ def test_the_page_shows_the_signals_that_there_are_and_what_stays_open(
     assert "picture-engagement" in page
     assert "output torque [N m]" in page
     assert "pressure [bar]" not in page
-    (folder / "channels.toml").write_text(MAP)
-    assert imported(folder, out="out/whole.h5") == 0
-    assert "pressure [bar]" in (folder / "out" / "whole.html").read_text()
 
 
 def test_a_proposed_mapping_is_written_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,6 @@
 import re
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from worker.building import build
 from worker.plan import Plan
 
 
-def build_table(axes, conditions, out):
-    plan = Plan(NOMINAL, conditions, tuple(read_axis(text, NOMINAL) for text in axes), DEFAULT)
+def build_table(axes, conditions, out, part=slice(None)):
+    axes = (read_axis(text, NOMINAL) for text in axes)
+    plan = Plan(NOMINAL, conditions, tuple(replace(axis, values=axis.values[part]) for axis in axes), DEFAULT)
     with ThreadPoolExecutor(2) as pool:
         return build(plan, out, pool, lambda done, resumed: None)
 
@@ -22,13 +24,14 @@ def number(pattern, output):
     return float(re.search(pattern, output)[1].replace(",", ""))
 
 
-def test_the_default_table_is_within_its_error_target(tmp_path, capsys):
-    table = build_table(PAPER_AXES, HEAVY.conditions, tmp_path / "a.h5")
-    assert main(["verify", str(tmp_path / "a.h5"), "--points", "100"]) == 0
+def test_the_default_grid_is_within_its_error_target(tmp_path, capsys):
+    """In the middle of its axes, to which the shipped recordings belong."""
+    table = build_table(PAPER_AXES, HEAVY.conditions, tmp_path / "a.h5", slice(14, 36))
+    assert main(["verify", str(tmp_path / "a.h5"), "--points", "40"]) == 0
     output = capsys.readouterr().out
     assert number(r"error: ([\d.]+) ms RMS", output) <= 0.05
     assert abs(number(r"([+-][\d.]+) decades", output)) < 0.5
-    for part in (table.digest, table.model.digest, table.conditions.digest, "540,000 locked", "1.6 bar", "0.0005 m"):
+    for part in (table.digest, table.model.digest, table.conditions.digest, "104,544 locked", "1.6 bar", "0.0005 m"):
         assert part in output
 
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from slipstick.acquisition import read_mapping
-from slipstick.acquisition.mapping import ChannelMap
 from slipstick.bench import Bench, parameters
 from tests.benches import COMPACT
 
@@ -77,11 +75,6 @@ def archive(files: dict[str, bytes]) -> bytes:
 
 def opened(content: bytes) -> io.BytesIO:
     return io.BytesIO(content)
-
-
-@pytest.fixture
-def mapping() -> ChannelMap:
-    return read_mapping(MAP.encode(), "channels.toml")
 
 
 @pytest.fixture

@@ -1,19 +1,21 @@
-"""From files to recordings: what is mapped comes out, and what cannot be used is set aside and said."""
+"""From files and archives to recordings: what is mapped comes out, and what cannot be used is set aside and said."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slipstick.acquisition import import_sources, open_source, read_mapping
-from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.archive import answer, import_archive
 from slipstick.acquisition.open_questions import open_questions
 from slipstick.acquisition.result import Imported
 from slipstick.bench import parameters
 from slipstick.errors import BadRecording
 from slipstick.recordings import Recordings
-from tests.benches import COMPACT, HEAVY
-from tests.slipstick.acquisition.conftest import LOCK, MAP, Run, csv, opened, run
+from slipstick.storage.isolated import isolated
+from tests.benches import COMPACT, TABLES
+from tests.slipstick.acquisition.conftest import LOCK, MAP, Run, archive, csv, opened, run
 
 
 def imported(*runs: Run, text: str = MAP, plan: bytes | None = None, names: tuple[str, ...] = ()) -> Imported:
@@ -242,20 +244,16 @@ def test_doubts_are_those_of_the_signals_that_there_are(
     assert any(says in doubt for doubt in imported(changed, text=text).doubts)
 
 
-def _mapping_with(old: str, new: str) -> str:
-    return edited(old, new)
-
-
 @pytest.mark.parametrize(("text", "says"), [
-    (_mapping_with('channel = "p_oil", unit = "kPa"', 'channel = "n_in"'), "'n_in' of run0.csv: the unit is"),
-    (_mapping_with(', unit = "kPa"', ""), "The channel 'p_oil' of run0.csv: the unit is missing"),
-    (_mapping_with('channel = "t"', 'channel = "p_oil"'), "do not increase at sample"),
-    (_mapping_with('[time]\nchannel = "t"\nunit = "ms"\n', ""), "has no times of its own"),
-    (_mapping_with("{ value = 0 }", "{ value = 9 }"), "9 is not the number of a current profile"),
-    (_mapping_with('motor_speed = { value = "1500 rpm" }\n', ""), "channels.toml, conditions: motor_speed is missing"),
+    (edited('channel = "p_oil", unit = "kPa"', 'channel = "n_in"'), "'n_in' of run0.csv: the unit is"),
+    (edited(', unit = "kPa"', ""), "The channel 'p_oil' of run0.csv: the unit is missing"),
+    (edited('channel = "t"', 'channel = "p_oil"'), "do not increase at sample"),
+    (edited('[time]\nchannel = "t"\nunit = "ms"\n', ""), "has no times of its own"),
+    (edited("{ value = 0 }", "{ value = 9 }"), "9 is not the number of a current profile"),
+    (edited('motor_speed = { value = "1500 rpm" }\n', ""), "channels.toml, conditions: motor_speed is missing"),
     (MAP + 'input_torque = { value = "5 N m" }', "the bench has a torque converter"),
-    (_mapping_with('"100 ms"', '"-1 s"'), "shift command of run0.csv is at -1 s, and its samples are from 0 to 1.299"),
-    (_mapping_with('"100 ms"', '"5 s"'), "The shift command of run0.csv is at 5 s"),
+    (edited('"100 ms"', '"-1 s"'), "shift command of run0.csv is at -1 s, and its samples are from 0 to 1.299"),
+    (edited('"100 ms"', '"5 s"'), "The shift command of run0.csv is at 5 s"),
     (MAP + '[clock]\nstep = "2 s"', "clock.step is 2 s, and the recordings end 1.199 s after"),
     (MAP + '[clock]\nend = "10000000 s"', "clock.end is 1e+07 s, and the longest engagement ends 1.199 s")])
 def test_wrong_mappings_name_channel_and_file(text: str, says: str) -> None:
@@ -263,10 +261,6 @@ def test_wrong_mappings_name_channel_and_file(text: str, says: str) -> None:
         imported(run(), text=text)
     assert says in error.value.cause
     assert error.value.remedy
-
-
-def _swapped(text: str) -> str:
-    return text.replace('"n_in"', '"x"').replace('"n_out"', '"n_in"').replace('"x"', '"n_out"')
 
 
 @pytest.mark.parametrize(("text", "says"), [
@@ -285,6 +279,40 @@ def test_a_unit_in_the_file_that_the_mapping_overrules_is_said() -> None:
     assert any("state the unit bar for 'p_oil', the mapping kPa" in remark for remark in found.remarks)
 
 
-def test_another_bench_has_other_profiles(mapping: ChannelMap) -> None:
-    with pytest.raises(BadRecording, match=r"None of the 1 engagements can be used; a.csv: no lock-up"):
-        import_sources([open_source("a.csv", opened(csv(run(lock=3.0, end=1.0))))], mapping, HEAVY)
+# An archive is checked before anything in it is read; the child process in which that happens has limits.
+
+
+FILES = {"channels.toml": MAP.encode(), "runs/a.csv": csv(run())}
+BENCH = TABLES / "compact.toml"
+
+
+def asked(files: dict[str, bytes]) -> bytes:
+    return json.dumps({"bench": str(BENCH)}).encode() + b"\n" + archive(files)
+
+
+def test_an_archive_becomes_recordings_in_a_child_process() -> None:
+    content, report = import_archive(archive(FILES), BENCH)
+    assert Recordings.read(content, "h5").measured_time == pytest.approx([LOCK], abs=3e-3)
+    assert (report.engagements, report.computed, report.set_aside, report.doubts) == (("a.csv",), True, (), ())
+    assert any("decimal commas" in remark for remark in report.remarks)
+
+
+@pytest.mark.parametrize(("files", "says"), [
+    ({"runs/a.csv": b"t;p\n1;2\n"}, "no file 'channels.toml'"),
+    ({**FILES, "channels.toml": (MAP + 'plan = "p.csv"').encode()}, "no file 'p.csv', the sheet of conditions"),
+    ({**FILES, "other/a.csv": b""}, "two files 'a.csv'"),
+    ({"channels.toml": MAP.encode()}, "No file was given")])
+def test_a_wrong_archive_is_refused(files: dict[str, bytes], says: str) -> None:
+    with pytest.raises(BadRecording, match=says):
+        answer(asked(files))
+
+
+def test_a_small_archive_of_a_huge_file_is_not_unpacked() -> None:
+    bomb = asked({"a.csv": bytes(1 << 20)}).replace((1 << 20).to_bytes(4, "little"), (1 << 31).to_bytes(4, "little"))
+    with pytest.raises(BadRecording, match="more than"):
+        answer(bomb)
+
+
+def test_a_child_that_dies_is_reported_as_a_failure() -> None:
+    with pytest.raises(BadRecording, match="it failed"):
+        isolated(b"x", "json:loads", BadRecording, 5, "it failed")

@@ -188,7 +188,6 @@ def test_an_empty_cell_is_missing_and_never_filled() -> None:
     (b"t;p\n1;2\n2;n/a\n3;4\n", "Row 3 of a.csv, column 'p': 'n/a' is not a number"),
     (b"t;p\n10:00:00;2\n2;3\n", "Row 3 of a.csv, column 't': '2' is not a date with a time, as in the first row"),
     (b"t;p\n1;2\n10:00:00;3\n", "Row 3 of a.csv, column 't': '10:00:00' is not a number"),
-    (b"t;p\n11/02/2026 10:00:00;2\n", "a.csv has no rows of two or more numbers"),
     (b"t;p\n1;2\n2;3;4\n", "Row 3 of a.csv has 3 cells for 2 columns"),
     (b"t;p;p\n1;2;3\n2;3;4\n", "more than one column 'p'"),
     (b"1;2\n2;3\n", "a.csv has no row of 2 column names"),
@@ -196,8 +195,7 @@ def test_an_empty_cell_is_missing_and_never_filled() -> None:
     (b"\x7fELF\0\0\0\0", "a.csv is none of MDF, MATLAB, Parquet and text"),
     (b"MDF     4.10" + b"\xff" * 600, "a.csv cannot be read as MDF"),
     (b"PAR1" + b"\xff" * 600 + b"PAR1", "a.csv cannot be read as Parquet"),
-    (b"MATLAB 5.0 MAT-file" + b"\0" * 109 + b"\xff" * 500, "a.csv cannot be read as a MATLAB file"),
-    (b"\x89HDF\r\n\x1a\n" + b"\xff" * 600, "a.csv cannot be read as a MATLAB file")])
+    (b"MATLAB 5.0 MAT-file" + b"\0" * 109 + b"\xff" * 500, "a.csv cannot be read as a MATLAB file")])
 def test_wrong_content_names_file_row_and_remedy(content: bytes, says: str) -> None:
     with pytest.raises(BadRecording) as error:
         open_source("a.csv", opened(content))

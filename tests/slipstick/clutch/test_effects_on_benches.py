@@ -42,13 +42,6 @@ def test_a_missing_or_wrong_scale_would_be_found(unit: str, scale: dict[str, int
     assert not has_the_unit_of_its_scales(Coefficient("any", unit, 0.0, -1.0, 1.0, "", 0.5, scale=scale))
 
 
-@pytest.mark.parametrize(("unit", "scale"), [
-    ("s/rad", {"speed": -1}), ("rad/(N m)", {"torque": -1}), ("rad/s", {"speed": 1}), ("bar s^2/m",
-                                                     {"pressure": 1, "time": 2, "stroke": -1})])
-def test_a_right_scale_is_taken(unit: str, scale: dict[str, int]) -> None:
-    assert has_the_unit_of_its_scales(Coefficient("any", unit, 0.0, -1.0, 1.0, "", 0.5, scale=scale))
-
-
 @pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
 @each_coefficient
 def test_the_bounds_on_a_shipped_bench_hold_the_typical_and_the_neutral_value(

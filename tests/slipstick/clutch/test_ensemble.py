@@ -1,4 +1,4 @@
-"""The compiled ensemble: agreement with the reference implementation, reproducibility, vectorization and errors."""
+"""The compiled ensemble: agreement with the reference and with closed forms, reproducibility, vectors and errors."""
 
 import platform
 import re
@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
+from slipstick.bench import Bench, parameters
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch import driveline, effects, ensemble, events, flow, hydraulics, integrator, lanes, reference, steps
 from slipstick.clutch.fastmath import allocating, exp
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
-from tests.benches import HEAVY, NOMINAL
+from tests.benches import BENCHES, HEAVY, NOMINAL
 
 CONDITIONS = HEAVY.conditions
 SAMPLE_TIMES = np.arange(0.0, 2.0, 0.02)
@@ -151,16 +153,78 @@ def test_invalid_input_raises_an_error_with_a_remedy() -> None:
 
 
 def test_paired_results_are_the_diagonal_of_all_combinations() -> None:
-    points = np.linspace(0.7, 1.3, 216)[:, None]
-    vectors = np.tile(NOMINAL.parameters, (216, 1)) * np.where(np.arange(20) == 11, points, 1.0)
+    points, conditions = np.linspace(0.7, 1.3, 24)[:, None], CONDITIONS.take(range(0, 216, 9))
+    vectors = np.tile(NOMINAL.parameters, (24, 1)) * np.where(np.arange(20) == 11, points, 1.0)
     typical = [value for effect in effects.CATALOGUE for value in effect.on(HEAVY.scales).typical]
-    coefficients, samples = np.tile(typical, (216, 1)), np.linspace(0, 1.5, 7)
-    combinations = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples)
+    coefficients, samples = np.tile(typical, (24, 1)), np.linspace(0, 1.5, 7)
+    combinations = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, conditions, samples)
     for threads in (1, 3):
-        pairs = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS, samples, threads=threads,
+        pairs = ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, conditions, samples, threads=threads,
                                   paired=True)
         for column in fields(combinations):
             diagonal = np.einsum("ii...->i...", getattr(combinations, column.name))
             np.testing.assert_array_equal(getattr(pairs, column.name), diagonal)
-    with pytest.raises(InvalidValue, match="216 points do not pair up with 3 conditions"):
+    with pytest.raises(InvalidValue, match="24 points do not pair up with 3 conditions"):
         ensemble.simulate(HEAVY.physics.converter, vectors, coefficients, CONDITIONS.take([1, 2, 3]), paired=True)
+
+
+# The exact solution of eq. 1 against the matrix exponential, and its place among the effects.
+
+
+LOOSE = ensemble.Accuracy(1e-3, 24e-3)
+
+
+def exact(model: Model, time: np.ndarray, current: np.ndarray, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pressure in bar and piston state in m at the samples, by the matrix exponential of eq. 1 on each segment."""
+    p = dict(zip(parameters.NAMES, model.parameters, strict=True))
+    tau, inertia = p["current_delay"], p["piston_inertia"]
+    state, found = np.array([0.0, 0.0, p["initial_position"], 1.0, 0.0]), []
+    for k in range(len(time) - 1):
+        slope = (current[k + 1] - current[k]) / (time[k + 1] - time[k])
+        # States: pressure, its rate, piston state, 1, time since the start of the segment.
+        rates = np.zeros((5, 5))
+        rates[0, 1] = 1.0
+        rates[1] = [-6 / tau**2, -4 / tau, 0, 6 * p["current_gain"] / tau**2 * (current[k] - p["current_bias"])
+                    - 2 * p["current_gain"] / tau * slope, 6 * p["current_gain"] / tau**2 * slope]
+        rates[2] = np.array([p["piston_pressure"], p["piston_pressure_rate"], -p["piston_return"],
+                             -p["piston_pressure"] * p["pressure_bias"], 0]) / inertia
+        rates[4, 3] = 1.0
+        state[4] = 0.0
+        found += [expm(rates * (t - time[k])) @ state for t in samples[(samples >= time[k]) & (samples < time[k + 1])]]
+        state = expm(rates * (time[k + 1] - time[k])) @ state
+    return np.array(found)[:, 0], np.array(found)[:, 2]
+
+
+@pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
+@pytest.mark.parametrize("spring", [1.0, 1e-9, 20.0])
+def test_pressure_and_piston_are_exact_in_long_steps(bench: Bench, spring: float) -> None:
+    model = Model(bench.physics)
+    model = model.with_parameters({"piston_return": spring * model.parameters[parameters.index("piston_return")]})
+    one = bench.conditions.take([0])
+    time, current = one.profile_time[one.current_profile[0]], one.profile_current[one.current_profile[0]]
+    samples = np.linspace(0, 0.9 * time[-1], 400)
+    response = ensemble.signals(model, one, samples, accuracy=LOOSE)
+    pressure, piston_state = exact(model, time, current, samples)
+    assert np.abs(response.pressure[0, 0] - pressure).max() < 1e-4 * np.ptp(pressure)
+    contact = model.parameters[parameters.index("contact_position")]
+    gain = model.parameters[parameters.index("temperature_gain")]
+    piston = np.clip(gain * piston_state, 0, contact)
+    assert np.abs(response.piston_position[0, 0] - piston).max() < 1e-4 * contact
+
+
+def test_a_change_of_the_pressure_shows_and_is_integrated() -> None:
+    # With a line pressure that changes by a millionth, the Runge-Kutta method integrates what is exact without.
+    weak, strong = (NOMINAL.with_effect("supply_droop", {"droop": value}) for value in (1e-6, 0.1))
+    samples = np.linspace(0, 1, 300)
+    paper, stepped, other = (ensemble.signals(model, HEAVY.conditions.take([80]), samples).pressure[0, 0]
+                             for model in (NOMINAL, weak, strong))
+    assert 0 < np.abs(stepped - paper).max() < 1e-3 * np.ptp(paper)
+    assert np.abs(other - paper).max() > 1e-2 * np.ptp(paper)
+
+
+def test_a_kink_of_f_reg_between_long_steps_costs_no_accuracy() -> None:
+    # With kinks within steps of 24 ms, shifting times were off by milliseconds.
+    points = np.linspace(0.6, 1.4, 9)[:, None]
+    rough, tight = (ensemble.shifting_times(NOMINAL, HEAVY.conditions, ["initial_position"], points, accuracy)[0]
+                    for accuracy in (LOOSE, ensemble.TIGHT))
+    assert np.abs(rough - tight).max() < 1e-4

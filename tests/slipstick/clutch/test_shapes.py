@@ -80,7 +80,7 @@ def drawn(law: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
                          ids=lambda shape: shape.words)
 @pytest.mark.parametrize("law", ["a constant", "curved"])
 def test_a_law_with_the_shape_is_rejected_at_most_with_the_level(shape: Shape, law: str) -> None:
-    x, count = np.array([0.0, 1.0, 2.0, 4.0, 6.0, 7.0]), 2000
+    x, count = np.array([0.0, 1.0, 2.0, 4.0, 6.0, 7.0]), 800
     bent = -1 if shape.curvature == "concave" else 1
     rising = (shape.direction == "rises") == (bent > 0)
     true = 0 * x if law == "a constant" else bent * (x**2 if rising else (7 - x) ** 2)

@@ -14,7 +14,7 @@ from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.confirmation import SimulationFit, Terms, Traces, confirmed, fit
 from slipstick.confirmation.control import control
-from slipstick.confirmation.fit import above, fit_simulation
+from slipstick.confirmation.fit import fit_simulation
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import WITHIN, closures, predict
 from slipstick.confirmation.measured import with_measured_laws
@@ -130,14 +130,6 @@ def test_a_fit_is_never_below_the_one_that_is_nested_in_it(fits: Callable) -> No
     for which in ("drag", "law", "both"):
         before, after = fits(which)
         assert after.evidence.sum() >= before.evidence.sum() - 1e-6
-
-
-@pytest.mark.slow
-def test_a_fit_that_ended_too_early_is_raised_to_the_nested_one(traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
-    before, after = fits("drag")
-    poor = fit_simulation(after.block.traces, after.block.terms, np.zeros_like(after.fitted.points) + 0.05,
-                          np.zeros(1))
-    assert above(poor, before).evidence.sum() >= before.evidence.sum() - 1e-6
 
 
 def test_the_gap_closes_with_the_true_effect_and_not_with_a_wrong_one(fits: Callable) -> None:  # type: ignore[type-arg]

@@ -1,7 +1,9 @@
-"""Bases of free laws: what they add up to, where their knots lie, and what they can represent."""
+"""Bases of free laws, and the filters of columns against the integrators of SciPy, slow loops and a dense smoother."""
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lsim
 
 from slipstick.naming.bases import (
     bent,
@@ -15,6 +17,7 @@ from slipstick.naming.bases import (
     later,
     supported,
 )
+from slipstick.naming.filters import first_order, play, smoothed_walk, valve_response, varying_response
 
 
 def test_hats_add_up_to_one_and_interpolate() -> None:
@@ -122,3 +125,132 @@ def test_a_sampled_torque_has_the_integral_of_the_bent_one() -> None:
     errors = [np.abs(np.concatenate([[0.0], np.cumsum(0.5 * step * (one[1:] + one[:-1]))])
                      - 0.5 * (time - np.sin(time)))[:-1].max() for one in (torque, bent(torque[None])[0])]
     assert errors[1] < 0.15 * errors[0]
+
+
+# Filters of columns against the integrators of SciPy, slow loops, and a dense smoother.
+
+
+def pieces(seed: int, n: int, p: int, k: int) -> np.ndarray:
+    """Random piecewise linear columns (n, p, k) that begin at 0."""
+    values = np.random.default_rng(seed).normal(size=(n, p, k))
+    values[:, :, 0] = 0
+    return values
+
+
+def test_first_order_is_exact_for_constant_pieces_with_rates_and_steps_that_change() -> None:
+    rng, time = np.random.default_rng(1), np.cumsum([0, 0.1, 0.3, 0.05, 0.2, 0.2])
+    forcing, rate = pieces(1, 2, 2, 6), rng.uniform(-1, 20, (2, 5))
+    rate[0, 2] = 0.0
+    alive = np.ones((2, 5), bool)
+    alive[1, 1:3] = False
+    found = first_order(time, forcing, rate, alive)
+    for i in range(2):
+        x = np.zeros(2)
+        for t in range(5):
+            drive = forcing[i, :, t:t + 2].mean(axis=1)
+            if alive[i, t]:
+                x = solve_ivp(lambda _, y, f, r: f - r * y, time[t:t + 2], x, args=(drive, rate[i, t]), rtol=1e-10,
+                              atol=1e-12).y[:, -1]
+            else:
+                x = np.zeros(2)
+            np.testing.assert_allclose(found[i, :, t + 1], x, rtol=1e-7, atol=1e-9)
+
+
+def test_first_order_converges_to_linear_pieces_with_the_square_of_the_step() -> None:
+    coarse, rate = np.linspace(0, 1, 21), 4.0
+    forcing = pieces(2, 1, 1, 21)
+    def error(parts: int) -> float:
+        time = np.linspace(0, 1, 20 * parts + 1)
+        fine = np.interp(time, coarse, forcing[0, 0])
+        _, expected, _ = lsim(([1.0], [1.0, rate]), forcing[0, 0], coarse)
+        found = first_order(time, fine[None, None], np.full((1, 20 * parts), rate))
+        return float(np.abs(found[0, 0, ::parts] - expected).max())
+    assert error(1) / error(2) == pytest.approx(4, rel=0.05)
+    assert error(1) < 4.0 * 0.05**2 / 12 * np.abs(np.diff(forcing)).sum()  # what its docstring says
+    assert error(16) < 1e-5
+
+
+def test_a_rate_near_zero_integrates() -> None:
+    time, forcing = np.linspace(0, 1, 11), pieces(3, 1, 1, 11)
+    expected = np.concatenate([[0], np.cumsum(0.05 * (forcing[0, 0, 1:] + forcing[0, 0, :-1]))])
+    for rate in (0.0, 1e-12, 9e-6, 1.1e-5):  # to either side of the switch to the series
+        np.testing.assert_allclose(first_order(time, forcing, np.full((1, 10), rate))[0, 0], expected, atol=2e-5)
+
+
+def test_the_valve_is_exact_for_linear_pieces() -> None:
+    step, delays, demand = 0.01, np.array([0.004, 0.05, 0.3]), pieces(4, 3, 2, 60)
+    found = valve_response(step, demand, delays)
+    time = step * np.arange(60)
+    for i, tau in enumerate(delays):
+        for j in range(2):
+            _, expected, _ = lsim(([-2 / tau, 6 / tau**2], [1.0, 4 / tau, 6 / tau**2]), demand[i, j], time)
+            np.testing.assert_allclose(found[i, j], expected, atol=1e-9)
+
+
+def test_a_delay_that_changes_is_that_of_the_equation() -> None:
+    step, time = 0.002, np.arange(0.0, 0.8, 0.002)
+    demand, delay = 3 * np.sin(5 * time) + time, 0.06 * (1 + 0.8 * np.sin(9 * time))
+
+    def rate(t: float, x: np.ndarray) -> list[float]:
+        tau, wanted = np.interp(t, time, delay), 3 * np.sin(5 * t) + t
+        return [x[1], -6 / tau**2 * x[0] - 4 / tau * x[1] + 6 / tau**2 * wanted - 2 / tau * (15 * np.cos(5 * t) + 1)]
+
+    exact = solve_ivp(rate, (0, time[-1]), [0.0, 0.0], "DOP853", t_eval=time, rtol=1e-10, atol=1e-12).y[0]
+    found = varying_response(step, demand[None], delay[None])[0][0]
+    constant = valve_response(step, demand[None, None], np.array([0.06]))[0, 0]
+    assert np.abs(constant - exact).max() > 0.3
+    np.testing.assert_allclose(found, exact, atol=2e-3)
+    same = varying_response(step, demand[None], np.full((1, len(time)), 0.06))[0][0]
+    np.testing.assert_allclose(same, constant, atol=1e-12)
+    changes, h = np.array([[np.cos(7 * time), time**2]]), 1e-4
+    _, columns = varying_response(step, demand[None], delay[None], changes)
+    for change, column in zip(changes[0], columns[0], strict=True):
+        ends = [varying_response(step, demand[None], (delay * (1 + its * change))[None])[0][0] for its in (h, -h)]
+        expected = (ends[0] - ends[1]) / (2 * h)
+        np.testing.assert_allclose(column, expected, atol=1e-3 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("strided", [False, True])
+def test_play_follows_what_leaves_its_band(strided: bool) -> None:
+    values = np.cumsum(np.random.default_rng(5).normal(size=(3, 2, 200)), axis=2)
+    if strided:
+        values = np.asfortranarray(values)
+    found = play(values, 1.5)
+    for row, its in zip(values.reshape(6, 200), found.reshape(6, 200), strict=True):
+        held = row[0]
+        for value, now in zip(row, its, strict=True):
+            if value > held + 1.5:
+                held = value - 1.5
+            elif value < held - 1.5:
+                held = value + 1.5
+            assert now == pytest.approx(held, abs=1e-12)
+    np.testing.assert_array_equal(play(values, 0.0), values)
+    assert np.ptp(play(values, 1e3)) == np.ptp(values[:, :, 0])
+
+
+def test_the_walk_is_that_of_the_dense_smoother_away_from_the_ends() -> None:
+    residual, ratio = np.random.default_rng(6).normal(size=(3, 300)), np.array([0.02, 0.3, 5.0])
+    found = smoothed_walk(residual, ratio)
+    steps = np.minimum(*np.meshgrid(np.arange(300), np.arange(300)))
+    for row, its, one in zip(residual, found, ratio, strict=True):
+        walk = one * steps + 1e4  # it begins anywhere
+        expected = walk @ np.linalg.solve(walk + np.eye(300), row)
+        np.testing.assert_allclose(its[120:180], expected[120:180], atol=1e-6)
+        assert np.abs(its - expected).max() < 2  # at the ends it is an average as well
+
+
+def test_the_error_of_the_walk_is_uncorrelated_with_the_residuals() -> None:
+    rng = np.random.default_rng(7)
+    walk = np.cumsum(np.sqrt(0.1) * rng.normal(size=(2000, 120)), axis=1)
+    residual = walk + rng.normal(size=walk.shape)
+    def product(ratio: float) -> float:
+        error = (walk - smoothed_walk(residual, np.full(2000, ratio)))[:, 60]
+        return float((error * (residual[:, 60] - residual[:, 58])).mean())
+    assert product(0.1) == pytest.approx(0, abs=0.05)  # four standard errors
+    assert product(1.0) < -0.15
+
+
+def test_a_constant_is_kept_and_no_walk_is_a_mean() -> None:
+    np.testing.assert_allclose(smoothed_walk(np.full((2, 50), 3.0), np.array([0.1, 0.0])), 3.0)
+    noise = np.random.default_rng(8).normal(size=(1, 50))
+    np.testing.assert_allclose(smoothed_walk(noise, np.zeros(1)), noise.mean(), atol=2e-3)

@@ -141,20 +141,15 @@ def test_a_further_law_does_not_lower_the_evidence_and_is_as_good_as_from_the_tr
         assert both.evidence.sum() == pytest.approx(again.evidence.sum(), abs=0.3)
 
 
-def test_a_strong_law_is_found_from_starts_of_it() -> None:
+def test_a_strong_law_is_found_from_starts_of_it_and_from_the_fit_without_it() -> None:
     block, _ = drawn(3, law=0.7)
     plain = fit_curved(block)
     starts = [fit_curved(block, [SPEED], points=slowed(plain, block.speed, value),
                          coefficients={SPEED: np.array([value])}) for value in (0.15, 0.6)]
     best = max(starts, key=lambda one: one.evidence.sum())
     assert best.coefficients[SPEED][0] == pytest.approx(0.7, abs=0.1)
-    assert best.evidence.sum() > plain.evidence.sum() + 30
-
-
-def test_a_strong_law_is_found_from_the_fit_without_it() -> None:
-    block, _ = drawn(3, law=0.7)
-    plain = fit_curved(block)
-    assert fit_curved(block, [SPEED], start=plain).evidence.sum() > plain.evidence.sum() + 30
+    for found in (best, fit_curved(block, [SPEED], start=plain)):
+        assert found.evidence.sum() > plain.evidence.sum() + 30
 
 
 def test_an_engagement_that_is_stuck_has_a_low_evidence() -> None:

@@ -115,12 +115,9 @@ def test_the_model_with_a_measured_law_has_the_signals_of_the_true_one(pair: Pai
 
 
 @pytest.mark.parametrize(("name", "pair", "effect", "value", "close"), [
-    ("load", ("output speed sensor", "lag"), "output_speed_sensor_lag", {"lag": 0.015}, 1e-3),
     ("load", ("output torque sensor", "offset"), "output_torque_sensor_offset", {"offset": 12.0}, 2.0),
-    ("load", ("output torque sensor", "lag"), "output_torque_sensor_lag", {"lag": 0.005}, 1e-3),
     ("valve", ("valve current", "past current"), "valve_hysteresis", {"width": 0.012}, 4e-4),
-    ("input", ("input speed sensor", "offset"), "input_speed_sensor_offset", {"offset": 0.8}, 0.2),
-    ("input", ("converter torque", "lag"), "converter_lag", {"lag": 0.03}, 1e-3)])
+    ("input", ("input speed sensor", "offset"), "input_speed_sensor_offset", {"offset": 0.8}, 0.2)])
 def test_a_measured_number_is_the_true_one_within_its_error(
         name: str, pair: Pair, effect: str, value: dict[str, float], close: float) -> None:
     block = block_of(name, scene_of(HEAVY, NOMINAL.with_effect(effect, value), COUNT, SEED))

@@ -1,6 +1,5 @@
 """Naming blocks on signals without noise: predictions, columns against differences, and effects of the simulator."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -12,49 +11,24 @@ from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
 from slipstick.naming import bases
 from slipstick.naming.block import Block
-from slipstick.naming.contact import ContactBlock
 from slipstick.naming.input import InputBlock
 from slipstick.naming.load import LoadBlock
-from slipstick.naming.lock import LockBlock
 from slipstick.naming.piston import ClutchBlock
-from slipstick.naming.scene import Scene
-from slipstick.naming.settings import NamingSettings
-from slipstick.naming.valve import ValveBlock
-from slipstick.recordings import Recordings, Signals
-from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import BENCHES, HEAVY
+from tests.slipstick.naming.engagements import block_of, scene_of
 
 both = pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
-NAMES = ("valve", "load", "input", "lock", "clutch", "contact")
+COUNT, NAMES = 13, ("valve", "load", "input", "lock", "clutch", "contact")
 each = pytest.mark.parametrize("name", NAMES)
 
 WITHIN = {"valve": 0.05, "load": 0.8, "input": 0.9, "lock": 0.2, "clutch": 0.5, "contact": 0.1}
 """Largest error of a prediction in noise levels of the sensor; load and input have that of the jump at lock-up."""
 
 
-def scene_of(bench: Bench, effects: Mapping[str, Mapping[str, float]] | None = None) -> Scene:
-    conditions = bench.conditions.take(range(0, len(bench.conditions), len(bench.conditions) // 13))
-    conditions = replace(conditions, run_order=np.arange(len(conditions)))
-    model = Model(bench.physics, effects=effects or {})
-    time = np.arange(0.0, 1.7, bench.sample_time)
-    true = ensemble.simulate(bench.physics.curves, np.array([bench.physics.nominal]), model.coefficients()[None],
-                             conditions, time, ensemble.TIGHT)
-    values = {name: getattr(true, name)[0] for name in SIGNAL_UNITS}
-    recordings = Recordings(conditions, true.shifting_time[0], Signals(time, *values.values()))
-    noise = {name: (bench.sensors[name].noise or 0.0, 0.0) for name in SIGNAL_UNITS}
-    return Scene(bench, recordings, NamingSettings(), values, noise, np.array(bench.physics.nominal))
-
-
 @cache
 def blocks(bench: Bench) -> dict[str, Block]:
-    scene = scene_of(bench)
-    pressure, nothing = scene.smooth["pressure"], np.zeros((len(scene), 7))
-    clutch = ClutchBlock(scene, pressure)
-    clutch.in_contact = clutch.contact(nothing)
-    return {
-        "valve": ValveBlock(scene), "load": LoadBlock(scene), "input": InputBlock(scene),
-        "lock": LockBlock(scene, scene.smooth["output_speed"]), "clutch": clutch,
-        "contact": ContactBlock(scene, pressure, nothing)}
+    scene = scene_of(bench, Model(bench.physics), COUNT)
+    return {name: block_of(name, scene) for name in NAMES}
 
 
 def nominal(block: Block) -> np.ndarray:
@@ -120,7 +94,7 @@ def test_bases_are_derivatives_of_the_prediction(bench: Bench, name: str) -> Non
 
 @both
 def test_a_torque_that_is_read_late_is_the_one_between_two_samples(bench: Bench) -> None:
-    scene = scene_of(bench)
+    scene = scene_of(bench, Model(bench.physics), COUNT)
     signals = scene.recordings.signals
     assert signals is not None
     late, model = 0.5 * scene.step, Model(bench.physics)
@@ -151,21 +125,8 @@ def close(column: np.ndarray, change: np.ndarray, counted: np.ndarray, what: str
     assert error <= 0.05 * size + 1e-9, f"{what}: {error / max(size, 1e-12):.3f}"
 
 
-def test_a_quadratic_drag_is_the_law_of_load_torque_over_output_speed() -> None:
-    drag = 0.02  # N m s^2
-    scene = scene_of(HEAVY, {"quadratic_load_drag": {"drag": drag}})
-    block = LoadBlock(scene)
-    points = nominal(block)
-    speed = scene.smooth["output_speed"]
-    knots = bases.from_zero(speed, speed > 0, block.fine)
-    law = [(("load torque", "output speed"), drag * knots**2 / scene.typical_torque)]
-    noise, without = block.noise(points).std, np.abs((block.measured - block.base(points)) * block.counted).max()
-    assert without > 10 * noise
-    assert np.abs((block.measured - block.base(points, law)) * block.counted).max() < 0.05 * without
-
-
 def test_laws_over_what_is_the_same_in_all_engagements_have_no_columns() -> None:
-    scene = scene_of(HEAVY)
+    scene = scene_of(HEAVY, Model(HEAVY.physics), COUNT)
     speeds = scene.recordings.conditions.motor_speed
     scene = scene.take(np.flatnonzero(speeds == speeds[0]))
     scene = replace(scene, order=np.zeros(len(scene)))
@@ -175,17 +136,3 @@ def test_laws_over_what_is_the_same_in_all_engagements_have_no_columns() -> None
         base = block.base(points)
         empty = [pair for pair in block.pairs(rare=True) if block.basis(pair, points, (), base).shape[1] == 0]
         assert {on for _, on in empty} == {"motor speed", "run order"}
-
-
-def test_thermal_fade_is_a_law_of_friction_over_heat() -> None:
-    scene = scene_of(HEAVY, {"thermal_fade": {"fade": 0.02}})
-    block = ContactBlock(scene, scene.smooth["pressure"], np.zeros((len(scene), 7)))
-    points = nominal(block)
-    base = block.base(points)
-    left = (block.measured - base)[block.counted]
-    columns = np.concatenate([block.columns(points, (), base)[0],
-                              block.basis(("friction coefficient", "heat"), points, (), base)], axis=1)
-    columns = columns.transpose(0, 2, 1)[block.counted]
-    explained = columns @ np.linalg.lstsq(columns, left)[0]
-    assert np.abs(left).max() > 10 * block.noise(points).std
-    assert np.sqrt(((left - explained) ** 2).mean()) < 0.02 * np.sqrt((left**2).mean())

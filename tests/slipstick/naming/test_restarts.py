@@ -1,4 +1,4 @@
-"""Fits of the closing piston from other places find laws, and engagements, that steps from one fit do not reach."""
+"""Fits of the closing piston from other places find what steps from one fit do not reach."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.model import Model
+from slipstick.naming import start
+from slipstick.naming.block import Laws
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.restarts import annealed, evidence_of, regained, settled
@@ -81,3 +83,28 @@ def test_some_engagements_alone_have_the_same_torque() -> None:
 def test_a_fit_that_misses_none_is_kept() -> None:
     block, without = fitted(0.0)
     assert regained(block, without) is without
+
+
+# A second start of the blocks begins where the first one ended as well: a search may end in another minimum.
+
+
+def test_what_is_known_of_the_onset_makes_up_for_a_search_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_of(HEAVY, Model(HEAVY.physics), 18, seed=3)
+    pressure = scene.smooth["pressure"]
+
+    def chi_square(known: start.Onset | None) -> float:
+        return float(start._rough(scene, pressure, None, known).chi2.mean())
+
+    right = start._rough(scene, pressure, None, None)
+    assert right.chi2.mean() < 1.2
+
+    def failing(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarray:
+        points = np.zeros((len(block.measured), len(block.random)))
+        points[:, 1:3] = -0.8, 1.9  # pressure bias and initial position: in contact from the beginning
+        return points
+
+    monkeypatch.setattr(start, "search", failing)
+    monkeypatch.setattr(start, "retimed", lambda block, points, shared, laws: points)
+    assert chi_square(None) > 10
+    assert chi_square(start.Onset(right.points, right.shared, {})) < 1.2
+    assert chi_square(start.Onset(failing(right.block, right.shared), right.shared, {})) == chi_square(None)

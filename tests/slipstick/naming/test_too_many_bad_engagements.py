@@ -32,6 +32,7 @@ def recordings() -> Recordings:
     return replace(recorded, signals=Signals(time, *values.values()))
 
 
+@cache
 def named() -> Naming:
     """The naming of these recordings."""
     return name(HEAVY, recordings())
@@ -59,7 +60,7 @@ def test_the_worst_are_set_aside_without_pressure_as_well() -> None:
 def test_without_this_none_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
     left = named().chi_square["load"]
     monkeypatch.setattr(study, "outlying", lambda *_: np.zeros(0, int))
-    found = named()
+    found = name(HEAVY, recordings())
     assert found.set_aside == ()
     assert found.chi_square["load"] > 5 * left
 

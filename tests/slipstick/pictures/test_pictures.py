@@ -1,4 +1,4 @@
-"""The pictures of a fit: all can be rendered, show every experiment, and state the finding in the title."""
+"""The pictures of a fit: all can be rendered, show every experiment, and state the finding and the output."""
 
 import json
 import math
@@ -11,11 +11,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from slipstick.pictures import CAPTIONS, Spec, inputs, pictures, theme
+from slipstick.pictures import CAPTIONS, Spec, inputs, pictures, propagation, theme
 from slipstick.pictures.engagement import panels
+from slipstick.pictures.multiples import ticks, unknown
+from slipstick.pictures.output import SHIFTING_TIME, Output
 from slipstick.pictures.profiles import threshold
 from slipstick.pictures.rendering import render
 from slipstick.pictures.theme import SCHEMA
+from slipstick.report.words import numbers
 
 Made = Callable[..., dict[str, Any]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]
@@ -256,3 +259,72 @@ def test_rendering_loads_no_external_data() -> None:
             render({"$schema": SCHEMA, "data": {"url": url}, "mark": "bar"}, "svg")
         with pytest.raises(TimeoutError):
             outside.accept()
+
+
+# The axes of unknowns: round values whose labels have room and differ.
+
+
+PHYSICAL = [{"name": "pressure_bias", "unit": "bar", "nominal": 1.6, "std": 0.1}]
+WIDEST = 56  # px of a label such as "0.0475 mm", by its drawing
+
+
+@pytest.mark.parametrize("size", [105, 140, 204])
+def test_labels_do_not_collide_with_each_other_or_those_of_the_next_panel(size: int) -> None:
+    gap, rng = 40, np.random.default_rng(1)
+    for width in 10 ** rng.uniform(-3, 3, 300):
+        low = rng.uniform(-1, 3) * width
+        values = ticks((low, low + width), size)
+        places = [(value - low) / width * size for value in values]
+        assert 2 <= len(values) <= 3
+        assert min(np.diff(places)) > WIDEST
+        assert places[0] - places[-1] + size + gap > WIDEST
+
+
+def test_labels_have_the_digits_that_tell_them_apart() -> None:
+    shown = unknown("mean of pressure_bias", PHYSICAL)
+    values = ticks((0.9951, 1.0052), 105)
+    assert values == [0.998, 1.004]
+    assert shown.axis(values=values)["format"] == ".4~r"
+    assert "'.4~r'" in shown.axis(values=values)["labelExpr"]
+    assert shown.axis(values=[1.0, 1.1])["format"] == ".3~r"
+
+
+# The output of another machine in pictures and pages: its name and unit, not shifting times in ms.
+
+
+SPEED = {"name": "final_speed", "unit": "rpm"}
+
+
+def test_times_are_shown_in_ms_and_others_in_their_unit() -> None:
+    assert (SHIFTING_TIME.small, SHIFTING_TIME.factor, SHIFTING_TIME.per) == ("ms", 1e3, "ms")
+    assert Output.of({"output": {"name": "run_up_time", "unit": "s"}}).small == "ms"
+    assert Output.of({"output": None}) == Output.of({}) == SHIFTING_TIME
+    other = Output.of({"output": {"name": "final_energy", "unit": "kg m^2"}})
+    assert (other.words, other.small, other.factor, other.per) == ("final energy", "kg m²", 1.0, "0.001 kg m²")
+
+
+def test_a_fit_of_another_machine_speaks_of_its_output(made: Callable[..., dict[str, Any]]) -> None:
+    clutch, output = made(), made()
+    output["figure_data"] |= {"output": SPEED, "engagement": None, "conditions": {
+        "voltage [V]": clutch["figure_data"]["conditions"]["motor_speed"]}}
+    text = json.dumps(pictures(output), ensure_ascii=False)
+    for said in ("measured final speed [rpm]", "predicted final speed [rpm]", "measured − predicted [rpm]",
+                 "Densities are per 0.001 rpm", "the measured final speed is larger", "The measured values"):
+        assert said in text, said
+    for other in ("shifting time", "[ms]", " ms", "never lock", "measured times"):
+        assert other not in text, other
+    differences = pictures(output)["comparison"]["datasets"]["experiments"][0]
+    assert differences["difference after"] == pytest.approx(differences["measured"] - differences["after"], abs=1e-5)
+    rows = {row[0]: row for row in numbers(output["result"], output["physical"], Output.of(output["figure_data"]))}
+    assert float(rows["output std [rpm]"][2]) == pytest.approx(output["result"]["output_std"], rel=1e-3)
+
+
+def test_a_propagation_for_another_machine_speaks_of_its_output() -> None:
+    one = {"condition": 0, "mean": 1500.0, "std": 20.0, "quantiles": [1450.0], "first_order": None, "total": None,
+           "density": None, "density_time": None}
+    answer = {"axes": [{"name": "voltage"}], "conditions": [one], "output": SPEED}
+    spec = propagation.draw(answer, [0.05], {"load [N m]": [3.0]})
+    assert spec["title"]["text"] == "Condition 0 has a final speed of 1500 rpm, with a std of 20.0 rpm"
+    text = json.dumps(spec)
+    assert "final speed [rpm]" in text
+    assert "ms]" not in text

@@ -1,5 +1,6 @@
 import re
 import textwrap
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -32,15 +33,18 @@ def signal_rows(recordings, count, samples):
             for condition in range(count) for k in range(samples)]
 
 
-def test_the_shipped_recordings_are_the_same_in_csv(shipped, tmp_path):
+def test_shipped_recordings_are_the_same_in_csv(shipped, tmp_path):
+    conditions = replace(shipped.conditions.take(range(0, 216, 9)), run_order=np.random.default_rng(1).permutation(24))
+    shipped = replace(shipped.take(np.arange(0, 216, 9)), conditions=conditions,
+                      run_order=conditions.run_order)
     (tmp_path / "bench.csv").write_bytes(sheet([*COLUMNS, "run_order"], [
         [*row, order] for row, order in zip(rows_of(shipped), shipped.run_order, strict=True)], "# A bench, in May\n"))
-    (tmp_path / "signals.csv").write_bytes(sheet(SIGNALS, signal_rows(shipped, 216, 1001)))
+    (tmp_path / "signals.csv").write_bytes(sheet(SIGNALS, signal_rows(shipped, 24, 1001)))
     read = Recordings.open(tmp_path / "bench.csv", tmp_path / "signals.csv", PROFILES)
     assert read.digest == shipped.digest
     assert np.array_equal(read.conditions.run_order, shipped.run_order)
     assert read.description == "A bench, in May"
-    assert open_conditions(tmp_path / "bench.csv", PROFILES).digest == HEAVY.conditions.digest
+    assert open_conditions(tmp_path / "bench.csv", PROFILES).digest == shipped.conditions.digest
 
 
 def test_columns_may_have_any_order_and_signals_are_optional(shipped):

@@ -71,18 +71,10 @@ def rename(path, other):
     return lambda file: file.move(path, other)
 
 
-def drop_unit(file):
-    del file["signals/pressure"].attrs["units"]
-
-
 def swap_times(file):
     times = file["signals/time"][()]
     times[[10, 11]] = times[[11, 10]]
     put(file, "signals/time", times)
-
-
-def text_for_numbers(file):
-    put(file, "shifting_time", np.array(["fast"] * 216, dtype="S4"))
 
 
 def group_for_dataset(file):
@@ -107,23 +99,21 @@ def test_the_child_process_raises_the_error_of_the_reader(copy):
 @pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize(("damage", "message"), [
     (unit("shifting_time", "ms"), "'shifting_time' is in 'ms', not in 's'"),
-    (unit("conditions/motor_speed", "rpm"), "'conditions/motor_speed' is in 'rpm', not in 'rad/s'"),
-    (drop_unit, "'units' of 'signals/pressure' is missing"),
+    (lambda file: file["signals/pressure"].attrs.__delitem__("units"), "'units' of 'signals/pressure' is missing"),
     (cut("shifting_time"), r"'shifting_time' has shape \(215,\), not \(216\)"),
     (cut("signals/time"), r"'signals/pressure' has shape \(216, 1001\), not \(216, 1000\)"),
     (cut("conditions/run_order"), "'conditions/run_order' has shape"),
     (swap_times, "does not increase at sample 11 "),
     (edit("shifting_time", 7, np.nan), "shifting time of condition 7 is nan s"),
-    (edit("shifting_time", 8, 1520.0), "shifting time of condition 8 is 1520 s"),
     (edit("signals/output_speed", (5, 17), np.inf), "output_speed of condition 5 is not finite at sample 17 "),
     (edit("conditions/load_inertia", 3, np.nan), "'conditions/load_inertia' of condition 3 is nan"),
     (edit("conditions/motor_speed", 4, -1.0), "'conditions/motor_speed' of condition 4 is -1"),
     (edit("conditions/motor_speed", 4, 1e300), "Motor_speed has a value of 1e\\+300"),
-    (edit("conditions/motor_speed", 4, 0.0), "Motor_speed has values that are not finite and positive"),
     (edit("current_profiles/time", (2, 3), 9.0), "do not rise"),
     (lambda file: put(file, "conditions/current_profile", np.full(216, 6)), "beyond the 6"),
     (lambda file: put(file, "conditions/run_order", np.zeros(216, int)), "run order"),
-    (text_for_numbers, "'shifting_time' is of type"), (group_for_dataset, "'shifting_time' is a group"),
+    (lambda file: put(file, "shifting_time", np.array(["fast"] * 216, dtype="S4")), "'shifting_time' is of type"),
+    (group_for_dataset, "'shifting_time' is a group"),
     (drop("shifting_time"), "'shifting_time' is missing"), (drop("conditions"), "'conditions' is missing"),
     (drop("signals/time"), "'signals/time' is missing"),
     (rename("signals/pressure", "signals/presure"), "There is no signal 'presure'"),
@@ -155,10 +145,17 @@ def link_a_group_to_a_file(file):
     file["signals"] = h5py.ExternalLink(ROOT / "tables" / "measured.h5", "signals")
 
 
+def replaced(file, path, shape, **options):
+    """The dataset in whose place nothing was written, with the same unit."""
+    units = file[path].attrs["units"]
+    del file[path]
+    dataset = file.create_dataset(path, shape, "f8", **options)
+    dataset.attrs["units"] = units
+    return dataset
+
+
 def values_in_another_file(file):
-    del file["shifting_time"]
-    dataset = file.create_dataset("shifting_time", (216,), "f8", external=[("/proc/self/environ", 0, 8 * 216)])
-    dataset.attrs["units"] = "s"
+    replaced(file, "shifting_time", (216,), external=[("/proc/self/environ", 0, 8 * 216)])
 
 
 def values_of_another_dataset(file):
@@ -169,42 +166,26 @@ def values_of_another_dataset(file):
 
 
 def seven_tebibytes(file):
-    del file["current_profiles/current"]
-    dataset = file.create_dataset("current_profiles/current", (216, 1 << 32), "f8", chunks=(1, 1000))
-    dataset.attrs["units"] = "A"
-
-
-def too_many_times(file):
-    del file["signals/time"]
-    dataset = file.create_dataset("signals/time", (1 << 40,), "f8", chunks=(1000,), compression="gzip")
-    dataset.attrs["units"] = "s"
+    replaced(file, "current_profiles/current", (216, 1 << 32), chunks=(1, 1000))
 
 
 def never_written(file):
-    del file["signals/pressure"]
-    dataset = file.create_dataset("signals/pressure", (216, 1001), "f8", chunks=(1, 1001), compression="gzip")
-    dataset.attrs["units"] = "bar"
+    replaced(file, "signals/pressure", (216, 1001), chunks=(1, 1001), compression="gzip")
 
 
 def huge_chunk(file):
-    del file["shifting_time"]
-    dataset = file.create_dataset("shifting_time", (216,), "f8", chunks=(1 << 28,), maxshape=(None,))
-    dataset.attrs["units"] = "s"
+    replaced(file, "shifting_time", (216,), chunks=(1 << 28,), maxshape=(None,))
 
 
 def decompression_bomb(file):
-    del file["shifting_time"]
-    dataset = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
-    dataset.attrs["units"] = "s"
+    dataset = replaced(file, "shifting_time", (216,), chunks=(216,), compression="gzip")
     packer = zlib.compressobj()
     packed = b"".join(packer.compress(bytes(1 << 20)) for _ in range(500)) + packer.flush()
     dataset.id.write_direct_chunk((0,), packed)  # half a megabyte on disk, 500 MB in memory
 
 
 def skipped_filter(file):
-    del file["shifting_time"]
-    dataset = file.create_dataset("shifting_time", (216,), "f8", chunks=(216,), compression="gzip")
-    dataset.attrs["units"] = "s"
+    dataset = replaced(file, "shifting_time", (216,), chunks=(216,), compression="gzip")
     dataset.id.write_direct_chunk((0,), bytes(8 * 216), filter_mask=1)
 
 
@@ -222,7 +203,7 @@ def peak_of_memory():
 @pytest.mark.parametrize(("damage", "message"), [
     (link_to_a_file, "is a link"), (link_a_group_to_a_file, "is a link"),
     (values_in_another_file, "stored in another file"), (values_of_another_dataset, "stored in another file"),
-    (seven_tebibytes, r"requires 7,\d+,\d+,\d+,\d+ bytes"), (too_many_times, r"requires .* bytes"),
+    (seven_tebibytes, r"requires 7,\d+,\d+,\d+,\d+ bytes"),
     (never_written, "contains fewer values than its shape"), (huge_chunk, r"requires .* bytes"),
     (decompression_bomb, "decompresses to more than 1,728 bytes"), (skipped_filter, "skips a filter"),
     (other_filter, "filters other than"),

@@ -1,6 +1,5 @@
 """The HTML report of a fit: its texts, and that no data can become markup."""
 
-import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -66,17 +65,12 @@ def test_nothing_in_the_data_becomes_markup(made: Made, reading: Read) -> None:
     output = made((HOSTILE, "initial_position"))
     output["result"]["remarks"] = [{"unknown": HOSTILE, "cause": HOSTILE, "remedy": HOSTILE}]
     fit = FIT | dict.fromkeys(("id", "table", "recordings", "recordings_digest"), HOSTILE)
-    hostile, tame = reading(page(fit, output, description=HOSTILE)), reading(page(FIT, made(), description="a bench"))
+    html = page(FIT, made(), description="a bench")
+    hostile, tame = reading(page(fit, output, description=HOSTILE)), reading(html)
     assert hostile.count("img") == 0
     assert hostile.count("script") == tame.count("script") == 0
     assert hostile.text.count("<script>alert(1)</script>") > 10
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_page_refers_to_no_external_resource(made: Made, reading: Read) -> None:
-    html = page(FIT, made())
-    for _, attributes in reading(html).elements:
-        assert not {"src", "href", "action"} & attributes.keys()
+    assert not any({"src", "href", "action"} & attributes.keys() for _, attributes in tame.elements)
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"", html)
 
 
@@ -213,13 +207,3 @@ def test_table_ii_compares_both_methods_with_the_paper(made: Made) -> None:
     empty = ("", "")
     assert [row[3:] for row in costs.rows(genetic, None)] == [
         empty, empty, expected[2][2:], expected[3][2:], empty]
-
-
-@pytest.mark.parametrize("axes", [("pressure_bias",), tuple(f"input_{number}" for number in range(7))])
-def test_any_number_of_inputs_has_a_page(made: Made, reading: Read, axes: tuple[str, ...]) -> None:
-    assert reading(page(FIT, made(axes, 20))).count("svg") == len(CAPTIONS)
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_same_fit_gives_the_same_page(made: Made) -> None:
-    assert page(FIT, made()) == page(FIT, json.loads(json.dumps(made())))

@@ -1,4 +1,4 @@
-"""The HTML report of a study: answer, warnings, findings with their evidence, blocks, gap and limitations."""
+"""The HTML report of a study: answer, warnings, findings with their evidence, blocks, gap, limitations, and fits."""
 
 import json
 import re
@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from slipstick.pictures.study import study_pictures
+from slipstick.report.study.fits import numbers, same_fit
 from slipstick.report.study.limits import limits
 from slipstick.report.study.page import study_page
 from slipstick.report.study.warnings import warnings
@@ -22,7 +23,9 @@ from slipstick.study.result import (
     CountedFindings,
     FindingResult,
     FurtherExperiment,
+    Gap,
     Remainder,
+    SimulationResult,
 )
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
@@ -310,7 +313,12 @@ def test_a_run_order_that_follows_a_condition_by_chance_is_not_reported() -> Non
 
 def test_nothing_in_the_data_becomes_markup(studied: Studied, reading: Read) -> None:
     result, figures = studied("friction")
-    tame = reading(page(result, figures))
+    html = page(result, figures)
+    assert html == page(result, figures)
+    assert len(html) < 1_500_000
+    assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
+    tame = reading(html)
+    assert not any({"src", "href", "action"} & attributes.keys() for _, attributes in tame.elements)
     one = result.findings[0]
     coefficients = [replace(entry, name=HOSTILE, unit=HOSTILE) for entry in one.confirmation.coefficients]
     hostile = replace(
@@ -326,15 +334,6 @@ def test_nothing_in_the_data_becomes_markup(studied: Studied, reading: Read) -> 
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_refers_to_no_external_resource_and_is_small(studied: Studied, reading: Read) -> None:
-    html = page(*studied("friction"))
-    for _, attributes in reading(html).elements:
-        assert not {"src", "href", "action"} & attributes.keys()
-    assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
-    assert len(html) < 1_500_000
-
-
-@pytest.mark.usefixtures("undrawn")
 def test_settings_are_listed_where_they_differ_from_the_default(studied: Studied, reading: Read) -> None:
     result, figures = studied("nothing")
     assert re.search(r"settings\s*default", reading(page(result, figures)).text)
@@ -342,11 +341,6 @@ def test_settings_are_listed_where_they_differ_from_the_default(studied: Studied
     text = reading(page(result, figures, {**STUDY, "settings": asdict(chosen)})).text
     assert 'level 0.95, naming {"nats": 20.0}' in text
     assert "gains the 20 nats and 4 standard errors" in text
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_same_study_gives_the_same_page(studied: Studied) -> None:
-    assert page(*studied("friction")) == page(*studied("friction"))
 
 
 def test_where_no_block_was_tested_the_page_has_what_the_simulation_says(studied: Studied) -> None:
@@ -360,3 +354,45 @@ def test_where_no_block_was_tested_the_page_has_what_the_simulation_says(studied
                  "The parameters of the bench explain these recordings. No block was tested"):
         assert part in times
     assert "What decided" not in times
+
+
+# The section on the same fit on both tables of a study: numbers in units, or instructions to add it.
+
+
+BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, True, {
+    "parameters": {"pressure_bias": bar, "initial_position": 5e-4},
+    "units": {"pressure_bias": "bar", "initial_position": "m"}}) for bar in (3.2, 1.6))
+RESULT = StudyResult("effect", "", [], [], [], BEFORE, AFTER, Gap({}, [], [], None), 24, {}, "", "")
+LINKED: dict[str, Any] = {"id": "mine", "links": {"self": "/v1/studies/mine"}}
+
+
+def test_the_numbers_of_both_fits_are_in_units(both_fits: dict[str, dict[str, Any]]) -> None:
+    assert list(numbers(RESULT, both_fits)) == [
+        ("log10 likelihood", "−389.00", "−269.00"),
+        ("mean of pressure bias [bar]", "3.2", "1.6"), ("mean of initial position [mm]", "0.5", "0.5"),
+        ("std of pressure bias [bar]", "0.16", "0.08"), ("std of initial position [mm]", "0.025", "0.025"),
+        ("output noise [ms]", "12", "3")]
+    both_fits["before"]["result"]["log10_likelihood"] = None
+    assert next(numbers(RESULT, both_fits)) == ("log10 likelihood", "−∞", "−269.00")
+
+
+@pytest.mark.parametrize("picture", ["<figure></figure>", ""])
+def test_the_section_states_the_provenance_of_its_numbers(
+        both_fits: dict[str, dict[str, Any]], reading: Callable[[str], Any], picture: str) -> None:
+    parsed = reading(same_fit(LINKED, RESULT, both_fits, picture))
+    for phrase in ("The same fit on the tables of both models", "fit fit-before, table table-before, SHA-256 a1b2",
+                   "fit fit-after, table table-after, SHA-256 c3d4"):
+        assert phrase in parsed.text
+    assert parsed.count("figure") == bool(picture)
+
+
+def test_without_fits_the_section_has_instructions(reading: Callable[[str], Any]) -> None:
+    text = reading(same_fit(LINKED, RESULT, None, "")).text
+    for phrase in ("GET /v1/studies/mine/model?which=before", "worker build --bench BENCH --model", "POST /v1/fits",
+                   "/v1/studies/mine/report?before=FIT&after=FIT"):
+        assert phrase in text
+    assert "/v1/studies/ID/report" in same_fit({"id": "mine"}, RESULT, None, "")
+
+
+def test_without_an_added_effect_there_is_no_section() -> None:
+    assert same_fit(LINKED, replace(RESULT, gap=None), None, "") == ""

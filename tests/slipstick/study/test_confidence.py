@@ -1,4 +1,4 @@
-"""Confidence follows from the lead and what else was found, as the findings of other lists do."""
+"""Confidence follows from the lead and what else was found, as the findings of other groups do."""
 
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ from slipstick.study.confidence import (
     confidence,
     counted,
     evidence_of,
-    found,
+    read_findings,
     share_of,
 )
 
@@ -106,19 +106,19 @@ def test_a_share_is_among_the_findings_that_may_leave_something_in_its_blocks() 
 
 def test_the_mean_confidence_is_the_share_of_right_findings() -> None:
     """A score equation of a logistic regression."""
-    every = [pair for its in found().values() for pair in its]
+    every = [pair for its in read_findings().values() for pair in its]
     assert sum(is_right - confidence(evidence) for evidence, is_right in every) == pytest.approx(0, abs=1e-6)
 
 
-def test_a_list_does_not_predict_itself() -> None:
-    which, rows = next(iter(found().items()))
+def test_a_group_does_not_predict_itself() -> None:
+    which, rows = next(iter(read_findings().items()))
     assert not np.allclose([confidence(one, which) for one, _ in rows], [confidence(one) for one, _ in rows])
 
 
-def test_evidence_predicts_the_findings_of_other_lists_better_than_their_share_does() -> None:
+def test_evidence_predicts_the_findings_of_other_groups_better_than_their_share_does() -> None:
     gain = 0.0
-    for which, rows in found().items():
-        others = np.mean([is_right for other, its in found().items() if other != which for _, is_right in its])
+    for which, rows in read_findings().items():
+        others = np.mean([is_right for other, its in read_findings().items() if other != which for _, is_right in its])
         for evidence, is_right in rows:
             sure = confidence(evidence, which)
             gain += np.log(sure / others) if is_right else np.log((1 - sure) / (1 - others))
@@ -128,7 +128,7 @@ def test_evidence_predicts_the_findings_of_other_lists_better_than_their_share_d
 def test_every_finding_is_counted_in_one_band() -> None:
     each = [counted((low + high) / 2) for low, high in pairwise(BANDS)]
     assert [(one.lower, one.upper) for one in each] == list(pairwise(BANDS))
-    rows = [is_right for its in found().values() for _, is_right in its]
+    rows = [is_right for its in read_findings().values() for _, is_right in its]
     assert sum(one.of for one in each) == len(rows)
     assert sum(one.right for one in each) == sum(rows)
     assert counted(1.0) == each[-1]

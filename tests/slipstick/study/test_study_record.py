@@ -1,4 +1,4 @@
-"""A stored result is the same typed values again, and a measured law is a table for other programs."""
+"""A stored result is the same typed values again; a measured law is a table; settings say what may be named."""
 
 import csv
 import io
@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from slipstick.errors import InvalidValue
+from slipstick.errors import InvalidValue, UnknownName
 from slipstick.study import StudyResult
 from slipstick.study.export import file_stem, has_table, law_csv, law_mat
 from slipstick.study.figures import Figures
 from slipstick.study.record import figures_from_dict, result_from_dict
+from slipstick.study.settings import StudySettings
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 
@@ -63,3 +64,29 @@ def test_a_single_number_is_no_table(studied: Studied) -> None:
     assert not has_table(replace(one, law=None))
     with pytest.raises(ValueError, match="no law over a number"):
         law_csv(lag)
+
+
+# Settings of a study: what may be named, and when.
+
+
+def test_settings_come_back_from_json_with_the_same_digest() -> None:
+    settings = StudySettings.from_dict({"catalogue": ["supply_droop"], "naming": {"nats": 20.0}})
+    assert settings.catalogue == ("supply_droop",)
+    assert settings.naming.nats == 20.0
+    again = StudySettings.from_dict({"catalogue": ["supply_droop"], "naming": {"nats": 20.0}})
+    assert settings.digest == again.digest != StudySettings().digest
+
+
+@pytest.mark.parametrize(("given", "message"), [
+    ({"naming": {"nat": 3}}, "Did you mean 'nats'"), ({"levle": 0.9}, "Did you mean 'level'"),
+    ({"catalogue": ["supply_drop"]}, "Did you mean 'supply_droop'")])
+def test_a_misspelt_name_is_refused(given: dict[str, object], message: str) -> None:
+    with pytest.raises(UnknownName, match=message):
+        StudySettings.from_dict(given)
+
+
+@pytest.mark.parametrize("given", [{"level": 1.0}, {"seed": -1}, {"naming": {"nats": -1.0}}, {"catalogue": "droop"},
+                                   {"catalogue": ["supply_droop", "supply_droop"]}])
+def test_a_value_that_decides_nothing_is_refused(given: dict[str, object]) -> None:
+    with pytest.raises(InvalidValue):
+        StudySettings.from_dict(given)

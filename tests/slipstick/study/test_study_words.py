@@ -1,7 +1,13 @@
-"""What findings are called, and the answer in one sentence."""
+"""What findings are called, the formula of an effect beside a law, the answer in a sentence, and progress in words."""
 
+import numpy as np
 import pytest
 
+from slipstick.naming.asked import Asked, steps
+from slipstick.naming.measured import LawPoints
+from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.study.formula import formula
+from slipstick.study.progress import StudyProgress, StudySteps
 from slipstick.study.result import (
     Candidate,
     Confirmation,
@@ -103,3 +109,97 @@ def test_effects_that_would_explain_a_misfit_are_said_as_far_as_they_are_told_ap
     assert "would explain most, but not all of it" in said(explanation("stribeck_friction", sufficient=False))
     beside = sentence([finding()], [], missing=["pressure"], misfits=["output_torque"], explanations=[first])
     assert beside.startswith("Missing: quadratic load drag. Something is missing that shows in the output torque")
+
+
+# The formula of an effect beside a measured law.
+
+
+X = np.linspace(0.0, 100.0, 6)
+
+
+def law(pair: tuple[str, str], change: np.ndarray, relative: bool = False, up_to: str = "nothing") -> LawPoints:
+    return LawPoints(pair, X, "rad/s", change, "N m", relative, np.eye(len(X)), up_to)  # type: ignore[arg-type]
+
+
+def test_a_drag_is_the_square_of_the_speed() -> None:
+    found = formula("quadratic_load_drag", [0.03], law(("load torque", "output speed"), 0.03 * X**2))
+    np.testing.assert_allclose(found, 0.03 * X**2)  # type: ignore[arg-type]
+
+
+def test_a_law_known_up_to_a_constant_is_compared_after_it_is_fitted() -> None:
+    measured = law(("load torque", "output speed"), 0.03 * X**2 - 7, up_to="constant")
+    found = formula("quadratic_load_drag", [0.03], measured)
+    np.testing.assert_allclose(found, measured.change, atol=1e-12)  # type: ignore[arg-type]
+
+
+def test_a_share_of_the_mean_is_compared_after_a_factor_is_fitted() -> None:
+    exact = formula("stribeck_friction", [0.2, 20.0], law(("friction coefficient", "slip"), 0 * X, True))
+    assert exact is not None
+    measured = law(("friction coefficient", "slip"), (1 + exact) / 1.07 - 1, True, "constant")
+    found = formula("stribeck_friction", [0.2, 20.0], measured)
+    np.testing.assert_allclose(found, measured.change, atol=1e-12)  # type: ignore[arg-type]
+
+
+def test_a_seal_friction_takes_the_drag_off_a_rate_in_both_directions() -> None:
+    rates = np.array([-30.0, 0.0, 30.0])
+    measured = LawPoints(("piston rate", "direction"), rates, "m/s", 0 * rates, "m/s", False, np.eye(3))
+    np.testing.assert_allclose(formula("seal_friction", [0.01], measured), [0.01, 0.0, -0.01], rtol=1e-6)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("name", "pair"), [
+    ("friction_buildup_lag", ("contact pressure", "lag")), ("entrained_air", ("piston rate", "pressure"))])
+def test_memories_and_other_pairs_have_no_formula_over_the_points(name: str, pair: tuple[str, str]) -> None:
+    assert formula(name, [0.1, 0.1], law(pair, X)) is None
+
+
+# The progress of a study: steps by the signals, a share that never falls, and words for what is tried.
+
+
+ALL = tuple(SIGNAL_UNITS)
+
+
+def reports(signals: tuple[str, ...], *asked: Asked) -> list[StudyProgress]:
+    found: list[StudyProgress] = []
+    its = StudySteps(signals, found.append)
+    for one in asked:
+        its.asked(one)
+    its.confirming("fit", "Fitting")
+    its.confirming("predict", "Predicting")
+    return found
+
+
+@pytest.mark.parametrize(("can", "expected"), [
+    (("valve",), ("engagements", "valve")),
+    (("load",), ("engagements", "load", "laws")),
+    (("valve", "contact", "clutch", "load", "input", "lock"),
+     ("engagements", "valve", "onset", "load", "input", "lock", "contact", "laws", "clutch"))])
+def test_the_steps_are_those_of_the_blocks_that_can_be_asked(can: tuple[str, ...], expected: tuple[str, ...]) -> None:
+    assert steps(can) == expected
+
+
+def test_the_share_counts_complete_steps_and_does_not_fall_when_blocks_are_fitted_again() -> None:
+    asked = [Asked("engagements"), Asked("valve", ("valve",)), Asked("contact", ("contact",)),
+             Asked("valve", ("valve",)), Asked("laws", ("load", "contact"), compares=True)]
+    found = reports(ALL, *asked)
+    assert {one.steps for one in found} == {12}
+    assert [one.step for one in found] == [1, 2, 7, 2, 8, 10, 12]
+    assert [round(one.done * 12) for one in found] == [0, 1, 6, 6, 7, 9, 11]
+    assert [one.stage for one in found] == ["name"] * 5 + ["confirm"] * 2
+
+
+def test_fewer_signals_have_fewer_steps() -> None:
+    found = reports(("pressure",), Asked("engagements"), Asked("valve", ("valve",)))
+    assert [(one.step, one.steps) for one in found] == [(1, 5), (2, 5), (3, 5), (5, 5)]
+
+
+def test_the_words_name_the_blocks_and_the_law_that_is_tried() -> None:
+    found = reports(ALL, Asked("laws", ("load", "contact"), ("friction coefficient", "slip")),
+                    Asked("laws", ("load", "input", "contact"), compares=True), Asked("onset", ("clutch",)),
+                    Asked("valve", ("valve",), ("line pressure", "lag")))
+    assert [one.doing for one in found[:4]] == [
+        "Blocks “torque → output speed” and “pressure, slip → torque in full contact”: trying “friction coefficient "
+        "that depends on the slip”",
+        "Blocks “torque → output speed”, “torque → input speed” and “pressure, slip → torque in full contact”: "
+        "comparing what each law would explain",
+        "Block “pressure, speeds → torque while the plates close”: fitting the parameters up to full contact",
+        "Block “current → pressure”: trying “lag of the line pressure”"]

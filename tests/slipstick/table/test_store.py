@@ -94,8 +94,8 @@ def test_a_truncated_file_is_rejected(path, fraction):
         Table.open(path)
 
 
-def change_digest(file):
-    file.attrs["content_digest"] = text("0" * 64)
+def attribute(path, name, value):
+    return lambda file: file[path].attrs.__setitem__(name, value)
 
 
 def change_time(file):
@@ -110,19 +110,6 @@ def change_condition_below_nine_digits(file):
     file["conditions/load_inertia"][0] *= 1 + 1e-14
 
 
-def change_model(file):
-    spec = file["model"].asstr()[()].replace("3.2,", "3.3,")
-    file["model"][()] = spec.encode()
-
-
-def change_nominal(file):
-    file["axes/pressure_bias"].attrs["nominal"] = 1.7
-
-
-def change_order(file):
-    file["axes"].attrs["order"] = text('["initial_position", "pressure_bias"]')
-
-
 def change_shape(file):
     times = file["times"][:, :4]
     del file["times"]
@@ -135,36 +122,8 @@ def change_type(file):
     file.create_dataset("status", data=status).attrs["units"] = text("1")
 
 
-def change_unit(file):
-    file["times"].attrs["units"] = text("ms")
-
-
-def change_version(file):
-    file.attrs["layout_version"] = 2
-
-
-def change_layout(file):
-    file.attrs["layout"] = text("a poem")
-
-
-def change_meanings(file):
-    file["status"].attrs["flag_meanings"] = text("failed never_locked locked")
-
-
 def change_statuses(file):
     file["status"][0, 1, 1] = 1
-
-
-def remove_version(file):
-    del file.attrs["layout_version"]
-
-
-def remove_times(file):
-    del file["times"]
-
-
-def remove_conditions(file):
-    del file["conditions"]
 
 
 def link_outside(file):
@@ -172,12 +131,6 @@ def link_outside(file):
         other["times"] = file["times"][()]
     del file["times"]
     file["times"] = h5py.ExternalLink(file.filename + ".other", "times")
-
-
-def link_softly(file):
-    file["target"] = file["status"]
-    del file["status"]
-    file["status"] = h5py.SoftLink("/target")
 
 
 def store_outside(file):
@@ -196,22 +149,24 @@ def leave_out_chunks(file):
 
 
 @pytest.mark.parametrize(("damage", "error", "message"), [
-    (change_digest, WrongDigest, "The content of the table"), (change_time, WrongDigest, "The content of the table"),
+    (attribute("/", "content_digest", text("0" * 64)), WrongDigest, "The content of the table"),
+    (change_time, WrongDigest, "The content of the table"),
     (change_condition, WrongDigest, "The conditions of the table"),
     (change_condition_below_nine_digits, WrongDigest, "The content of the table"),
-    (change_model, WrongDigest, "The model of the table"), (change_nominal, WrongDigest, "The content"),
-    (change_order, CorruptTable, r"'times' has shape \(7, 5, 3\), not \(5, 7, 3\)"),
+    (attribute("axes", "order", text('["initial_position", "pressure_bias"]')), CorruptTable,
+     r"'times' has shape \(7, 5, 3\), not \(5, 7, 3\)"),
     (change_shape, CorruptTable, r"'times' has shape \(7, 4, 3\), not \(7, 5, 3\)"),
     (change_type, CorruptTable, "'status' is of type float64, not unsigned"),
-    (change_unit, CorruptTable, "'times' is in 'ms', not in 's'"),
-    (change_version, WrongLayout, "layout version 2, not 1"), (change_layout, WrongLayout, "not a table"),
-    (change_meanings, WrongLayout, "'flag_meanings' of 'status'"), (change_statuses, CorruptTable, "contradict"),
-    (remove_version, CorruptTable, "'layout_version' of '/' is missing"),
-    (remove_times, CorruptTable, "'times' is missing"), (remove_conditions, CorruptTable, "'conditions' is missing"),
-    (link_outside, CorruptTable, "'times' is a link"), (link_softly, CorruptTable, "'status' is a link"),
+    (attribute("times", "units", text("ms")), CorruptTable, "'times' is in 'ms', not in 's'"),
+    (attribute("/", "layout_version", 2), WrongLayout, "layout version 2, not 1"),
+    (attribute("status", "flag_meanings", text("failed never_locked locked")), WrongLayout, "'flag_meanings' of 'st"),
+    (change_statuses, CorruptTable, "contradict"),
+    (lambda file: file.attrs.__delitem__("layout_version"), CorruptTable, "'layout_version' of '/' is missing"),
+    (lambda file: file.__delitem__("times"), CorruptTable, "'times' is missing"),
+    (link_outside, CorruptTable, "'times' is a link"),
     (store_outside, CorruptTable, "'times' are stored in another file"),
     (leave_out_chunks, CorruptTable, "'times' contains fewer values than its shape"),
-], ids=lambda value: getattr(value, "__name__", ""))
+])
 def test_errors_name_the_inconsistency(path, damage, error, message):
     with h5py.File(path, "r+") as file:
         damage(file)

@@ -1,11 +1,19 @@
+"""Tables as values: digests, interpolation against SciPy, and derivatives against differences."""
+
+import itertools
 import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
+from scipy.sparse import csr_array
+from test_surrogate_table import random_points
+from test_surrogate_table import surrogate as surrogate  # a fixture
 
-from slipstick.errors import InvalidValue
-from slipstick.table import Axis, Grid
+from slipstick.errors import InvalidValue, OutsideTable
+from slipstick.table import Axis, Grid, Table
+from slipstick.table.interpolation import interpolate
 from tests.benches import HEAVY, NOMINAL
 
 
@@ -84,3 +92,174 @@ def test_inconsistent_fields_are_rejected(table):
 def test_can_be_pickled(table):
     table(np.ones((1, 2)), table.conditions.take([1]))
     assert pickle.loads(pickle.dumps(table)).digest == table.digest
+
+
+GRIDS = [np.array([0.5, 0.6, 1.1, 1.5]), np.linspace(0.7, 1.3, 6), np.array([0.9, 1.0, 1.4]),
+         np.array([1.0, 2.0])]
+
+
+def by_sparse_matrix(axes, values, points):
+    """The same sums as a product of a sparse matrix of corner weights with the table."""
+    corner, weight = np.zeros((len(points), 1), dtype=np.int64), np.ones((len(points), 1))
+    for axis, x in zip(axes, points.T, strict=True):
+        grid = axis.values
+        cell = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
+        fraction = (x - grid[cell]) / (grid[cell + 1] - grid[cell])
+        corner = ((corner * len(grid))[:, :, None] + np.stack([cell, cell + 1], axis=1)[:, None]).reshape(len(x), -1)
+        weight = (weight[:, :, None] * np.stack([1 - fraction, fraction], axis=1)[:, None]).reshape(len(x), -1)
+    rows = values.reshape(-1, values.shape[-1])
+    matrix = csr_array((weight.ravel(), corner.ravel(), np.arange(len(points) + 1) * 2 ** len(axes)),
+                       shape=(len(points), len(rows)))
+    matrix.eliminate_zeros()
+    return matrix @ rows
+
+
+def case(dimension, outputs=4):
+    axes = [Axis(f"axis{i}", grid, 1.0, "1") for i, grid in enumerate(GRIDS[:dimension])]
+    shape = (*(len(axis.values) for axis in axes), outputs)
+    return axes, np.random.default_rng(dimension).uniform(0.5, 1.5, shape)
+
+
+def inside(axes, count, seed=0):
+    low, high = [axis.lower for axis in axes], [axis.upper for axis in axes]
+    return np.random.default_rng(seed).uniform(low, high, (count, len(axes)))
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_agrees_with_scipy(dimension):
+    axes, values = case(dimension)
+    points = inside(axes, 500)
+    reference = RegularGridInterpolator([axis.values for axis in axes], values)(points)
+    np.testing.assert_allclose(interpolate(axes, values, points, "error"), reference, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("outputs", [1, 7, 216])
+def test_the_compiled_loop_is_bit_identical_to_a_sparse_matrix(dimension, outputs):
+    """Also where weights are 0, at grid values of some axes, and where corners are NaN."""
+    axes, values = case(dimension, outputs)
+    values[np.random.default_rng(7).uniform(size=values.shape) < 0.02] = np.nan
+    points = inside(axes, 200)
+    for column, axis in enumerate(axes):
+        points[column::5, column] = np.random.default_rng(column).choice(axis.values, len(points[column::5]))
+    interpolated = interpolate(axes, values, points, "error")
+    np.testing.assert_array_equal(interpolated, by_sparse_matrix(axes, values, points))
+    np.testing.assert_array_equal(interpolate(axes, np.asfortranarray(values), points[::-1], "error"),
+                                  interpolated[::-1])
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_values_at_grid_points_are_reproduced_bit_for_bit(dimension):
+    axes, values = case(dimension)
+    points = np.array(list(itertools.product(*(axis.values for axis in axes))))
+    assert np.array_equal(interpolate(axes, values, points, "error"), values.reshape(len(points), -1))
+
+
+def test_a_nan_corner_affects_only_points_at_which_its_weight_is_not_zero():
+    axes, values = case(2)
+    values[1, 2, 0] = np.nan
+    a, b = axes[0].values, axes[1].values
+    affected = [[(a[1] + a[2]) / 2, (b[2] + b[3]) / 2], [(a[0] + a[1]) / 2, b[2]], [a[1], b[2]]]
+    unaffected = [[a[0], (b[1] + b[2]) / 2], [(a[0] + a[1]) / 2, b[1]], [a[2], (b[2] + b[3]) / 2]]
+    interpolated = interpolate(axes, values, np.array(affected + unaffected), "error")
+    assert np.isnan(interpolated[:, 0]).tolist() == [True] * 3 + [False] * 3
+    assert np.isfinite(interpolated[:, 1:]).all()
+
+
+def test_a_point_outside_is_an_error_clipped_or_nan():
+    axes, values = case(2)
+    points = np.array([[1.0, 1.0], [0.2, 1.0], [1.0, 1.7], [9.0, -9.0]])
+    edge = np.array([[1.0, 1.0], [0.5, 1.0], [1.0, 1.3], [1.5, 0.7]])
+    clipped = interpolate(axes, values, points, "clip")
+    assert np.array_equal(clipped, interpolate(axes, values, edge, "error"))
+    masked = interpolate(axes, values, points, "nan")
+    assert np.isnan(masked[1:]).all()
+    assert np.array_equal(masked[0], clipped[0])
+    with pytest.raises(OutsideTable, match=r"Point 1 has axis0 = 0\.2, outside the range of the table, 0\.5 to 1\.5"):
+        interpolate(axes, values, points, "error")
+
+
+@pytest.mark.parametrize(("points", "message"), [
+    (np.ones((3, 1)), r"not \(m, 2\)"), (np.ones(2), r"not \(m, 2\)"),
+    (np.array([[1.0, 1.0], [1.0, np.nan]]), "Point 1 is not finite in axis1"),
+    (np.array([[np.inf, 1.0]]), "Point 0 is not finite in axis0"),
+])
+def test_invalid_points_are_rejected(points, message):
+    axes, values = case(2)
+    with pytest.raises(InvalidValue, match=message):
+        interpolate(axes, values, points, "clip")
+
+
+def test_no_points_give_no_rows():
+    axes, values = case(2)
+    assert interpolate(axes, values, np.empty((0, 2)), "error").shape == (0, 4)
+
+
+# Derivatives of tables compared with differences of their values.
+
+
+STEP = 1e-4
+
+
+def grid(d: int) -> Grid:
+    names = ("pressure_bias", "initial_position", "friction_coefficient")[:d]
+    axes = tuple(Axis(name, np.array([0.5, 0.8, 0.9, 1.2, 1.5])[:5 - position], 1.0, "1")
+                 for position, name in enumerate(names))
+    shape = (*(len(axis.values) for axis in axes), 3)
+    return Grid(axes, np.random.default_rng(d).uniform(0.5, 1.5, shape), np.zeros(shape, np.uint8),
+                HEAVY.conditions.take([3, 100, 215]), NOMINAL)
+
+
+def differences(table: Table, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Jacobian (n, d) and Hessian (n, d, d) by central differences."""
+    steps = STEP * np.eye(len(point))
+
+    def at(moved: np.ndarray) -> np.ndarray:
+        return table.interpolate(moved[None])[0]
+
+    first = np.column_stack([(at(point + step) - at(point - step)) / (2 * STEP) for step in steps])
+    second = np.moveaxis([[(at(point + a + b) - at(point + a - b) - at(point - a + b) + at(point - a - b))
+                           / (4 * STEP**2) for b in steps] for a in steps], -1, 0)
+    return first, second
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_a_grid_has_the_derivatives_of_its_interpolation(d: int) -> None:
+    table = grid(d)
+    for point in np.random.default_rng(2).uniform(0.82, 0.88, (5, d)):  # inside one cell
+        found, (first, second) = table.derivatives(point), differences(table, point)
+        np.testing.assert_allclose(found.values, table.interpolate(point[None])[0], rtol=1e-14)
+        np.testing.assert_allclose(found.jacobian, first, atol=1e-9)
+        np.testing.assert_allclose(found.hessian, second, atol=1e-6)
+        assert d == 1 or np.abs(found.hessian).max() > 0.1
+
+
+def test_a_surrogate_has_the_derivatives_of_its_network(surrogate: Table) -> None:
+    for point in random_points(5):
+        found, (first, second) = surrogate.derivatives(point), differences(surrogate, point)
+        np.testing.assert_allclose(found.values, surrogate.interpolate(point[None])[0], rtol=1e-12)
+        np.testing.assert_allclose(found.jacobian, first, atol=1e-5 * np.abs(first).max())
+        np.testing.assert_allclose(found.hessian, second, atol=1e-4 * np.abs(second).max())
+
+
+def test_a_clipped_value_does_not_change_beyond_the_edge(surrogate: Table) -> None:
+    for table in (grid(2), surrogate):
+        edge, beyond = np.array([table.upper[0], 1.0]), np.array([table.upper[0] + 0.1, 1.0])
+        at_edge, outside = table.derivatives(edge), table.derivatives(beyond)
+        assert np.array_equal(outside.values, at_edge.values)
+        assert not outside.jacobian[:, 0].any()
+        assert not outside.hessian[:, 0].any()
+        assert np.array_equal(outside.jacobian[:, 1], at_edge.jacobian[:, 1])
+        assert at_edge.jacobian[:, 0].all()
+        assert np.isnan(table.derivatives(beyond, "nan").jacobian).all()
+        with pytest.raises(OutsideTable):
+            table.derivatives(beyond, "error")
+
+
+def test_a_missing_corner_leaves_the_derivatives_that_do_not_use_it() -> None:
+    table = grid(2)
+    table.times[1, 0, 0], table.status[1, 0, 0] = np.nan, 1
+    found = table.derivatives(np.array([0.5, 0.6]))  # on the edge of a cell: only a slope uses the corner
+    assert np.isfinite(found.values).all()
+    assert np.isnan(found.jacobian[0]).tolist() == [True, False]
+    assert np.isfinite(found.jacobian[1:]).all()

@@ -8,19 +8,26 @@ import h5py
 import numpy as np
 import pytest
 
-from benchmarks import damaged_tables
-from benchmarks.damaged_tables import HEADER, outcome, outcomes, plain_table
+from evidence.robustness import damaged_tables
+from evidence.robustness.damaged_tables import (
+    DIFFERENT,
+    FAILED,
+    OUTCOMES,
+    REFUSED,
+    SAME,
+    count_outcomes,
+    make_plain_table,
+    try_upload,
+)
 from slipstick.errors import BadTable, InvalidValue, RefusedTable
 from slipstick.machine import Cases, Input, Machine, Quantity
 from slipstick.table import Axis, Grid, Table, upload
 from tests.benches import HEAVY, NOMINAL
 
-REFUSED, FAILED, SAME, DIFFERENT = HEADER[3:]
-
 
 @pytest.fixture(scope="module")
 def plain() -> bytes:
-    return plain_table()
+    return make_plain_table()
 
 
 def changed(content: bytes, edit) -> bytes:
@@ -32,19 +39,19 @@ def changed(content: bytes, edit) -> bytes:
 
 @pytest.mark.parametrize("files", [16, pytest.param(480, marks=pytest.mark.slow)])
 def test_damaged_tables_are_refused_or_read_without_difference(files: int) -> None:
-    found = outcomes(files, seed=2)
-    ends = {end: sum(count for (*_, column), count in found.items() if column == end) for end in HEADER[3:]}
-    assert ends[FAILED] == ends[DIFFERENT] == 0
-    assert ends[REFUSED] + ends[SAME] == files
-    assert ends[REFUSED] > 5 / 6 * files
+    counts = count_outcomes(files, seed=2)
+    totals = {outcome: sum(count for (_, end), count in counts.items() if end == outcome) for outcome in OUTCOMES}
+    assert totals[FAILED] == totals[DIFFERENT] == 0
+    assert totals[REFUSED] + totals[SAME] == files
+    assert totals[REFUSED] > 5 / 6 * files
 
 
 def test_a_difference_and_a_crash_would_be_seen(plain: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     digest = upload.read(plain).digest
     other = changed(plain, lambda file: file["times"].__setitem__((0, 0, 0), 9.0))
-    assert [outcome(plain, digest), outcome(other, digest), outcome(b"", digest)] == [SAME, DIFFERENT, REFUSED]
+    assert [try_upload(content, digest) for content in (plain, other, b"")] == [SAME, DIFFERENT, REFUSED]
     monkeypatch.setattr(damaged_tables, "rewritten", lambda _: os._exit(1))
-    assert outcome(plain, digest) == FAILED
+    assert try_upload(plain, digest) == FAILED
 
 
 def test_the_child_process_reads_the_same(plain: bytes) -> None:

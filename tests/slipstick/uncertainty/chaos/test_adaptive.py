@@ -41,14 +41,13 @@ def true_error(expansion: Expansion, model: OfGerms, samples: int = 1024) -> np.
     return error
 
 
-@pytest.mark.parametrize("family", [Germ("hermite"), Germ("laguerre", (100.0,)), Germ("legendre")],
-                         ids=lambda germ: germ.name)
-@pytest.mark.parametrize(("dimension", "settings"), [
-    (1, ExpansionSettings(4)), (2, ExpansionSettings(4)), (2, ExpansionSettings(8)),
-    (3, ExpansionSettings(3, rule="tensor")), (2, ExpansionSettings(6, rule="regression")), (3, ExpansionSettings(3)),
-    (5, ExpansionSettings(2)), (5, ExpansionSettings(4, 0.75))], ids=range(8))
-def test_the_error_estimate_is_close_to_the_true_error(dimension: int, settings: ExpansionSettings,
-                                                       family: Germ) -> None:
+@pytest.mark.parametrize(("family", "dimension", "settings"), [
+    (Germ("hermite"), 1, ExpansionSettings(4)), (Germ("hermite"), 2, ExpansionSettings(8)),
+    (Germ("hermite"), 5, ExpansionSettings(4, 0.75)), (Germ("laguerre", (100.0,)), 2, ExpansionSettings(4)),
+    (Germ("laguerre", (100.0,)), 3, ExpansionSettings(3)), (Germ("legendre"), 3, ExpansionSettings(3, rule="tensor")),
+    (Germ("legendre"), 2, ExpansionSettings(6, rule="regression")), (Germ("legendre"), 5, ExpansionSettings(2))])
+def test_the_error_estimate_is_close_to_the_true_error(family: Germ, dimension: int,
+                                                       settings: ExpansionSettings) -> None:
     basis = make_basis((family,) * dimension, settings)
     # The error of a smooth function is concentrated in the tails, and the true error needs more samples.
     for model, samples in ((clutch(dimension, 0.08), 1024), (smooth, 2**16)):

@@ -1,23 +1,25 @@
-"""Expansions compared with OpenTURNS, chaospy and closed forms, and invalid settings."""
+"""Expansions compared with OpenTURNS, chaospy, NumPy and closed forms; their terms, and invalid settings."""
 
-import chaospy
+from itertools import product
+from math import comb
+
 import numpy as np
 import openturns
 import pytest
 
 from slipstick.errors import InvalidValue
 from slipstick.matrix_product import matrix_product
-from slipstick.uncertainty import standard_normals
 from slipstick.uncertainty.chaos import (
     Basis,
     Expansion,
     ExpansionSettings,
     Germ,
     expand,
-    germs_from_normals,
     make_basis,
     sensitivity,
 )
+from slipstick.uncertainty.chaos.least_squares import projection
+from slipstick.uncertainty.chaos.truncation import degrees
 
 HERMITE = Germ("hermite")
 FAMILIES = {
@@ -83,25 +85,6 @@ def test_agrees_with_openturns_on_the_same_nodes(germs: tuple[Germ, ...], settin
                 indices.getSobolIndex(axis, condition), abs=1e-10)
             assert sensitivity.total(expansion)[condition, axis] == pytest.approx(
                 indices.getSobolTotalIndex(axis, condition), abs=1e-10)
-
-
-def test_agrees_with_chaospy_by_eq_6() -> None:
-    germ = chaospy.J(chaospy.Normal(0, 1), chaospy.Uniform(-np.sqrt(3), np.sqrt(3)))
-    polynomials = chaospy.generate_expansion(6, germ, normed=True)
-    powers, factors = np.array(polynomials.exponents), np.array(polynomials.coefficients)
-
-    def values(germs: np.ndarray) -> np.ndarray:  # the numpoly that needs no compiler cannot evaluate on numpy 2.4
-        return np.prod(germs[:, None, :] ** powers, axis=2) @ factors
-
-    nodes, weights = chaospy.generate_quadrature(6, germ, rule="gaussian")
-    coefficients = (values(nodes.T) * weights[:, None]).T @ wavy(nodes.T)
-    constant = np.flatnonzero(np.abs(factors).sum(axis=0) == np.abs(factors[~powers.any(axis=1)]).sum(axis=0))
-    basis = make_basis((HERMITE, Germ("legendre")), ExpansionSettings(6, checks=0))
-    expansion, germs = expand(basis, wavy(basis.nodes)), germs_from_normals(basis.germs, standard_normals(2, 256, 1))
-    np.testing.assert_allclose(expansion.mean, coefficients[constant].sum(axis=0), rtol=1e-12)
-    np.testing.assert_allclose(expansion.std, np.sqrt(np.sum(np.delete(coefficients, constant, axis=0) ** 2, axis=0)),
-                               rtol=1e-9)
-    np.testing.assert_allclose(expansion.at(germs), values(germs) @ coefficients, rtol=1e-9)
 
 
 @pytest.mark.parametrize("settings", RULES, ids=str)
@@ -190,3 +173,54 @@ def test_the_sum_of_the_polynomials_is_the_product_with_the_coefficients(order: 
     sums = basis.polynomials.sum(np.asfortranarray(coefficients), np.asfortranarray(germs))
     np.testing.assert_array_equal(sums, matrix_product(basis.at(germs), coefficients))
     np.testing.assert_allclose(sums, basis.at(germs) @ coefficients, atol=1e-12)
+
+
+# Size and elements of the sets of multi-indices.
+
+
+@pytest.mark.parametrize(("dimension", "order"), [(1, 20), (2, 0), (2, 8), (3, 4), (7, 3)])
+def test_the_total_degree_is_complete(dimension: int, order: int) -> None:
+    terms = degrees(dimension, order)
+    assert terms.shape == (comb(order + dimension, dimension), dimension)
+    assert len(np.unique(terms, axis=0)) == len(terms)
+    assert np.all(np.diff(terms.sum(axis=1)) >= 0)
+    assert terms[-1].sum() == order
+    assert not terms[0].any()
+
+
+@pytest.mark.parametrize("norm", [0.4, 0.5, 0.75, 1.0])
+@pytest.mark.parametrize(("dimension", "order"), [(2, 8), (3, 9), (4, 4)])
+def test_the_hyperbolic_set_agrees_with_its_definition(dimension: int, order: int, norm: float) -> None:
+    expected = {index for index in product(range(order + 1), repeat=dimension)
+                if sum(i**norm for i in index) <= order**norm * (1 + 1e-12)}
+    assert {tuple(row) for row in degrees(dimension, order, norm).tolist()} == expected
+
+
+def test_invalid_truncations_raise() -> None:
+    for arguments in ((0, 2), (2, -1), (2, 41)):
+        with pytest.raises(InvalidValue, match="order from 0 to 40"):
+            degrees(*arguments)
+    for norm in (0.0, 1.5, np.nan):
+        with pytest.raises(InvalidValue, match="norm of the truncation"):
+            degrees(2, 3, norm)
+    with pytest.raises(InvalidValue, match="vary fewer inputs"):
+        degrees(7, 8)
+
+
+# The regression compared with NumPy, and linearly dependent terms.
+
+
+def test_agrees_with_numpy() -> None:
+    random = np.random.default_rng(1)
+    values, weights = random.standard_normal((40, 12)), random.uniform(0.1, 3.0, 40)
+    observed = random.standard_normal((40, 5))
+    root = np.sqrt(weights)[:, None]
+    expected = np.linalg.lstsq(root * values, root * observed)[0]
+    np.testing.assert_allclose(projection(values, weights) @ observed, expected, atol=1e-12)
+
+
+def test_linearly_dependent_terms_raise() -> None:
+    values = np.random.default_rng(1).standard_normal((40, 12))
+    values[:, 7] = values[:, 3] - 2 * values[:, 5]
+    with pytest.raises(InvalidValue, match="Take more samples"):
+        projection(values, np.ones(40))

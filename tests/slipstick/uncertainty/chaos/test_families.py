@@ -1,15 +1,20 @@
-"""The families of an input compared with the distributions of SciPy, including the tails and the limit of zero std."""
+"""Families and germs of an input against SciPy, OpenTURNS and closed forms, including the tails and the limits."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import openturns
 import pytest
 from scipy import stats
 from scipy.integrate import quad
 
+from slipstick.errors import InvalidValue, UnknownName
 from slipstick.uncertainty.chaos import FAMILIES, Family, Germ
+from slipstick.uncertainty.chaos.cornish_fisher import FARTHEST, quantile, score
 from slipstick.uncertainty.chaos.families import HERMITE, beta_shape, from_score, germ_of, to_score
+from slipstick.uncertainty.chaos.polynomials import Polynomials
+from slipstick.uncertainty.chaos.rules import gauss
 
 SUPPORT = np.array([0.5, 1.5])
 
@@ -140,3 +145,104 @@ def test_every_family_has_the_polynomials_of_table_1(family: Family, germ: Germ)
 def test_the_std_of_a_beta_variable_is_limited_by_its_support() -> None:
     assert min(beta_shape(0.9, 0.99 * np.sqrt(0.4 * 0.6), SUPPORT)) > 0
     assert min(beta_shape(0.9, 1.01 * np.sqrt(0.4 * 0.6), SUPPORT)) < 0
+
+
+# Germs compared with OpenTURNS, SciPy and closed forms, and their limits for large shapes.
+
+
+GERMS = {
+    Germ("hermite"): (openturns.Normal(0, 1), stats.norm()),
+    Germ("legendre"): (openturns.Uniform(-1, 1), stats.uniform(-1, 2)),
+    Germ("laguerre", (0.6,)): (openturns.Gamma(0.6, 1, 0), stats.gamma(0.6)),
+    Germ("laguerre", (3.7,)): (openturns.Gamma(3.7, 1, 0), stats.gamma(3.7)),
+    Germ("laguerre", (400.0,)): (openturns.Gamma(400, 1, 0), stats.gamma(400)),
+    Germ("jacobi", (2.3, 4.1)): (openturns.Beta(2.3, 4.1, -1, 1), stats.beta(2.3, 4.1, -1, 2)),
+    Germ("jacobi", (0.5, 1.5)): (openturns.Beta(0.5, 1.5, -1, 1), stats.beta(0.5, 1.5, -1, 2)),
+    Germ("jacobi", (90.0, 30.0)): (openturns.Beta(90, 30, -1, 1), stats.beta(90, 30, -1, 2)),
+}
+NORMALS = np.array([-6.0, -3.0, -1.2, -0.1, 0.0, 0.4, 1.0, 2.5, 5.0])
+each_family = pytest.mark.parametrize("germ", GERMS, ids=lambda germ: f"{germ.name}{germ.shape}")
+
+
+def up_to(germ: Germ, order: int) -> Polynomials:
+    return Polynomials.of((germ,), np.arange(order + 1)[:, None])
+
+
+@each_family
+def test_polynomials_and_gauss_rules_agree_with_openturns(germ: Germ) -> None:
+    distribution, frozen = GERMS[germ]
+    factory = openturns.StandardDistributionPolynomialFactory(distribution)
+    nodes, weights = gauss(germ, 10)
+    expected_nodes, expected_weights = factory.getNodesAndWeights(10)
+    np.testing.assert_allclose(nodes, (np.array(expected_nodes) - frozen.mean()) / frozen.std(), atol=1e-10)
+    np.testing.assert_allclose(weights, expected_weights, rtol=1e-9, atol=1e-14)
+    expected = np.column_stack([[factory.build(n)(frozen.mean() + frozen.std() * node) for node in nodes]
+                                for n in range(13)])
+    np.testing.assert_allclose(up_to(germ, 12).at(nodes[:, None]), expected, atol=1e-11 * np.abs(expected).max())
+
+
+@each_family
+def test_polynomials_are_orthonormal_up_to_order_40(germ: Germ) -> None:
+    nodes, weights = gauss(germ, 60)
+    values = up_to(germ, 40).at(nodes[:, None])
+    np.testing.assert_allclose((values * weights[:, None]).T @ values, np.eye(41), atol=1e-10)
+
+
+@pytest.mark.parametrize("shape", [1e4, 1e6, 1e9, 1e14])
+def test_gamma_and_symmetric_beta_converge_to_the_normal(shape: float) -> None:
+    for germ, deviation in ((Germ("laguerre", (shape,)), shape**-0.5), (Germ("jacobi", (shape, shape)), 1 / shape)):
+        alpha, beta = germ.recurrence(10)
+        np.testing.assert_allclose(alpha, 0, atol=20 * deviation)
+        np.testing.assert_allclose(beta, np.arange(10), atol=150 / shape + 1e-12)
+        np.testing.assert_allclose(germ.of_normal(NORMALS), NORMALS, atol=30 * deviation + 1e-12)
+    if shape < 1e6:  # negative control
+        assert np.abs(Germ("laguerre", (shape,)).of_normal(NORMALS) - NORMALS).max() > 0.1
+
+
+@pytest.mark.parametrize("shape", [1e3, 1e6, 1e12])
+def test_coefficients_of_a_narrow_gamma_are_accurate(shape: float) -> None:
+    n = np.arange(20)
+    alpha, beta = Germ("laguerre", (shape,)).recurrence(20)
+    np.testing.assert_allclose(alpha, 2 * n / np.sqrt(shape), atol=1e-15 * np.sqrt(shape))
+    np.testing.assert_allclose(beta, n * (1 + (n - 1) / shape), rtol=1e-13)
+
+
+@pytest.mark.parametrize(("name", "edge"), [("laguerre", (3e5,)), ("jacobi", (1e6, 1e6)), ("jacobi", (1e6, 3e7))])
+def test_quantiles_are_continuous_at_the_transition_to_cornish_fisher(name: str, edge: tuple[float, ...]) -> None:
+    below, above = (Germ(name, tuple(factor * value for value in edge))  # type: ignore[arg-type]
+                    for factor in (1 - 1e-9, 1 + 1e-9))
+    np.testing.assert_allclose(below.of_normal(NORMALS), above.of_normal(NORMALS), atol=1e-7)
+
+
+@pytest.mark.parametrize("shape", [(), (1.0, 2.0), (0.0,), (-1.0,), (np.inf,), (np.nan,), (1e20,)])
+def test_invalid_shapes_raise(shape: tuple[float, ...]) -> None:
+    with pytest.raises(InvalidValue, match="Give \\(k\\)"):
+        Germ("laguerre", shape)
+
+
+def test_shapes_that_scipy_cannot_invert_and_unknown_names_raise() -> None:
+    with pytest.raises(InvalidValue, match="Narrow the support"):
+        Germ("jacobi", (1e3, 1e7))
+    with pytest.raises(UnknownName, match="Did you mean 'hermite'"):
+        Germ("hermit")  # type: ignore[arg-type]
+
+
+# Nearly normal variables compared with the gamma and beta distributions of SciPy, and the inverse of the quantiles.
+
+
+@pytest.mark.parametrize("frozen", [stats.gamma(2e5), stats.beta(9e5, 9e5), stats.beta(9e5, 2e5)],
+                         ids=["gamma", "beta", "asymmetric beta"])
+def test_quantiles_are_those_of_scipy(frozen: Any) -> None:
+    mean, variance, *shape = (float(moment) for moment in frozen.stats("mvsk"))
+    z = np.linspace(0, 8, 17)
+    for side, of_tail in ((-1, frozen.ppf), (1, frozen.isf)):
+        expected = (of_tail(stats.norm.sf(z)) - mean) / np.sqrt(variance)
+        np.testing.assert_allclose(quantile(side * z, *shape), expected, atol=3e-7)
+        assert np.abs(expected - side * z).max() > 1e-6  # negative control: not the quantiles of a normal variable
+
+
+@pytest.mark.parametrize("skewness", [0.0, 1e-9, 4e-3, -4e-3])
+def test_the_score_is_the_inverse_of_the_quantile(skewness: float) -> None:
+    z, shape = np.linspace(-FARTHEST, FARTHEST, 371), (skewness, 1.5 * skewness**2)
+    np.testing.assert_allclose(score(quantile(z, *shape), *shape), z, atol=1e-12)
+    np.testing.assert_array_equal(score(np.array([-1e9, 1e9]), *shape), [-FARTHEST, FARTHEST])

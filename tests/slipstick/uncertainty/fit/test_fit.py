@@ -48,15 +48,6 @@ def finished(problem: InferenceProblem) -> SearchState:
 
 
 @pytest.mark.slow
-def test_a_resumed_search_is_bit_identical(problem: InferenceProblem) -> None:
-    uninterrupted = run(QUICK, problem, generations=20)
-    resumed = through_json(run(QUICK, problem, generations=10))
-    assert resumed["generation"] == 10
-    assert run(QUICK, problem, resumed, 10) == uninterrupted
-    assert run(replace(QUICK, seed=2), problem, generations=1) != run(QUICK, problem, generations=1)
-
-
-@pytest.mark.slow
 def test_a_search_is_bit_identical_for_any_number_of_threads() -> None:
     """The rounding of BLAS depends on the number of threads, but a fit must not."""
     code = (
@@ -246,40 +237,6 @@ def test_settings_are_converted_to_json_and_back_and_checked() -> None:
                   {"std_bounds": ((0.0, 0.1),)}, {"mean_bounds": ((1.5, 0.5),)}, {"output_std_bounds": (1e-3,)}):
         with pytest.raises((InvalidValue, UnknownName)):
             FitSettings(**wrong)  # type: ignore[arg-type]
-
-
-def test_settings_that_do_not_suit_the_problem_raise(problem: InferenceProblem) -> None:
-    with pytest.raises(InvalidValue, match="outside the domain of the model"):
-        run(replace(QUICK, mean_bounds=((1.6, 2.0),)), problem, generations=1)
-    with pytest.raises(InvalidValue, match="3 pairs of bounds for 2 inputs"):
-        run(replace(QUICK, mean_bounds=((0.5, 1.5),) * 3), problem, generations=1)
-    with pytest.raises(InvalidValue, match="4 nodes per axis"):
-        fit.initial_state(FitSettings(nodes=4), problem)
-
-
-@pytest.mark.slow
-def test_intervals_contain_the_truth_and_are_open_for_an_input_without_influence(
-        problem: InferenceProblem, truth: Candidate, finished: SearchState) -> None:
-    result = conclude(replace(QUICK, intervals=True), problem, finished)
-    by_name = {entry["unknown"]: entry for entry in result["intervals"]}
-    assert list(by_name) == list(search_space(QUICK, problem).names)
-    noise = by_name["output std"]
-    assert (noise["lower"] or 0) < truth.output_std < noise["upper"]  # the lower end may be open
-    for entry in result["intervals"]:
-        ends = (entry["lower"], entry["upper"])
-        assert any(end is not None for end in ends), "nothing is known of it"
-        low, high = (end if end is not None else open_end for end, open_end in zip(ends, (0.0, np.inf), strict=True))
-        assert 0 <= low < entry["estimate"] < high
-    assert result["combinations"][0]["identified"]
-    # The interval of an input without influence is open at both ends.
-    idle = InferenceProblem(lambda points, conditions: problem.model(
-        np.column_stack([points[:, :1], np.ones(len(points))]), conditions), problem.conditions, problem.measured_time,
-        problem.lower, problem.upper, problem.axes)
-    state = run(replace(QUICK, generations=8), idle)
-    estimate = fit.refined_estimate(QUICK, idle, state)
-    entry = fit.with_next_interval(QUICK, idle, fit.with_next_interval(QUICK, idle, estimate))["intervals"][1]
-    assert entry["unsettled"] == []
-    assert (entry["lower"], entry["upper"]) == (None, None)
 
 
 @pytest.mark.slow

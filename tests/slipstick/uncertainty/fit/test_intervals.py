@@ -13,7 +13,6 @@ from slipstick.uncertainty.fit.intervals import (
     combinations,
     direction_of,
     drop_at_level,
-    profile_drop,
     profile_interval,
 )
 from slipstick.uncertainty.fit.refine import constrained_maximum, local_problem, refined_vector
@@ -86,17 +85,6 @@ def test_intervals_on_lattices_are_those_along_lines(ridge: Case, optimum: np.nd
     for end in ("lower", "upper"):
         expected = getattr(along_lines, end)
         assert getattr(on_lattices, end) == (None if expected is None else pytest.approx(expected, abs=5e-4))
-
-
-def test_the_drop_at_the_true_value_agrees_with_the_closed_form(ridge: Case, optimum: np.ndarray) -> None:
-    """With one unknown fixed, the drop is at most that with all unknowns fixed."""
-    problem, space, closed = ridge
-    true = np.array([0.95, 1.05, 0.1, 0.08, 0.006])
-    largest = closed(space.to_natural(optimum)) - closed(true)
-    for direction in directions(ridge, optimum):
-        drop = profile_drop(problem, space, optimum, direction, float(direction @ true))
-        assert -0.001 < drop < largest + 0.001
-        assert drop == pytest.approx(closed_drop(ridge, optimum, direction, float(direction @ true)), abs=0.01)
 
 
 def test_the_scatter_may_move_to_the_other_input_along_a_profile(

@@ -14,12 +14,10 @@ from slipstick.uncertainty import Inputs, log10_mean_density, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings
 from slipstick.uncertainty.likelihood import (
     SAMPLES,
-    TOLERANCE,
     Candidate,
     InferenceProblem,
     by_expansion,
     by_sampling,
-    converged,
     exact,
 )
 
@@ -70,25 +68,6 @@ def test_a_linear_model_has_a_normal_density(linear_problem: InferenceProblem, m
     assert np.abs(exact(linear_problem, transposed) - expected).max() > 0.1
 
 
-def test_integration_is_accurate_far_in_the_tails_where_sampling_is_not(linear_problem: InferenceProblem) -> None:
-    """The noise is 1 ms, and the times are a hundred times the noise away from all of 4096 samples."""
-    candidate = Candidate(Inputs([1.0, 1.0], [0.05, 0.08]), 1e-3)
-    surfaces = linear_problem.conditions
-    spread = np.sqrt(np.sum((surfaces.slope * candidate.inputs.marginal_std) ** 2, axis=1) + 1e-6)
-    far = replace(linear_problem, measured_time=surfaces.base + 10 * spread, knots=(np.linspace(-9.0, 11.0, 41),) * 2)
-    expected = norm.logpdf(10.0) / np.log(10) - np.log10(1e3 * spread)
-    np.testing.assert_allclose(exact(far, candidate), expected, atol=1e-6)
-    assert np.abs(sampled(far, candidate, NORMALS) - expected).max() > 10
-
-
-def test_converged_meets_its_tolerance(problem: InferenceProblem, truth: Candidate) -> None:
-    for noise in (0.001, 0.004, 0.02):
-        candidate = Candidate(truth.inputs, noise)
-        likelihood, error = converged(problem, candidate)
-        assert error < TOLERANCE
-        assert abs(likelihood.sum() - exact(problem, candidate, 4096).sum()) < 2 * TOLERANCE
-
-
 @pytest.mark.parametrize("std", [0.01, 0.03, 0.1])
 def test_agrees_with_direct_monte_carlo(problem_measured_at: Callable[[Candidate], InferenceProblem],
                                         std: float) -> None:
@@ -129,13 +108,6 @@ def test_extreme_densities_neither_underflow_nor_overflow(linear_problem: Infere
             np.testing.assert_allclose(exact(far, candidate), expected, rtol=1e-9, atol=1e-7)
             np.testing.assert_allclose(sampled(far, candidate, NORMALS[:8]), expected, rtol=1e-9)
             assert np.isfinite(by_expansion(far, [candidate], DEFAULT)).all()
-
-
-def test_densities_are_per_millisecond(linear_problem: InferenceProblem) -> None:
-    """With 1 ms of noise the peak density is 0.4 per ms; per second it would be 3 decades higher."""
-    at_peak = replace(linear_problem, measured_time=linear_problem.conditions.base)
-    likelihood = exact(at_peak, Candidate(Inputs([1.0, 1.0], [0.0, 0.0]), 1e-3))
-    np.testing.assert_allclose(likelihood, np.log10(1 / np.sqrt(2 * np.pi)), rtol=1e-6)
 
 
 def test_many_candidates_have_the_same_likelihoods_as_single_ones(problem: InferenceProblem) -> None:

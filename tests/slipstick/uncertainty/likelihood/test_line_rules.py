@@ -86,11 +86,10 @@ PAIRS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("noise", [0.005, 0.02])
 @pytest.mark.parametrize("pair", PAIRS)
-def test_knotted_lines_integrate_the_table_itself(pair: str, noise: float) -> None:
+def test_knotted_lines_integrate_the_table_itself(pair: str) -> None:
     """The error is about 10^-4 decades for inputs that are not normal, because they are not linear in their scores."""
-    inputs, model = Inputs([1.01, 1.03], **PAIRS[pair]), table()
+    inputs, model, noise = Inputs([1.01, 1.03], **PAIRS[pair]), table(), 0.005
     times = measured(inputs, model)
     quadrature = knotted(inputs, KNOTS, slopes(inputs, model), noise, 8.0)
     tolerance = 3e-4 if "families" in PAIRS[pair] else 1e-5
@@ -132,7 +131,7 @@ def test_the_weights_of_knotted_lines_sum_to_one(pair: str) -> None:
     np.testing.assert_allclose(log10_density(quadrature, flat, np.zeros(1), 0.01), peak, atol=1e-7)
 
 
-@pytest.mark.parametrize("count", [64, 256, 1024])
+@pytest.mark.parametrize("count", [64, 1024])
 @pytest.mark.parametrize("dimension", [1, 2, 3, 7])
 def test_lines_along_a_direction_have_unit_weight_and_the_given_correlation(dimension: int, count: int) -> None:
     random = np.random.default_rng(dimension)

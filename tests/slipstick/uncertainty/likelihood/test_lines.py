@@ -1,15 +1,20 @@
-"""The integral along lines compared with closed forms and with adaptive quadrature by SciPy."""
+"""The integral along lines and its functions compared with closed forms and with SciPy, and their machine code."""
 
+import platform
+import re
 import warnings
 from collections.abc import Callable
 from itertools import pairwise
 
+import numba
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.special import logsumexp
+from scipy.special import erfcx
 from scipy.stats import norm
 
+from slipstick.uncertainty.likelihood import pieces
+from slipstick.uncertainty.likelihood.exponential import exponential
 from slipstick.uncertainty.likelihood.lines import (
     Lines,
     Moments,
@@ -146,17 +151,6 @@ def test_a_piece_with_nan_at_either_end_has_a_density_of_zero() -> None:
     assert np.isfinite(moments.first[:2]).all()
 
 
-def test_the_density_is_the_weighted_sum_over_lines() -> None:
-    """Also if the density of one line is a thousand decades below that of the other."""
-    quadrature, outputs, times = kinked(2)
-    for noise in (0.05, 1e-4):
-        single = [log10_density(Lines(quadrature.breakpoints[[row]], quadrature.across[[row]],
-                                      quadrature.log_weight[[row]], quadrature.factor),
-                                outputs[7 * row:7 * row + 7], times, noise) for row in range(2)]
-        np.testing.assert_allclose(log10_density(quadrature, outputs, times, noise),
-                                   logsumexp(np.array(single) * np.log(10), axis=0) / np.log(10), rtol=1e-12)
-
-
 def test_conditions_are_independent() -> None:
     """The result of a condition does not depend on the other conditions or on the threads."""
     quadrature, outputs, times = kinked(conditions=300)
@@ -171,3 +165,30 @@ def test_scores_are_listed_line_by_line() -> None:
     factor = np.array([[1.0, 2.0], [3.0, 4.0]])
     quadrature = Lines(np.array([[10.0, 20.0], [30.0, 40.0]]), np.array([[1.0], [2.0]]), np.zeros(2), factor)
     np.testing.assert_array_equal(quadrature.scores, [[12, 34], [22, 64], [34, 98], [44, 128]])
+
+
+# The functions of the compiled integrals over pieces compared with SciPy, and their machine code.
+
+
+def test_the_exponential_is_that_of_numpy() -> None:
+    x = np.concatenate([np.linspace(-500.0, 0.0, 20001), -np.logspace(-20, 0, 101)])
+    np.testing.assert_allclose([exponential(value) for value in x], np.exp(x), rtol=4e-16)
+    assert exponential(1e-3) == 1.0
+    assert exponential(-1e300) == exponential(np.nan) == exponential(-500.0) > 0
+
+
+def test_the_mills_ratio_is_that_of_scipy() -> None:
+    x = np.concatenate([np.linspace(0.0, 40.0, 4001), np.logspace(-9, 12, 400)])
+    ratios = [pieces._mills(pieces._SCALE / (pieces._SCALE + value)) for value in x]
+    np.testing.assert_allclose(ratios, np.sqrt(np.pi / 2) * erfcx(x / np.sqrt(2)), rtol=1e-13)
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
+@pytest.mark.parametrize("name", ["_place", "_integrate", "_moments", "_differentiate"])
+def test_the_loops_are_compiled_to_vector_instructions(name: str) -> None:
+    """A loss of vectorization is silent, and costs a factor of about eight."""
+    arguments = {"_place": (0.1, 0.6, 0.0, 1e-4), "_integrate": (0.1, 0.6, 1e-4), "_moments": (0.1, 0.6),
+                 "_differentiate": (0.1, 0.6, 1.0)}[name]
+    function = numba.njit(error_model="numpy", fastmath={"contract"})(getattr(pieces, name).py_func)
+    function(np.ones(pieces.WORK), *arguments)
+    assert re.search(r"v?mulpd\s", "".join(function.inspect_asm().values()))

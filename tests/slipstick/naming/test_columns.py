@@ -1,4 +1,4 @@
-"""Columns are derivatives beside other laws too, and steps of a fit that columns promise wrongly are taken back."""
+"""Columns are derivatives, of the piston and beside other laws, and are what a longer computation gives."""
 
 from dataclasses import replace
 from typing import Any
@@ -6,12 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slipstick.bench import parameters
+from slipstick.clutch.laws import MeasuredLaw
 from slipstick.clutch.model import Model
 from slipstick.naming import mechanics, sensor_errors
-from slipstick.naming.block import Block, Pair
+from slipstick.naming.block import Block, Laws, Pair, finest
 from slipstick.naming.fit import fit
 from slipstick.naming.input import InputBlock
+from slipstick.naming.piston import ClutchBlock
+from slipstick.naming.piston_laws import of_plates
 from slipstick.naming.scene import Scene
+from slipstick.naming.sensor_errors import as_read, pairs_of, read_too_much, reading
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 from tests.slipstick.naming.test_together import FIRST, TIME, Line, two
@@ -185,3 +190,111 @@ def test_a_law_of_the_converter_is_a_share_of_its_torque_on_this_bench(scene: Sc
     size = block.law(law).onto.shape[1]
     np.testing.assert_allclose(block.base(points, [(law, np.full(size, share))]), expected, rtol=1e-9)
     assert np.abs(block.base(points) - expected).max() > 1
+
+
+# Columns of what laws add to the closing piston are derivatives of the torque, beside laws of every other kind.
+
+
+SCATTERED, SEED, SHORT = 24, 5, 1e-4
+PAIRS: list[Pair] = [("chamber pressure", "input speed"), ("piston rate", "pressure"), ("piston gain", "run order"),
+                     ("clearance", "pressure"), ("friction lag", "time"), ("friction coefficient", "slip")]
+BESIDE_PISTON: dict[str, list[Pair]] = {
+    "nothing": [], "tables": [("piston rate", "piston rate"), ("piston rate", "piston position")],
+    "drag": [("piston rate", "direction")], "friction": [("friction lag", "output speed"), ("film torque", "slip")]}
+
+
+@pytest.fixture(scope="module")
+def block() -> ClutchBlock:
+    return block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics), SCATTERED, SEED))
+
+
+@pytest.mark.parametrize("pair", PAIRS, ids=" over ".join)
+@pytest.mark.parametrize("beside", BESIDE_PISTON)
+def test_columns_are_derivatives_of_the_torque(block: ClutchBlock, pair: Pair, beside: str) -> None:
+    rng = np.random.default_rng(SEED)
+    points = 0.02 * rng.standard_normal((SCATTERED, len(block.random)))
+    laws: Laws = [(one, 0.1 * np.abs(rng.standard_normal(block.size(one)))) for one in BESIDE_PISTON[beside]]
+    if pair[0] == "friction lag":  # which is a law that is held, so that it delays the torque
+        laws = [*laws, (pair, 0.1 * np.ones(block.size(pair)))]
+    block.at(np.array([7e-4]))
+    torque = block.base(points, laws)
+    held = dict(laws).get(pair, np.zeros(block.size(pair)))
+    others = [one for one in laws if one[0] != pair]
+    moved = [block.base(points, [*others, (pair, held + step)]) for step in SHORT * np.eye(block.size(pair))]
+    change = np.stack([(one - torque) / SHORT for one in moved], axis=1)
+    columns = block.basis(pair, points, laws, torque)
+    assert np.abs(change).max() > 0
+    off = np.abs(columns - change) / np.abs(change).max()
+    assert np.quantile(off, 0.9999) < 0.02  # a sample at which the difference steps over full contact is off
+    assert np.sqrt(np.mean((columns - change) ** 2) / np.mean(change**2)) < 0.02
+
+
+def test_plates_are_as_far_apart_as_in_the_simulator_where_they_wear_by_more_than_the_piston_begins_with() -> None:
+    pair, nominal = ("clearance", "run order"), dict(zip(parameters.NAMES, HEAVY.physics.nominal, strict=True))
+    wear = 2 * nominal["initial_position"] * nominal["temperature_gain"]
+    law = MeasuredLaw(*pair, (0.0, SCATTERED - 1.0), (-wear, wear), relative=False)
+    block = block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics).with_law(law), SCATTERED))
+    its, points = block.law(pair), np.zeros((SCATTERED, len(block.random)))
+    assert its.x is not None
+    coefficients = np.linalg.lstsq(its.onto, np.interp(its.x, law.at, law.change))[0]
+    before = block.scene.time < 0.05  # the plates close
+    left, lacking = ((block.measured - block.base(points, laws))[:, before] for laws in ([(pair, coefficients)], []))
+    assert np.abs(left).max() < 0.01 * np.abs(lacking).max()
+
+
+# What is computed without a basis, or by a shorter recurrence, is what the longer way gives.
+
+
+SENSORS = "pressure sensor", "input speed sensor", "output speed sensor", "output torque sensor"
+PISTON = ("piston rate", "piston rate"), ("piston rate", "piston position")
+DOZEN, DOZEN_SEED = 12, 3
+
+
+def clutch_of() -> ClutchBlock:
+    block = block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics), DOZEN, DOZEN_SEED))
+    assert isinstance(block, ClutchBlock)
+    return block
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_an_error_of_a_sensor_is_the_sum_over_its_basis(sensor: str) -> None:
+    block = clutch_of()
+    scene = replace(block.scene, of_plates=of_plates(block.scene, block.in_contact))
+    signal = scene.measured(sensor.removesuffix(" sensor").replace(" ", "_"))
+    asked = [(on, finer) for pair in pairs_of(scene, True, sensor) for on in pair[1:]
+             for finer in range(finest(block, pair) + 1)]
+    assert {"offset", "gain", "lag", "time", "run order", "heat", "current"} <= {on for on, _ in asked}
+    for on, finer in asked:
+        basis = reading(scene, sensor, on, signal, finer)
+        c = np.random.default_rng(DOZEN_SEED).standard_normal(basis.shape[1])
+        expected = c @ basis
+        np.testing.assert_allclose(read_too_much(scene, sensor, on, signal, c, finer), expected, rtol=0,
+                                   atol=1e-12 * np.abs(expected).max(), err_msg=f"{sensor} over {on}, finer {finer}")
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+@pytest.mark.parametrize(("on", "finer"), [("gain", 0), ("gain", 2), ("lag", 0), ("lag", 1), ("lag", 2)])
+def test_changes_are_read_as_the_error_changes_with_the_signal(sensor: str, on: str, finer: int) -> None:
+    scene = scene_of(HEAVY, Model(HEAVY.physics), DOZEN, DOZEN_SEED)
+    signal = 0.97 * scene.smooth[sensor.removesuffix(" sensor").replace(" ", "_")]  # off the last knot, where it bends
+    rng = np.random.default_rng(DOZEN_SEED)
+    law, c = (sensor, on), rng.standard_normal(reading(scene, sensor, on, signal, finer).shape[1])
+    change = np.stack([signal * np.sin(7 * scene.time), np.abs(signal)], axis=1)
+    step = 1e-7
+    expected = np.stack([one + (read_too_much(scene, sensor, on, signal + step * one, c, finer)
+                                - read_too_much(scene, sensor, on, signal - step * one, c, finer)) / (2 * step)
+                         for one in change.transpose(1, 0, 2)], axis=1)
+    found = as_read(scene, change, signal, [(law, c)], sensor, {law: finer})
+    assert np.linalg.norm(found - expected) < 1e-5 * np.linalg.norm(expected - change)
+    assert np.linalg.norm(expected - change) > 0.1 * np.linalg.norm(change)
+
+
+@pytest.mark.parametrize("pair", PISTON)
+def test_a_piston_without_a_law_moves_as_one_with_a_law_of_zeros(pair: tuple[str, str]) -> None:
+    block = clutch_of()
+    points = 0.05 * np.random.default_rng(DOZEN_SEED).standard_normal((DOZEN, len(block.random)))
+    for clock in (0.0, 0.4 * block.scene.step, -0.7 * block.scene.step):
+        block.at(np.array([clock]))
+        plain = block.base(points)
+        np.testing.assert_allclose(block.base(points, [(pair, np.zeros(block.size(pair)))]), plain, rtol=0,
+                                   atol=1e-10 * plain.max())

@@ -1,17 +1,20 @@
-"""Child processes: forks of one process that stays, each with its own limits, errors and end."""
+"""Child processes with their own limits, errors and end; and files that are opened again only if they have changed."""
 
 import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from slipstick.errors import InvalidValue
-from slipstick.storage import children
+from slipstick.storage import children, versions
+from slipstick.table import Table
 
 
 def call(function: str, content: bytes = b"", limits: children.Limits | None = None) -> bytes:
@@ -94,3 +97,28 @@ def _is_running(number: int) -> bool:
         return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
+
+
+# Files that are opened again only if they have changed.
+
+
+class Read:
+    """What stands for the content of a file."""
+
+
+def test_who_asks_for_a_table_while_it_is_read_gets_the_same_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+                                                                 ) -> None:
+    both, reads = threading.Barrier(2, timeout=1.0), list[Path]()
+
+    def read(path: Path) -> Read:
+        reads.append(path)
+        with suppress(threading.BrokenBarrierError):
+            both.wait()  # two that read at once would meet here
+        return Read()
+
+    monkeypatch.setattr(Table, "open", read)
+    version = (tmp_path / "table.h5", 1, 1)
+    with ThreadPoolExecutor(2) as pool:
+        first, second = pool.map(versions.open_table, [version] * 2)
+    assert first is second is versions.known_table(version)
+    assert len(reads) == 1
