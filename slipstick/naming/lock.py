@@ -21,8 +21,8 @@ _TWIST = 1e-3
 _WINDOWS, _ORDER = ((0.8,), (0.4, 0.8, 1.6), (0.4, 0.8, 1.6, 3.2)), 4
 """Lengths, in time constants of the valve, and order of the polynomials whose derivative is that of the torque; for
 laws that are not finer, once and twice finer. A longer window has less of the noise of the torque and less of the
-oscillation after lock-up, and a mixture of some has what the recordings ask for: the one of 0.8 alone leaves
-chi-squares of 1.1 to 4.4 where three leave 1.0 to 2.2 (r014, r041, q050)."""
+oscillation after lock-up, and a mixture of some has what the recordings ask for: on three benches with such a twist,
+the one of 0.8 alone leaves chi-squares of 1.1 to 4.4 where three leave 1.0 to 2.2."""
 
 
 class LockBlock:

@@ -1,10 +1,12 @@
 """How likely a finding is right: a logistic regression on how far it leads, and on what else is found.
 
-It is fitted to what was found in lists of recordings with hidden effects, on benches that were drawn at random
-(confidence.json, written by `benchmarks.naming`).
+It is fitted to findings in recordings of simulated benches with hidden effects, whose numbers were drawn at random. A
+row of confidence.csv is a finding: `group` numbers the sets of benches, of which one is left out where its own findings
+are predicted; `lead`, `alone`, `further`, `share` and `rare` are those of `Evidence`; `right` is 1 where the pair of the
+finding, or one that is not told from it, is that of a hidden effect.
 """
 
-import json
+import csv
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
@@ -16,7 +18,7 @@ import scipy
 from slipstick.naming.selection import Finding, is_further
 from slipstick.study.result import CountedFindings
 
-FILE = Path(__file__).with_name("confidence.json")
+FILE = Path(__file__).with_name("confidence.csv")
 BANDS = np.array([0.0, 0.4, 0.6, 0.8, 0.9, 1.0])
 """Bounds of the ranges of confidence in which right findings are counted."""
 LEAST = 0.5
@@ -24,9 +26,11 @@ LEAST = 0.5
 _SEPARATE = {"valve", "lock"}
 """Blocks in which nothing shows that is left of findings in other ones."""
 _CLEAR_LEAD = 5.0
-"""Standard errors at the naming limit. Above it, what is wrong is a cause that no pair describes, at any lead."""
+"""Standard errors above which a lead adds nothing: what is wrong is a cause that no pair describes, at any lead."""
 _STEPS = 20
 """Newton's steps: the likelihood is concave, and converges to the last digit in fewer."""
+_NONE = 0
+"""Number of no group."""
 
 
 class Evidence(NamedTuple):
@@ -71,60 +75,64 @@ def share_of(finding: Finding, findings: Sequence[Finding]) -> float:
     return finding.nats / sum(one.nats for one in findings if not its <= _SEPARATE or its & set(one.blocks))
 
 
-def confidence(evidence: Evidence, without: str = "") -> float:
+def confidence(evidence: Evidence, without: int = _NONE) -> float:
     """The expected share of right findings among those with this evidence.
 
-    It follows from all lists but `without`, whose findings are predicted.
+    It follows from all groups but the one numbered `without`, whose findings are predicted.
     """
     return float(_expected([evidence], without)[0])
 
 
-def are_reported(every: Sequence[Evidence], nats: Sequence[float], without: str = "") -> list[bool]:
+def are_reported(evidences: Sequence[Evidence], nats: Sequence[float]) -> list[bool]:
     """Which of all findings of a case, which gain these `nats`, are reported: the largest, and others that are likely.
 
     That something is missing is certain where anything was found. A smaller finding says that there is another cause,
-    where the law of the first may only not follow its own one. A rare pair beside a usual one follows what is left of
-    that: of 38 that were reported in `outlying` to `alpine`, one was right.
+    where the law of the first may only not follow its own one. A rare pair beside a usual one is not reported: it
+    follows the residual of that one.
     """
-    are_all_rare = all(one.rare for one in every)
-    possible = {place for place, one in enumerate(every) if are_all_rare or not one.rare}
+    are_all_rare = all(evidence.rare for evidence in evidences)
+    possible = {place for place, evidence in enumerate(evidences) if are_all_rare or not evidence.rare}
     most = max((nats[place] for place in possible), default=0.0)
-    return [place in possible and (nats[place] == most or confidence(one, without) > LEAST)
-            for place, one in enumerate(every)]
+    return [place in possible and (nats[place] == most or confidence(evidence) > LEAST)
+            for place, evidence in enumerate(evidences)]
 
 
-def counted(its: float) -> CountedFindings:
-    """How many findings in the same band of confidence as `its` were right, each predicted from the other lists."""
-    band = int(_band(its))
-    right = np.concatenate([[is_right for evidence, is_right in rows if _band(confidence(evidence, which)) == band]
-                            for which, rows in found().items()])
+def counted(value: float) -> CountedFindings:
+    """How many findings in the same band of confidence as `value` were right, each predicted from the other groups."""
+    band = int(_band(value))
+    right = np.concatenate([[is_right for evidence, is_right in rows if _band(confidence(evidence, group)) == band]
+                            for group, rows in read_findings().items()])
     return CountedFindings(float(BANDS[band]), float(BANDS[band + 1]), int(right.sum()), len(right))
 
 
 @cache
-def found() -> dict[str, list[tuple[Evidence, bool]]]:
-    """The findings of each list: their evidence, and whether they are right."""
-    lists = json.loads(FILE.read_text())
-    return {which: [(Evidence(lead, bool(alone), bool(further), share, bool(rare)), bool(is_right))
-                    for lead, alone, further, share, rare, is_right in rows]
-            for which, rows in lists.items()}
+def read_findings() -> dict[int, list[tuple[Evidence, bool]]]:
+    """The findings of each group: their evidence, and whether they are right."""
+    groups: dict[int, list[tuple[Evidence, bool]]] = {}
+    with FILE.open() as file:
+        for row in csv.DictReader(file):
+            alone, further, rare, right = (row[name] == "1" for name in ("alone", "further", "rare", "right"))
+            evidence = Evidence(float(row["lead"]), alone, further, float(row["share"]), rare)
+            groups.setdefault(int(row["group"]), []).append((evidence, right))
+    return groups
 
 
-def _expected(evidence: Iterable[Evidence], without: str) -> np.ndarray:
-    return np.asarray(scipy.special.expit(np.array([one.row for one in evidence]) @ coefficients(without)))
+def _expected(evidences: Iterable[Evidence], without: int) -> np.ndarray:
+    rows = np.array([evidence.row for evidence in evidences])
+    return np.asarray(scipy.special.expit(rows @ coefficients(without)))
 
 
 @cache
-def coefficients(without: str) -> np.ndarray:
-    """Maximum-likelihood coefficients (6,) of the evidence, fitted to all lists but one."""
-    pairs = [pair for which, its in found().items() if which != without for pair in its]
-    rows, right = np.array([evidence.row for evidence, _ in pairs]), np.array([its for _, its in pairs], float)
-    at = np.zeros(rows.shape[1])
+def coefficients(without: int = _NONE) -> np.ndarray:
+    """Maximum-likelihood coefficients (6,) of the evidence, fitted to all groups but one."""
+    findings = [finding for group, rows in read_findings().items() if group != without for finding in rows]
+    rows, right = np.array([evidence.row for evidence, _ in findings]), np.array([hit for _, hit in findings], float)
+    estimate = np.zeros(rows.shape[1])
     for _ in range(_STEPS):
-        expected = scipy.special.expit(rows @ at)
+        expected = scipy.special.expit(rows @ estimate)
         information = (rows.T * (expected * (1 - expected))) @ rows
-        at = at + np.linalg.solve(information, rows.T @ (right - expected))
-    return at
+        estimate = estimate + np.linalg.solve(information, rows.T @ (right - expected))
+    return estimate
 
 
 def _band(confidences: float | np.ndarray) -> np.ndarray:

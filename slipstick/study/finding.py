@@ -125,7 +125,7 @@ class FindingResult:
     blocks: list[str]
     """Blocks of the model that show it."""
     nats: float
-    """Gain of the natural log-likelihood of held-out engagements in these blocks."""
+    """Gain of the natural log-likelihood in these blocks, less the BIC penalty of its coefficients."""
     errors: float
     """Standard errors over engagements in which they show the law, as a standard normal deviate: by what they gain, or
     by their scores in the direction of the law, which are larger where its form loses in some of them."""
@@ -172,6 +172,6 @@ class Remainder:
     nats: float
     """Gain of the natural log-likelihood in these blocks beside the findings."""
     confidence: float
-    """Expected share of right ones among findings with such evidence; at most a quarter."""
+    """Expected share of right ones among findings with such evidence."""
     counted: CountedFindings
     """How many findings with such a confidence were right."""

@@ -171,7 +171,7 @@ class StudyResult:
     """Stated levels of motor speed, load inertia and brake torque as the blocks measure them. The simulation has the
     measured values. A condition whose block was not tested, or that has a value in each engagement, is not listed."""
     remainders: list[Remainder] = field(default_factory=list)
-    """What the findings may leave: smaller ones, three quarters of which are wrong, or more."""
+    """Smaller findings that are not reported: wrong more likely than not, or rare pairs beside a usual one."""
     explanations: list[Explanation] = field(default_factory=list)
     """Effects of the catalogue that would explain what the simulation leaves where blocks were not tested, that which
     gains most first. Their laws are not measured, and other effects are not excluded."""
