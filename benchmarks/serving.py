@@ -25,10 +25,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.connection import Connection
 from benchmarks.peers import OURS, spread
 from benchmarks.results import write
-from benchmarks.servers import ROOT, Server, bare, service, umbridge
+from benchmarks.servers import ROOT, Connection, Server, bare, service, umbridge
 
 HEADER = ("work", "code", "unit", "median", "least", "most", "first of the work / code", "least", "most", "target",
           "met")

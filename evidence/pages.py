@@ -14,6 +14,8 @@ from evidence.tables import read_rates
 from slipstick.study.confidence import coefficients
 
 ROOT = Path(__file__).parents[1]
+FEWEST = 10
+"""Cases or findings of a rate in the table of the method: the bounds of fewer are too wide to tell anything."""
 TABLE = Path(__file__).with_name("rates.csv")
 SHORT = {
     ("nothing_missing", "something said to be missing"): "nothing is missing: the study says that something is",
@@ -24,7 +26,7 @@ SHORT = {
     ("one_unknown_effect", "visible: right block"): "an effect outside the catalogue: the right block is named",
     ("one_unknown_effect", "visible: a name of the catalogue"): "the same: a name of the catalogue",
     ("two_effects", "both visible: both in the answer"): "two effects: both are in the answer",
-    ("all", "findings of a confidence of 0.9 to 1.01: right"): "all findings with a confidence of 0.9: right",
+    ("all", "findings with a confidence of 0.9 or more: right"): "all suites, findings with a confidence of 0.9: right",
 }
 """Rows of the page for users: a rate, and its words."""
 
@@ -37,14 +39,14 @@ def render_short_rates(rates: Sequence[Rate]) -> str:
 
 
 def render_rates(rates: Sequence[Rate]) -> str:
-    """Return the table of all rates, of all findings and of those that are reported."""
-    keys = dict.fromkeys((rate.suite, rate.what) for rate in rates)
+    """Return the table of the rates of at least `FEWEST`, of all findings and of those that are reported."""
+    keys = dict.fromkeys((rate.suite, rate.what) for rate in rates if rate.of >= FEWEST)
     given = {(rate.suite, rate.what, rate.stage): rate for rate in rates}
     rows = []
     for suite, what in keys:
         first, reported = (given.get((suite, what, stage)) for stage in ("all", "reported"))
         cells = [f"{rate.hits} of {rate.of}" if rate else "" for rate in (first, reported)]
-        rows.append(f"| {suite.replace('_', ' ')} | {what.replace('1.01', '1')} | {' | '.join(cells)} "
+        rows.append(f"| {suite.replace('_', ' ')} | {what} | {' | '.join(cells)} "
                     f"| {_bounds(reported or first)} |")
     return "\n".join(["| suite | counted | all findings | reported | 95 % bounds |", "| --- | --- | --- | --- | --- |",
                       *rows])

@@ -145,9 +145,10 @@ def _rate_findings(entries: Sequence[Entry]) -> list[Rate]:
     findings = [(each, is_right(each, entry.truth)) for entry in entries for each in entry.answer.reported.findings]
     laws = [difference for entry in entries for difference in compare_laws(entry.answer, entry.truth)]
     named = [each for each, right in findings if right and each.effect]
-    rates = [_count("all", f"findings of a confidence of {low:g} to {high:g}: right", "reported",
+    rates = [_count("all", f"findings with a confidence of {words}: right", "reported",
                     [right for each, right in findings if low <= each.confidence < high])
-             for low, high in ((0.0, 0.6), (0.6, 0.8), (0.8, SURE), (SURE, 1.01))]
+             for words, low, high in (("less than 0.6", 0.0, 0.6), ("0.6 to 0.8", 0.6, 0.8),
+                                      (f"0.8 to {SURE:g}", 0.8, SURE), (f"{SURE:g} or more", SURE, np.inf))]
     rates += [_count("all", "findings: right", "reported", [right for _, right in findings]),
               Rate("all", "findings: right, as expected by their confidence", "reported",
                    round(sum(each.confidence for each, _ in findings)), len(findings))]

@@ -20,6 +20,7 @@ from distribution import (
     pytest_xdist_make_scheduler,
 )
 from selenium import webdriver
+from threadpoolctl import threadpool_limits
 
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.recordings import Recordings
@@ -36,6 +37,13 @@ ROOT = Path(__file__).parents[1]
 BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
                    "--disable-background-networking", "--disable-component-update", "--disable-sync",
                    "--window-size=1200,1600", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_blas_thread() -> Iterator[None]:
+    """Products of small matrices take far longer in several threads, where other processes use the cores."""
+    with threadpool_limits(1, "blas"):
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -89,7 +89,7 @@ def test_rates_count_visible_effects_and_weak_ones_apart() -> None:
     assert rates["one_known_effect", "below the noise: right first", "all"] == (0, 1)
     assert rates["nothing_missing", "something said to be missing", "all"] == (1, 4)
     assert rates["nothing_missing", "a wrong name that is sure", "all"] == (1, 4)
-    assert rates["all", "findings of a confidence of 0.9 to 1.01: right", "reported"] == (2, 3)
+    assert rates["all", "findings with a confidence of 0.9 or more: right", "reported"] == (2, 3)
 
 
 def test_bounds_are_those_of_clopper_and_pearson() -> None:

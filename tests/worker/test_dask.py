@@ -9,12 +9,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from test_serve_jobs import SETTINGS, Bench, ended, in_stage
 
+from evidence.runner import answer_cases
 from slipstick.clutch.ensemble import DEFAULT, Simulator
 from slipstick.errors import InvalidValue
 from slipstick.machine import open_machine
@@ -237,6 +239,16 @@ def test_a_callable_needs_a_worker_that_may_start_processes(tmp_path: Path) -> N
             worker.terminate()
             worker.wait()
             dask.stop()
+
+
+@pytest.mark.slow
+def test_cases_of_the_evidence_are_answered_alike(dask: Dask, tmp_path: Path) -> None:
+    case = ("nothing_missing", 411)
+    here, = answer_cases("naming", [case], work=tmp_path / "here")
+    there, = answer_cases("naming", [case], dask.address, tmp_path / "there")
+    assert not here.answer.error
+    assert replace(there.answer, seconds=0.0) == replace(here.answer, seconds=0.0)
+    assert there.truth == here.truth
 
 
 def transitions(executor: Cluster) -> int:

@@ -21,11 +21,11 @@ _ALWAYS: Entries = [
     ("The piston position is not measured:", "what happens while the plates close is inferred from the torque. Weak "
      "laws of the piston rate are missed, those over rate, pressure and position are not always told apart, and their "
      "intervals are those of a linear model. A weak law of the piston is missed beside a strong one of full contact."),
-    ("A second cause may be missed:", "of two effects on simulated benches, each large enough to be named alone, both "
-     "were found in one of three recordings, and more often in different blocks than in the same one. Signs of one are "
-     "findings that are too uncertain to be reported, and blocks that are not explained."),
-    ("Effects outside the catalogue:", "on simulated benches, one in six of them was given the name of an effect that "
-     "resembles it. The measured law is that of the named pair."),
+    ("A second cause may be missed:", "of two effects on simulated benches that leave residuals as large as the noise, "
+     "both were reported in 3 of 10 recordings. Signs of a second one are findings that are too uncertain to be "
+     "reported, and blocks that are not explained."),
+    ("Effects outside the catalogue:", "on simulated benches, 2 of 14 of them were given the name of an effect that "
+     "resembles them. The measured law is that of the named pair."),
     ("“Nothing” has a limit:", "what is missing by less than about a fifth of the noise variance in a block is not "
      "reported as unexplained, and a pair that gains less than the settings require is not named."),
     ("Parameters are trusted near their nominal values:", "one that is not calibrated may be off by 3 %, stated "
