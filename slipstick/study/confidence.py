@@ -2,8 +2,8 @@
 
 It is fitted to findings in recordings of simulated benches with hidden effects, whose numbers were drawn at random. A
 row of confidence.csv is a finding: `group` numbers the sets of benches, of which one is left out where its own findings
-are predicted; `lead`, `alone`, `further`, `share` and `rare` are those of `Evidence`; `right` is 1 where the pair of the
-finding, or one that is not told from it, is that of a hidden effect.
+are predicted; `lead`, `alone`, `further`, `share` and `rare` are those of `Evidence`; `right` is 1 where the pair of
+the finding, or one that is not told from it, is that of a hidden effect.
 """
 
 import csv
