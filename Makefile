@@ -36,8 +36,8 @@ demo-stop: ## stop the service and the worker of the demo
 
 # What tests share is compiled before, so that they do not compile it at the same time: kernels and modules.
 test: setup ## ruff, mypy and the tests (at most five minutes on two cores)
-	@{ $(BIN)/python -m worker.rehearsal; $(BIN)/python -m pytest --collect-only --quiet > /dev/null; } & \
-	  $(MAKE) --no-print-directory lint && wait
+	@$(BIN)/python -m worker.rehearsal & \
+	  $(MAKE) --no-print-directory lint && $(BIN)/python -m pytest --collect-only --quiet > /dev/null && wait
 	@$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
 test-slow: setup ## the tests that `make test` leaves out (minutes)
@@ -60,7 +60,7 @@ bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five 
 	@$(PIP) install -e '.[bench]'
 	@$(BIN)/python -m benchmarks
 
-evidence: setup ## fixed cases of the study beside what is expected of them (ten minutes; evidence/README.md has more)
+evidence: setup ## fixed cases of the study beside what is expected of them (a few minutes; evidence/README.md has more)
 	@$(ONE_THREAD) $(BIN)/python -m evidence regression $(if $(DASK),--dask $(DASK))
 
 clean: ## remove the environment, the results of the demo, and caches

@@ -20,7 +20,7 @@ from worker.executors import add_dask_argument
 
 CASES = {"nothing_missing": 16, "one_known_effect": 40, "one_unknown_effect": 16, "two_effects": 12,
          "wrong_parameter": 8, "faulty_recordings": 8, "missing_signals": 8, "further_channel": 8}
-"""How many cases of each suite are answered by default: together about an hour of two cores."""
+"""How many cases of each suite are answered by default: together up to an hour of two cores."""
 DEFAULT = "naming"
 
 

@@ -16,7 +16,7 @@ from evidence.generator.world import World, draw_world
 from slipstick.recordings import Recordings
 
 TABLES = Path(__file__).parents[1] / "tables"
-__all__ = ["CONVERTER_LAGS", "EXACT", "FADE", "FRICTION_FALLS", "LOAD_DRAGS", "PISTON_WARMS", "SUPPLY_DROOPS", "Hidden",
+__all__ = ["CONVERTER_LAGS", "EXACT", "FRICTION_FALLS", "LOAD_DRAGS", "PISTON_WARMS", "SUPPLY_DROOPS", "Hidden",
            "case_of", "draw_world", "law", "record", "shipped"]
 HORIZON = {"heavy": 2.0, "compact": 1.8}
 EXACT = World()
@@ -50,7 +50,6 @@ def record(folder: Path, *hidden: Hidden, seed: int, count: int, bench: str = "h
 
 
 FRICTION_FALLS = law("friction_coefficient", "slip", lambda v: 1 + 0.2 * np.exp(-((v / 14) ** 1.3)))
-FADE = law("friction_coefficient", "energy", lambda e: 1 - 0.2 * (1 - np.exp(-((np.maximum(e, 0) / 9e3) ** 1.1))))
 SUPPLY_DROOPS = law("pressure_gain", "motor_speed", lambda w: 1 - 0.08 * np.exp(-(((w - 100) / 50) ** 2)),
                     block="pressure")
 LOAD_DRAGS = law("load_torque", "output_speed", lambda w: 0.01 * (w**2 + 2 * w), "difference", "output speed")
