@@ -29,9 +29,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m evidence", description=__doc__)
     parser.add_argument("suites", nargs="+", choices=[*SUITES, "all", "regression"], metavar="SUITE",
                         help=f"{', '.join(SUITES)}, all of them, or the regression suite")
-    parser.add_argument("--seed", type=int, default=1,
+    parser.add_argument("--seed", type=read_count, default=1,
                         help="seed of the first case (default: 1); those behind it have the following seeds")
-    parser.add_argument("--cases", type=int, help="number of cases of each suite (default: "
+    parser.add_argument("--cases", type=read_count, help="number of cases of each suite (default: "
                                                   f"{', '.join(f'{suite} {count}' for suite, count in CASES.items())})")
     parser.add_argument("--method", default=DEFAULT, metavar="NAME|FILE",
                         help=f"what answers: {', '.join(METHODS)}, or a file of answers that another program or "
@@ -63,6 +63,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"\nBeside {DEFAULT}, on the cases that both have answered:")
         print(print_comparison(compare_methods(before, entries)))
     return 0
+
+
+def read_count(text: str) -> int:
+    """Return a whole number of 1 or more; argparse reports the errors that are raised."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of 1 or more")
+    return number
 
 
 def describe(entry: Entry) -> str:

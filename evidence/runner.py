@@ -15,6 +15,7 @@ from evidence.generator.truth import Truth, describe
 from evidence.methods import METHODS
 from evidence.rates import Entry
 from evidence.suites import draw_case
+from slipstick.errors import InvalidValue
 from slipstick.storage.files import replacing
 from worker.cluster import Cluster
 from worker.executors import explained
@@ -127,8 +128,18 @@ def read_entries(path: Path) -> Iterator[tuple[tuple[str, int], Entry]]:
 
 
 def read_answers(path: Path, cases: Iterable[tuple[str, int]], work: Path = WORK) -> Iterator[Entry]:
-    """Yield the entries of those cases that another program has answered, in a file as answer.py describes."""
-    answers = {answer.case: answer for answer in map(Answer.from_json, map(json.loads, path.read_text().splitlines()))}
+    """Yield the entries of those cases that another program has answered, in a file as answer.py describes.
+
+    Raises `InvalidValue` for a line that is no answer.
+    """
+    answers = {}
+    for number, line in enumerate(path.read_text().splitlines(), start=1):
+        try:
+            answer = Answer.from_json(json.loads(line))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InvalidValue(f"Line {number} of {path} is no answer ({type(error).__name__}: {error})",
+                               "Write a line of JSON for each case, as evidence/README.md shows") from error
+        answers[answer.case] = answer
     for case in cases:
         truth = write_case(*case, work).truth
         if truth.case in answers:

@@ -18,6 +18,7 @@ from evidence.methods import METHODS
 from evidence.runner import answer_cases, read_answers, read_entries, write_case
 from evidence.tables import read_rates
 from slipstick.bench import Bench
+from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
 
 ROOT = Path(__file__).parents[2]
@@ -72,6 +73,11 @@ def test_answers_of_another_program_are_read_for_the_cases_that_it_has(work: Pat
     answers.write_text(json.dumps({"case": name, "findings": [{"pair": ["friction coefficient", "slip"]}]}) + "\n"
                        + json.dumps({"case": "another/case"}) + "\n")
     entry, = read_answers(answers, CASES, work)
+    for line in ("nothing", "[]", '{"findings": []}', '{"case": "x", "findings": [{}]}'):
+        wrong = work / "wrong.jsonl"
+        wrong.write_text(line + "\n")
+        with pytest.raises(InvalidValue, match=r"Line 1 of .*wrong.jsonl is no answer"):
+            list(read_answers(wrong, CASES, work))
     assert entry.answer.findings[0].pair == ("friction coefficient", "slip")
     assert not entry.verdict("all").silent
 
@@ -82,6 +88,8 @@ def test_the_command_writes_cases_and_refuses_what_it_does_not_know(
     assert capsys.readouterr().out.startswith("nothing_missing/")
     assert (work / "cases" / "nothing_missing-401" / "bench.toml").exists()
     for arguments, words in ((["everything"], "invalid choice: 'everything'"),
+                             (["nothing_missing", "--cases", "0"], "'0' is not a whole number of 1 or more"),
+                             (["nothing_missing", "--seed", "x"], "--seed"),
                              (["nothing_missing", "--method", "nobody"], "neither a method (naming")):
         with pytest.raises(SystemExit):
             main(arguments)
