@@ -1,14 +1,15 @@
 """The option `--bench`, and what follows from it for models and recordings."""
 
 import argparse
+import json
 import shlex
 from pathlib import Path
 
 from slipstick.bench import Bench
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, open_conditions
-from worker.model_file import read_model
 
 DEFAULT = Path("tables/heavy.toml")
 
@@ -52,3 +53,13 @@ def open_recordings(bench: Bench, path: Path, signals: Path | None = None) -> Re
 def command_line(*words: str | Path) -> str:
     """A command of the worker, for a shell."""
     return shlex.join(["python", "-m", "worker", *map(str, words)])
+
+
+def read_model(path: Path) -> Model:
+    """Model from a JSON file, at its top level or under "model"; raises `InvalidValue`, `UnknownName`."""
+    try:
+        content = json.loads(path.read_text())
+        return Model.from_spec(content.get("model", content))
+    except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
+        raise InvalidValue(f"Cannot read a model from '{path}' ({type(error).__name__}: {error})",
+                           "Give the JSON that `calibrate --out` or `study --extended` writes") from error

@@ -21,9 +21,8 @@ from slipstick.storage.library import Library
 from slipstick.table.subject import Subject
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
-from worker.clocks import clock_times, stage_times
 from worker.computing import Report
-from worker.orders import Checkpoint, Order, require_same
+from worker.orders import Checkpoint, Order, clock_times, require_same, stage_times
 from worker.simulators import Simulators
 
 _STEP_SECONDS = 1.0

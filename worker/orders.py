@@ -1,13 +1,16 @@
-"""The input of a job, and what its steps hand on to the next."""
+"""The input of a job, what its steps hand on to the next, and the time that they take."""
 
+import time
+from collections.abc import Mapping
 from typing import Any
 
 from slipstick.errors import WrongDigest
 
 Order = dict[str, Any]
 """The input of a job, as the service submits it (service/job_store.py)."""
+ClockTimes = tuple[float, float]
 Checkpoint = dict[str, Any]
-"""The output of a step: a state, and the time spent so far in each stage (worker/clocks.py)."""
+"""The output of a step: a state, and the time spent so far in each stage."""
 
 
 def require_same(order: Order, kind: str, digest: str, job: str) -> None:
@@ -18,3 +21,17 @@ def require_same(order: Order, kind: str, digest: str, job: str) -> None:
     if digest != order[f"{kind}_digest"]:
         changed = "sensors or priors of the bench" if kind == "sensing" else f"{kind} '{order[kind]}'"
         raise WrongDigest(f"The {changed} changed after the {job} was submitted", f"Submit the {job} again")
+
+
+def clock_times() -> ClockTimes:
+    """Wall time, and processor time of all threads of this process, both in s."""
+    return time.perf_counter(), time.process_time()
+
+
+def stage_times(checkpoint: Mapping[str, Any], stage: str, begin: ClockTimes) -> dict[str, dict[str, float]]:
+    """The `seconds` and `processor_seconds` by stage of `checkpoint`, with the time since `begin` added to `stage`."""
+    updated = {}
+    for name, start, now in zip(("seconds", "processor_seconds"), begin, clock_times(), strict=True):
+        previous: dict[str, float] = checkpoint.get(name, {})
+        updated[name] = {**previous, stage: previous.get(stage, 0.0) + now - start}
+    return updated

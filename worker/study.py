@@ -19,7 +19,7 @@ from slipstick.study.export import file_stem, has_table, law_csv, law_mat
 from slipstick.study.progress import Log, StudyProgress
 from slipstick.study.record import figures_from_dict, result_from_dict
 from worker.bench_option import add_bench_argument, command_line, open_recordings
-from worker.clocks import clock_times, stage_times
+from worker.orders import clock_times, stage_times
 from worker.study_text import study_text
 
 

@@ -12,9 +12,8 @@ from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.study import StudySettings, conclude, examine
 from slipstick.study.progress import Log, StudyProgress
-from worker.clocks import clock_times, stage_times
 from worker.computing import Report
-from worker.orders import Checkpoint, Order, require_same
+from worker.orders import Checkpoint, Order, clock_times, require_same, stage_times
 
 _REPORT_SECONDS = 0.5
 

@@ -3,8 +3,7 @@
 from collections.abc import Collection
 
 from slipstick.bench import Bench
-from slipstick.recordings.needed import NEEDED, open_blocks
-from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.recordings.signals import NEEDED, SIGNAL_UNITS, open_blocks
 
 _LINKED = ("current_gain", "pressure_bias", "initial_position", "temperature_gain", "friction_coefficient")
 """Only products and ratios of these change torque and speeds: together they undo a change of any of them."""

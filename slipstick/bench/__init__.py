@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from slipstick.bench.bench import Bench
+from slipstick.bench.bench import Bench, Prior, Sensor
 from slipstick.bench.conditions import Conditions
 from slipstick.bench.converter import Converter
 from slipstick.bench.physics import Physics
 from slipstick.bench.scales import Scales
-from slipstick.bench.sensing import Prior, Sensor
 
 TEMPLATE = Path(__file__).with_name("template.toml")
 """A commented bench file to start from."""

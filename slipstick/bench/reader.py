@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from slipstick.bench import parameters
-from slipstick.bench.bench import Bench
+from slipstick.bench.bench import Bench, Prior, Sensor
 from slipstick.bench.converter import CAPACITY_UNIT, Converter
 from slipstick.bench.document import Document, Section
 from slipstick.bench.experiments import read_experiments
 from slipstick.bench.physics import Physics
-from slipstick.bench.sensing import Prior, Sensor
 from slipstick.errors import BadBench, InvalidValue, UnknownName
 
 SENSOR_UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m",

@@ -16,7 +16,6 @@ from slipstick.naming.law_map import UpTo
 from slipstick.naming.linear_model import LAW_PRECISION
 from slipstick.naming.mechanics import CONDITIONS_WITHIN
 from slipstick.naming.smoothness import between_points, smoothed, widened
-from slipstick.naming.thinning import thinned
 
 _IN_SIMULATOR = {"input torque": "converter torque"}
 """Quantities of pairs that the simulator has under another name: an input torque adds to the converter's."""
@@ -181,3 +180,16 @@ def _error(law: LawPoints, laws: Sequence[LawPoints]) -> float:
 def _has_clock(block: Block, pair: Pair) -> bool:
     """Whether a pair is the lag of the sensor whose clock the block estimates."""
     return pair == (f"{block.signal} sensor".replace("_", " "), "lag") and "clock" in block.fixed
+
+
+def thinned(x: np.ndarray, change: np.ndarray, most: int) -> np.ndarray:
+    """Indices of at most `most` points of a law `change` (m,) at the ascending x (m,), both ends among them.
+
+    Points are left out one by one, each time that without which the law differs least, at its worst, from all points.
+    """
+    kept = np.arange(len(x))
+    while len(kept) > most:
+        fewer = [np.delete(kept, i) for i in range(1, len(kept) - 1)]
+        worst = [np.abs(np.interp(x, x[points], change[points]) - change).max() for points in fewer]
+        kept = fewer[int(np.argmin(worst))]
+    return kept

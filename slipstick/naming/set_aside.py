@@ -12,7 +12,7 @@ from slipstick.naming.lock import LockBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.valve import ValveBlock
-from slipstick.recordings.needed import open_blocks
+from slipstick.recordings.signals import open_blocks
 from slipstick.threads import mapped
 
 _LEAST_SPREAD = 0.15

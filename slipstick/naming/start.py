@@ -30,7 +30,7 @@ from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.valve import ValveBlock
-from slipstick.recordings.needed import open_blocks
+from slipstick.recordings.signals import open_blocks
 
 Linear = TypeVar("Linear", ValveBlock, LoadBlock, InputBlock)
 

@@ -28,7 +28,7 @@ from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
 from slipstick.recordings import Recordings
 from slipstick.recordings.fitness import require_no_copies, require_one_clock, require_samples
-from slipstick.recordings.needed import open_blocks
+from slipstick.recordings.signals import open_blocks
 from slipstick.threads import in_one_blas_thread
 
 _SAME = 0.2

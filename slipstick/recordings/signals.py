@@ -1,5 +1,6 @@
 """Sensor signals of the test bench, all or some of four, sampled at the same times in every engagement."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +9,11 @@ from slipstick.errors import BadRecording
 
 SIGNAL_UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m"}
 """Units of the signals, in the order of the fields of `Signals`."""
+
+NEEDED = {"valve": {"pressure"}, "contact": set(SIGNAL_UNITS), "clutch": set(SIGNAL_UNITS),
+          "load": {"output_torque", "output_speed"}, "input": {"output_torque", "input_speed"},
+          "lock": {"output_torque", "output_speed", "input_speed"}}
+"""The signals of each block: those at both of its ends, and what its laws need."""
 
 LARGEST = 20_000_000
 """Maximum number of samples of all signals in one file together: 160 MB in memory."""
@@ -88,3 +94,8 @@ class FurtherChannel:
 
     unit: str
     values: np.ndarray
+
+
+def open_blocks(signals: Collection[str]) -> tuple[str, ...]:
+    """The blocks that can be asked where these signals were measured."""
+    return tuple(block for block, needed in NEEDED.items() if needed <= set(signals))

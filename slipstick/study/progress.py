@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal, get_args
 
 from slipstick.naming.asked import Asked, steps
 from slipstick.naming.block import Pair
-from slipstick.recordings.needed import open_blocks
+from slipstick.recordings.signals import open_blocks
 from slipstick.study.words import SIGNALS, title
 
 Stage = Literal["name", "confirm"]

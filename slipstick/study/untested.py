@@ -7,7 +7,7 @@ from slipstick.confirmation.explanations import Explanation, explanations
 from slipstick.confirmation.fit import SimulationFit, polished
 from slipstick.confirmation.times import TimesOver, times_over
 from slipstick.confirmation.traces import TIME
-from slipstick.recordings.needed import NEEDED
+from slipstick.recordings.signals import NEEDED
 from slipstick.study.result import ClosedBlock
 from slipstick.study.settings import StudySettings
 from slipstick.study.words import SIGNALS

@@ -20,8 +20,8 @@ from slipstick.table import Table
 from tests.benches import COMPACT, HEAVY, NOMINAL
 from worker import building
 from worker.__main__ import main
+from worker.bench_option import read_model
 from worker.build import read_axis
-from worker.model_file import read_model
 from worker.plan import Plan
 
 ROOT = Path(__file__).parents[2]

@@ -14,10 +14,9 @@ from slipstick.errors import InvalidValue
 from slipstick.naming import answer
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.law_map import over_runs
-from slipstick.naming.measured import LawPoints, law_points, measured
+from slipstick.naming.measured import LawPoints, law_points, measured, thinned
 from slipstick.naming.selection import Finding
 from slipstick.naming.smoothness import between_points, smoothed, widened
-from slipstick.naming.thinning import thinned
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 
