@@ -18,8 +18,8 @@ from evidence.tables import print_comparison, print_rates, write_answers, write_
 from slipstick.errors import SlipstickError
 from worker.executors import add_dask_argument
 
-CASES = {"nothing_missing": 16, "one_known_effect": 40, "one_unknown_effect": 16, "two_effects": 12,
-         "wrong_parameter": 8, "faulty_recordings": 8, "missing_signals": 8, "further_channel": 8}
+CASES = {"nothing_missing": 40, "one_known_effect": 80, "one_unknown_effect": 40, "two_effects": 24,
+         "wrong_parameter": 16, "faulty_recordings": 16, "missing_signals": 16, "further_channel": 16}
 """How many cases of each suite are answered by default: together up to an hour of two cores."""
 DEFAULT = "naming"
 
