@@ -59,7 +59,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{len(entries)}/{len(cases)} {entry.truth.case}: {describe(entry)}", flush=True)
     _write(chosen.out, chosen.method, entries)
     if chosen.method != DEFAULT:
-        before = [entry for case, entry in read_entries(WORK / f"answers-{DEFAULT}.jsonl") if case in set(cases)]
+        kept = read_entries(DEFAULT)
+        before = [kept[case] for case in cases if case in kept]
         print(f"\nBeside {DEFAULT}, on the cases that both have answered:")
         print(print_comparison(compare_methods(before, entries)))
     return 0

@@ -4,7 +4,7 @@ An answer of another program is a line of JSON: `{"case": NAME, "findings": [{"p
 the largest finding first; all other entries may be left out.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 Pair = tuple[str, str]
@@ -69,9 +69,8 @@ class Answer:
     def reported(self) -> "Answer":
         """The answer with the findings that are reported; what the others leave is not explained."""
         left = [block_of(each.pair) for each in self.findings if not each.reported]
-        return Answer(self.case, tuple(each for each in self.findings if each.reported),
-                      tuple(dict.fromkeys((*self.unexplained, *left))), self.explanations, self.set_aside, self.laws,
-                      self.error, self.seconds)
+        return replace(self, findings=tuple(each for each in self.findings if each.reported),
+                       unexplained=tuple(dict.fromkeys((*self.unexplained, *left))))
 
     def to_json(self) -> dict[str, Any]:
         """Return the answer as JSON has it."""

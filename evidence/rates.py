@@ -33,6 +33,11 @@ class Entry:
         return self.truth.case.split("/")[0]
 
     @property
+    def seed(self) -> int:
+        """The seed of the case."""
+        return int(self.truth.case.split("/seed-")[1].split("/")[0])
+
+    @property
     def strength(self) -> float:
         """The strength of the weakest effect; infinite where there is none."""
         return min((hidden.strength for hidden in self.truth.hidden), default=np.inf)
@@ -129,13 +134,15 @@ def rate(entries: Sequence[Entry]) -> list[Rate]:
     rates = []
     for suite, label, choose, conditions in _GROUPS:
         chosen = [entry for entry in entries if entry.suite == suite and choose(entry)]
+        judged = {stage: [(entry, entry.verdict(stage)) for entry in chosen] for stage in STAGES}
         for what, holds in conditions.items() if chosen else ():
-            rates += [_count(suite, f"{label}: {what}" if label else what, stage,
-                             [holds(entry, entry.verdict(stage)) for entry in chosen]) for stage in STAGES]
+            rates += [count_hits(suite, f"{label}: {what}" if label else what, stage,
+                                 [holds(entry, verdict) for entry, verdict in judged[stage]]) for stage in STAGES]
     return [*rates, *_rate_findings(entries)]
 
 
-def _count(suite: str, what: str, stage: str, values: Iterable[bool]) -> Rate:
+def count_hits(suite: str, what: str, stage: str, values: Iterable[bool]) -> Rate:
+    """Return the rate of those values that are true."""
     values = list(values)
     return Rate(suite, what, stage, sum(values), len(values))
 
@@ -145,20 +152,21 @@ def _rate_findings(entries: Sequence[Entry]) -> list[Rate]:
     findings = [(each, is_right(each, entry.truth)) for entry in entries for each in entry.answer.reported.findings]
     laws = [difference for entry in entries for difference in compare_laws(entry.answer, entry.truth)]
     named = [each for each, right in findings if right and each.effect]
-    rates = [_count("all", f"findings with a confidence of {words}: right", "reported",
+    rates = [count_hits("all", f"findings with a confidence of {words}: right", "reported",
                     [right for each, right in findings if low <= each.confidence < high])
              for words, low, high in (("less than 0.6", 0.0, 0.6), ("0.6 to 0.8", 0.6, 0.8),
                                       (f"0.8 to {SURE:g}", 0.8, SURE), (f"{SURE:g} or more", SURE, np.inf))]
-    rates += [_count("all", "findings: right", "reported", [right for _, right in findings]),
+    rates += [count_hits("all", "findings: right", "reported", [right for _, right in findings]),
               Rate("all", "findings: right, as expected by their confidence", "reported",
                    round(sum(each.confidence for each, _ in findings)), len(findings))]
-    rates.append(_count("all", "right names, left out of the catalogue: unlisted", "reported",
+    rates.append(count_hits("all", "right names, left out of the catalogue: unlisted", "reported",
                         [not each.left_out for each in named]))
-    rates += [_count("all", f"measured laws of right pairs: off by at most {most:g} times the stated error", "all",
+    rates += [count_hits("all", f"measured laws of right pairs: off by at most {most:g} times the stated error", "all",
                      [law.share <= most * law.stated for law in laws]) for most in (1.0, LAW_WITHIN)]
-    rates.append(_count("all", "measured laws of right pairs: within 20 % of their size", "all",
+    rates.append(count_hits("all", "measured laws of right pairs: within 20 % of their size", "all",
                         [law.share <= 0.2 for law in laws]))
-    rates.append(_count("all", "cases that raised an error", "all", [bool(entry.answer.error) for entry in entries]))
+    rates.append(count_hits("all", "cases that raised an error", "all",
+                            [bool(entry.answer.error) for entry in entries]))
     return [each for each in rates if each.of]
 
 

@@ -9,7 +9,7 @@ import csv
 from pathlib import Path
 
 from evidence.rates import Entry
-from evidence.runner import answer_cases
+from evidence.runner import answer_cases, forget_entries
 
 TABLE = Path(__file__).with_name("regression.csv")
 
@@ -36,13 +36,12 @@ def check(dask: str | None = None) -> int:
     """Answer the cases again, print each beside what is expected, and return 1 where any differs."""
     expected, differ = read(), 0
     work = TABLE.parents[1] / "var" / "evidence" / "regression"
-    (work / "answers-naming.jsonl").unlink(missing_ok=True)
+    forget_entries("naming", work)
     for entry in answer_cases("naming", expected, dask, work):
-        suite, seed = entry.suite, int(entry.truth.case.split("/seed-")[1].split("/")[0])
-        words = summarise(entry)
-        as_before = words == expected[suite, seed]
+        words, before = summarise(entry), expected[entry.suite, entry.seed]
+        as_before = words == before
         differ += not as_before
-        said = words if as_before else f"{words} instead of {expected[suite, seed]}"
+        said = words if as_before else f"{words} instead of {before}"
         print(f"{'as expected' if as_before else 'DIFFERS'}: {entry.truth.case}: {said} [{entry.answer.seconds:.0f} s]",
               flush=True)
     print(f"{len(expected) - differ} of {len(expected)} as expected")

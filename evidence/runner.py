@@ -3,8 +3,9 @@
 import json
 import subprocess
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 
@@ -12,6 +13,7 @@ from evidence.answer import Answer
 from evidence.generator.case import simulate
 from evidence.generator.files import write_recordings
 from evidence.generator.truth import Truth, describe
+from evidence.kept import PROCESSES, Job, Result, read_results, run_jobs
 from evidence.methods import METHODS
 from evidence.rates import Entry
 from evidence.suites import draw_case
@@ -25,15 +27,12 @@ WORK = ROOT / "var" / "evidence"
 """Folder of case files and answers."""
 RELATIVE = 1e-6
 """Tolerance of the integrator of the recordings."""
-PROCESSES = 2
 
 
 @dataclass(frozen=True)
 class CaseFiles:
     """The files of a case: its bench, its recordings, and its truth, which no method sees."""
 
-    suite: str
-    seed: int
     folder: Path
 
     @property
@@ -59,7 +58,7 @@ class CaseFiles:
 
 def write_case(suite: str, seed: int, work: Path = WORK) -> CaseFiles:
     """Draw a case and write its files to the folder `work`, unless they are there."""
-    files = CaseFiles(suite, seed, work / "cases" / f"{suite}-{seed}")
+    files = CaseFiles(work / "cases" / f"{suite}-{seed}")
     if not files.truth_file.exists():
         case = draw_case(suite, seed)
         run = simulate(case, RELATIVE)
@@ -76,12 +75,12 @@ def write_case(suite: str, seed: int, work: Path = WORK) -> CaseFiles:
 def answer_case(method: str, suite: str, seed: int, work: Path = WORK) -> Entry:
     """Draw a case and answer it; a method that raises has no finding, and its answer the error."""
     files = write_case(suite, seed, work)
-    began = perf_counter()
+    truth, began = files.truth, perf_counter()
     try:
-        answer = METHODS[method](files.truth.case, files.bench, files.recordings)
+        answer = METHODS[method](truth.case, files.bench, files.recordings)
     except Exception as error:  # is a result: a wrong one
-        answer = Answer(files.truth.case, error=repr(error))
-    return Entry(files.truth, replace(answer, seconds=round(perf_counter() - began, 1)))
+        answer = Answer(truth.case, error=repr(error))
+    return Entry(truth, replace(answer, seconds=round(perf_counter() - began, 1)))
 
 
 def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None = None,
@@ -91,40 +90,36 @@ def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None
     They are answered by two processes, or by the workers of the Dask scheduler at the address `dask`, each in a copy of
     this repository. Raises `InvalidValue` where these are gone.
     """
-    work.mkdir(parents=True, exist_ok=True)
-    version = name_commit()  # of the modules that are imported now
-    cases, kept = list(cases), work / f"answers-{method}.jsonl"
-    drop_unfinished_line(kept)
-    done = dict(read_entries(kept))
-    yield from (done[case] for case in cases if case in done)
-    left = [case for case in cases if case not in done]
-    if not left:
-        return
-    executor = Cluster(dask, needs_one_thread=True) if dask else ProcessPoolExecutor(PROCESSES)
-    with executor as pool, kept.open("a") as file, explained():
-        futures = {pool.submit(answer_case, method, *case, work): case for case in left}
-        for future in as_completed(futures):
-            entry, (suite, seed) = replace(future.result(), version=version), futures[future]
-            file.write(json.dumps({"suite": suite, "seed": seed, "version": entry.version,
-                                   "truth": entry.truth.to_json(), "answer": entry.answer.to_json()}) + "\n")
-            file.flush()
-            yield entry
+    def open_executor() -> Executor:
+        return Cluster(dask, needs_one_thread=True) if dask else ProcessPoolExecutor(PROCESSES)
+
+    answer = partial(_answer_as_json, method, work, name_commit())  # of the modules that are imported now
+    with explained():
+        for _, result in run_jobs(answer, list(cases), _kept(method, work), open_executor):
+            yield _entry(result)
 
 
-def drop_unfinished_line(path: Path) -> None:
-    """Cut a file, if it exists, behind its last whole line: a program that was killed may have written part of one."""
-    if path.exists():
-        content = path.read_bytes()
-        if not content.endswith(b"\n"):
-            path.write_bytes(content[:content.rfind(b"\n") + 1])
+def read_entries(method: str, work: Path = WORK) -> dict[Job, Entry]:
+    """Return the entries that are kept of a method, by suite and seed."""
+    return {case: _entry(result) for case, result in read_results(_kept(method, work)).items()}
 
 
-def read_entries(path: Path) -> Iterator[tuple[tuple[str, int], Entry]]:
-    """Yield suite and seed, and the entry, of each line of a file of answers that this program wrote, if it exists."""
-    for line in path.read_text().splitlines() if path.exists() else ():
-        content = json.loads(line)
-        yield (content["suite"], content["seed"]), Entry(
-            Truth.from_json(content["truth"]), Answer.from_json(content["answer"]), content["version"])
+def forget_entries(method: str, work: Path = WORK) -> None:
+    """Delete the answers that are kept of a method."""
+    _kept(method, work).unlink(missing_ok=True)
+
+
+def _kept(method: str, work: Path) -> Path:
+    return work / f"answers-{method}.jsonl"
+
+
+def _answer_as_json(method: str, work: Path, version: str, suite: str, seed: int) -> Result:
+    entry = answer_case(method, suite, seed, work)
+    return {"version": version, "truth": entry.truth.to_json(), "answer": entry.answer.to_json()}
+
+
+def _entry(result: Result) -> Entry:
+    return Entry(Truth.from_json(result["truth"]), Answer.from_json(result["answer"]), result["version"])
 
 
 def read_answers(path: Path, cases: Iterable[tuple[str, int]], work: Path = WORK) -> Iterator[Entry]:

@@ -6,6 +6,7 @@ bench, the form of each law, strength, deviations, sensors and bad runs are draw
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -23,6 +24,7 @@ RUNS = (28, 54)  # least and most runs of a case, of which those that do not loc
 STRENGTHS = (1.0, 10.0)  # least and most residual that an effect leaves, over the noise
 FEW = 0.1  # share of runs of an effect that acts in few of them
 OFTEN_FEW = 0.15  # probability of such an effect
+TRIED = 12  # runs that show whether an effect is plausible
 LOCKED = 0.9  # least share of runs that lock
 MEASURED = 4  # times that the strength of an amplitude is measured, at most
 NEAR = 1.15  # factor between the wanted strength and that of the effect
@@ -52,6 +54,10 @@ class Chance:
         """The integers from which a case draws."""
         return [*SUITES].index(self.suite), self.seed
 
+    @cached_property
+    def _scale(self) -> Scale:
+        return Scale(self.nominal, self.world.noise)
+
     def draw_pair(self, dependences: tuple[Dependence, ...], few_allowed: bool = False) -> Hidden | None:
         """Draw an effect of one of the pairs, of a drawn strength; None where the bench shows no such effect."""
         pairs = sorted({dependence.pair for dependence in dependences})
@@ -68,10 +74,10 @@ class Chance:
         An effect in a share of the runs has the strength over all runs, so that it is larger where it acts. None is
         returned where the bench hardly shows it; `RuntimeError` is raised where the integrator does not get through.
         """
-        scale, amplitude = Scale(self.nominal, self.world.noise), drawn.typical
+        amplitude = drawn.typical
         for _ in range(MEASURED):
             amplitude = self._plausible(drawn, amplitude)
-            strength = scale.measure(drawn.effect, amplitude) * float(np.sqrt(share))
+            strength = self._scale.measure(drawn.effect, amplitude) * float(np.sqrt(share))
             if strength < LEAST_SHOWN:
                 return None
             if abs(np.log(wanted / strength)) < np.log(NEAR):
@@ -88,12 +94,12 @@ class Chance:
         return amplitude
 
     def _is_plausible(self, hidden: Hidden) -> bool:
-        case = Case("", self.key, self.bench, 12, (hidden,), World(), shift=0.0)
+        case = Case("", self.key, self.bench, TRIED, (hidden,), World(), shift=0.0)
         try:
             run = simulate(case, relative=1e-4)
         except RuntimeError:
             return False
-        if len(run.conditions) < LOCKED * 12:
+        if len(run.conditions) < LOCKED * TRIED:
             return False
         acting, = run.engagements.effects
         abscissa = run.quantities[acting.effect.abscissa]

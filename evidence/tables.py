@@ -21,7 +21,8 @@ def write_rates(path: Path, method: str, rates: Sequence[Rate]) -> None:
 
 def write_answers(path: Path, method: str, entries: Iterable[Entry]) -> None:
     """Write the answers of a method beside what was hidden, in the order of the cases."""
-    _write(path, ANSWERS, [(method, *_row(entry)) for entry in sorted(entries, key=_order)])
+    ordered = sorted(entries, key=lambda entry: (entry.suite, entry.seed))
+    _write(path, ANSWERS, [(method, *_row(entry)) for entry in ordered])
 
 
 def read_rates(path: Path) -> list[Rate]:
@@ -42,11 +43,6 @@ def print_comparison(comparisons: Sequence[Comparison]) -> str:
     return "\n".join(f"{each.what:28} {each.cases:4} cases: {each.before:4} before, {each.after:4} after, "
                      f"{each.gained} gained, {each.lost} lost: {'stands' if each.stands else 'worse'}"
                      for each in comparisons)
-
-
-def _order(entry: Entry) -> tuple[str, int]:
-    parts = entry.truth.case.split("/")
-    return parts[0], int(next(part for part in parts if part.startswith("seed-")).removeprefix("seed-"))
 
 
 def _row(entry: Entry) -> tuple[object, ...]:

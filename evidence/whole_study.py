@@ -9,19 +9,19 @@ kept in var/evidence/whole_study.jsonl.
 """
 
 import argparse
-import json
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
-import numpy as np
 from numba import set_num_threads
 
 from evidence.answer import Answer, NamedPair
 from evidence.judge import judge
-from evidence.rates import Rate
-from evidence.runner import PROCESSES, WORK, name_commit, write_case
+from evidence.kept import PROCESSES, Job, Result, run_jobs
+from evidence.rates import Rate, count_hits
+from evidence.runner import WORK, name_commit, write_case
 from evidence.tables import print_rates, write_rates
 from slipstick.bench import Bench
 from slipstick.confirmation.gap import WITHIN
@@ -78,6 +78,17 @@ def study_case(suite: str, seed: int) -> WholeStudy:
         None if gap is None or gap.control is None else _closures(gap.control.closures))
 
 
+def study_as_json(suite: str, seed: int) -> Result:
+    """Return the study of a case as JSON has it."""
+    return asdict(study_case(suite, seed))
+
+
+def read_study(result: Result) -> WholeStudy:
+    """Return the study of `study_as_json`."""
+    closures = {name: result[name] and Closures(**result[name]) for name in ("findings", "control")}
+    return WholeStudy(**{**result, **closures})
+
+
 def _closures(closures: dict) -> Closures:
     significant = {name: each.closure for name, each in closures.items() if each.closure is not None}
     return Closures([value for name, value in significant.items() if name == WITHIN],
@@ -87,21 +98,18 @@ def _closures(closures: dict) -> Closures:
 def rate(studies: Sequence[WholeStudy]) -> list[Rate]:
     """Return the rates of all studies."""
     right = [each for each in studies if each.is_right and not each.is_null]
-
-    def count(what: str, values: Sequence[bool]) -> Rate:
-        return Rate("whole_study", what, "reported", int(np.sum(values)), len(values))
-
-    rates = [count("studies that raised an error", [bool(each.error) for each in studies]),
+    count = partial(count_hits, "whole_study")
+    rates = [count("studies that raised an error", "reported", [bool(each.error) for each in studies]),
              Rate("whole_study", "fits of the simulation that converged", "reported",
                   sum(each.converged for each in studies), sum(each.fits for each in studies)),
-             count("nothing missing: a gap that is called closed", [each.findings is not None for each in studies
-                                                                    if each.is_null]),
-             count("right findings that the simulation confirms", [each.confirmed for each in right])]
+             count("nothing missing: a gap that is called closed", "reported",
+                   [each.findings is not None for each in studies if each.is_null]),
+             count("right findings that the simulation confirms", "reported", [each.confirmed for each in right])]
     for where in ("within", "between"):
         words = "within runs" if where == "within" else "of a signal or the shifting time, on held-out conditions"
         for whose, label in (("findings", "right findings"), ("control", "their controls, a wrong effect")):
             shares = [share for each in right if getattr(each, whose) for share in getattr(getattr(each, whose), where)]
-            rates.append(count(f"{label}: significant gaps {words} closed by {100 * CLOSED:g} % or more",
+            rates.append(count(f"{label}: significant gaps {words} closed by {100 * CLOSED:g} % or more", "reported",
                                [share >= CLOSED for share in shares]))
     return [each for each in rates if each.of]
 
@@ -113,21 +121,11 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=24, help="number of cases (default: 24)")
     arguments = parser.parse_args()
     wanted = [(SUITES[number % len(SUITES)], arguments.seed + number) for number in range(arguments.cases)]
-    WORK.mkdir(parents=True, exist_ok=True)
-    kept, done = WORK / "whole_study.jsonl", dict[tuple[str, int], WholeStudy]()
-    for line in kept.read_text().splitlines() if kept.exists() else ():
-        content = json.loads(line)
-        closures = {name: content["study"][name] and Closures(**content["study"][name])
-                    for name in ("findings", "control")}
-        done[content["suite"], content["seed"]] = WholeStudy(**{**content["study"], **closures})
-    with ProcessPoolExecutor(PROCESSES) as pool, kept.open("a") as file:
-        futures = {pool.submit(study_case, *case): case for case in wanted if case not in done}
-        for future in as_completed(futures):
-            study, (suite, seed) = future.result(), futures[future]
-            done[suite, seed] = study
-            file.write(json.dumps({"suite": suite, "seed": seed, "study": asdict(study)}) + "\n")
-            file.flush()
-            print(study, flush=True)
+    done = dict[Job, WholeStudy]()
+    for case, result in run_jobs(study_as_json, wanted, WORK / "whole_study.jsonl",
+                                 partial(ProcessPoolExecutor, PROCESSES)):
+        done[case] = read_study(result)
+        print(done[case], flush=True)
     rates = rate([done[case] for case in wanted])
     write_rates(TABLE, f"study {name_commit()}", rates)
     print(print_rates(rates))

@@ -1,7 +1,6 @@
 """Recordings of the independent generator with a law that the test states, on a shipped bench."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -26,9 +25,7 @@ EXACT = World()
 @cache
 def shipped(name: str) -> Bench:
     """The generator's bench of a shipped file, with the pace and the ranges of its nominal runs."""
-    bench = open_bench(TABLES / f"{name}.toml", HORIZON[name])
-    known = run_nominal(bench).engagements.bench
-    return replace(bench, pace=known.pace, ranges=known.ranges)
+    return run_nominal(open_bench(TABLES / f"{name}.toml", HORIZON[name])).engagements.bench
 
 
 def law(quantity: str, abscissa: str, change: Callable[[np.ndarray], np.ndarray], kind: str = "ratio",

@@ -1,14 +1,12 @@
 """Run the jobs of one kind, or of all kinds, that are not done yet, and replace their rows of the table."""
 
 import argparse
-import json
 import os
-from collections.abc import Hashable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
-from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for each process; before numpy is imported
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
@@ -16,8 +14,9 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 from evidence import calibration_coverage
 from evidence.calibration_coverage import calibrations, coefficients, fits
 from evidence.calibration_coverage.table import replace_rows
+from evidence.kept import PROCESSES, Job, Result, run_jobs
 from evidence.robustness.table import describe_machine
-from evidence.runner import PROCESSES, WORK
+from evidence.runner import WORK
 
 KINDS: dict[str, ModuleType] = {"calibrations": calibrations, "fits": fits, "coefficients": coefficients}
 
@@ -33,26 +32,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for kind in [chosen.kind] if chosen.kind else KINDS:
         module = KINDS[kind]
         sets = chosen.sets or module.SETS
-        results = dict(run_jobs(module, module.list_jobs(sets), WORK / f"coverage-{kind}.jsonl"))
-        replace_rows(kind, module.make_rows([results[job] for job in module.list_jobs(sets)]),
+        jobs, results = module.list_jobs(sets), dict[Job, Result]()
+        for job, result in run_jobs(module.run_job, jobs, WORK / f"coverage-{kind}.jsonl",
+                                    partial(ProcessPoolExecutor, PROCESSES, get_context("spawn"))):
+            results[job] = result
+            print(f"{len(results)}/{len(jobs)} {job}", flush=True)
+        replace_rows(kind, module.make_rows([results[job] for job in jobs]),
                      f"`python -m evidence.calibration_coverage {kind} --sets {sets}`: {describe_machine()}")
-
-
-def run_jobs(module: ModuleType, jobs: Sequence[tuple[Hashable, ...]],
-             kept: Path) -> Iterator[tuple[tuple[Hashable, ...], dict[str, Any]]]:
-    """Yield each job with its result as JSON has it: those in the file `kept`, then the others, which it gets."""
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    lines = map(json.loads, kept.read_text().splitlines()) if kept.exists() else ()
-    done = {tuple(line["job"]): line["result"] for line in lines}
-    yield from ((job, done[job]) for job in jobs if job in done)
-    with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool, kept.open("a") as file:
-        futures = {pool.submit(module.run_job, *job): job for job in jobs if job not in done}
-        for number, future in enumerate(as_completed(futures), 1):
-            line = json.dumps({"job": futures[future], "result": future.result()})
-            file.write(line + "\n")
-            file.flush()
-            print(f"{number}/{len(futures)} {futures[future]}", flush=True)
-            yield futures[future], json.loads(line)["result"]
 
 
 if __name__ == "__main__":

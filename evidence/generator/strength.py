@@ -77,17 +77,10 @@ class Scale:
         knots = with_plays(acting, self._base.knot_time, self._base.knot_current)
         return self._simulate(replace(self._base, effects=acting, knot_time=knots[0], knot_current=knots[1]))
 
-    def estimate(self, effect: Effect, amplitude: float) -> float:
-        """Return the strength by a linear fit at the nominal parameters; raises `RuntimeError` as `measure` does."""
-        residual = self._target(effect, amplitude) - self._start
-        common, per_run = self._step(residual, np.zeros((len(self._lanes), len(SCATTER))))
-        return _size(residual - self._change(common, per_run))
-
     def measure(self, effect: Effect, amplitude: float) -> float:
         """Return the strength after a nonlinear fit; raises `RuntimeError` where the integrator does not get through.
 
-        Derivatives are those at the nominal parameters; a step that does not improve the fit is halved, and then ends
-        it.
+        Derivatives are those at the nominal parameters; after a step that does not improve the fit, steps are shorter.
         """
         target = self._target(effect, amplitude)
         names = self.nominal.engagements.bench.uncertain
@@ -106,9 +99,6 @@ class Scale:
             else:
                 share *= 0.3
         return _size(residual)
-
-    def _change(self, common: np.ndarray, per_run: np.ndarray) -> np.ndarray:
-        return self._jacobian @ common + np.einsum("nskj,nj->nsk", self._per_run, per_run)
 
     @cached_property
     def _per_run(self) -> np.ndarray:

@@ -5,9 +5,9 @@ The first are a short `python -m evidence.calibration_coverage fits`.
 
 import csv
 from collections.abc import Hashable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,9 @@ import pytest
 from scipy.stats import binom, chi2
 
 from evidence.calibration_coverage import calibrations, coefficients, fits
-from evidence.calibration_coverage.__main__ import KINDS, run_jobs
+from evidence.calibration_coverage.__main__ import KINDS
 from evidence.calibration_coverage.table import HEADER, PATH, Row, replace_rows
+from evidence.kept import run_jobs
 from evidence.rates import bounds
 from slipstick.uncertainty.fit.intervals import drop_at_level
 
@@ -153,6 +154,5 @@ def square(number: int) -> dict[str, Any]:
 def test_jobs_that_are_done_are_not_run_again(tmp_path: Path) -> None:
     kept, jobs = tmp_path / "kept.jsonl", list[tuple[Hashable, ...]]([(2,), (3,)])
     kept.write_text('{"job": [2], "result": {"square": -4}}\n')
-    module = SimpleNamespace(run_job=square)
-    assert dict(run_jobs(module, jobs, kept)) == {(2,): {"square": -4}, (3,): {"square": 9}}  # type: ignore[arg-type]
+    assert dict(run_jobs(square, jobs, kept, ThreadPoolExecutor)) == {(2,): {"square": -4}, (3,): {"square": 9}}
     assert len(kept.read_text().splitlines()) == 2

@@ -49,7 +49,7 @@ def test_answers_are_kept_and_not_given_again(work: Path, monkeypatch: pytest.Mo
     kept.write_text(kept.read_text() + '{"suite": "nothing_mi')  # as of a program that was killed
     again = list(answer_cases("count", CASES[:1], work=work))
     assert again == first
-    assert dict(read_entries(work / "answers-count.jsonl")) == {CASES[0]: first[0]}
+    assert read_entries("count", work) == {CASES[0]: first[0]}
 
 
 def test_a_method_that_raises_has_an_answer_with_its_error(work: Path) -> None:
