@@ -16,7 +16,10 @@ def write(name: str, header: Sequence[str], rows: Iterable[Sequence[object]], ma
         table.writerow(header)
         for row in rows:
             table.writerow([f"{entry:.4g}" if isinstance(entry, float) else entry for entry in row])
-        processor = f"{platform.machine()} ({binding.get_host_cpu_name()})"
-        table.writerow([f"made by `{made_by}`: {processor}, Python {platform.python_version()}",
-                        *[""] * (len(header) - 1)])
+        table.writerow([f"made by `{made_by}`: {describe_machine()}", *[""] * (len(header) - 1)])
     print(path.read_text())
+
+
+def describe_machine() -> str:
+    """Return the processor and Python of this process."""
+    return f"{platform.machine()} ({binding.get_host_cpu_name()}), Python {platform.python_version()}"

@@ -9,6 +9,7 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for each case; before numpy is imported
 
 from evidence import regression
+from evidence.kept import read_count
 from evidence.methods import METHODS
 from evidence.picture import draw_rates
 from evidence.rates import Entry, compare_methods, rate
@@ -64,14 +65,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"\nBeside {DEFAULT}, on the cases that both have answered:")
         print(print_comparison(compare_methods(before, entries)))
     return 0
-
-
-def read_count(text: str) -> int:
-    """Return a whole number of 1 or more; argparse reports the errors that are raised."""
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of 1 or more")
-    return number
 
 
 def describe(entry: Entry) -> str:

@@ -1,5 +1,6 @@
 """Jobs whose results are kept, one line of JSON each, so that a killed run goes on where it was."""
 
+import argparse
 import json
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
@@ -45,3 +46,11 @@ def read_results(path: Path) -> dict[Job, Result]:
         path.write_bytes(whole)
     lines = map(json.loads, whole.splitlines())
     return {tuple(line["job"]): line["result"] for line in lines}
+
+
+def read_count(text: str) -> int:
+    """Return a whole number of 1 or more; argparse reports the errors that are raised."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of 1 or more")
+    return number

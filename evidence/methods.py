@@ -18,6 +18,7 @@ from slipstick.naming.record import from_json
 from slipstick.naming.selection import Finding
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
+from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.study import StudySettings, conclude, examine
 from slipstick.study.confidence import are_reported, confidence, evidence_of
 
@@ -33,7 +34,7 @@ def answer_by_naming(case: str, bench_file: Path, recordings_file: Path) -> Answ
     findings = tuple(_name(finding, named, confidence(each), is_reported)
                      for finding, each, is_reported in zip(named.findings, evidence, reported, strict=True))
     unexplained, explanations = named.lacking, ()
-    if recordings.signals is None or set(SIGNALS) - set(recordings.signals.names):
+    if recordings.signals is None or set(SIGNAL_UNITS) - set(recordings.signals.names):
         result, _ = conclude(settings, bench, recordings, record)
         explanations = tuple(find(each.effect).pairs[0] for each in result.explanations)
         if result.kind == "unlisted" and not (findings or unexplained):
@@ -56,6 +57,5 @@ def _law(law: LawPoints) -> LawOfPair:
     return LawOfPair(law.pair, x, change, std, law.relative, law.up_to)
 
 
-SIGNALS = ("pressure", "input_speed", "output_speed", "output_torque")
 METHODS: dict[str, Callable[[str, Path, Path], Answer]] = {"naming": answer_by_naming}
 """Name of each method, and the function that answers."""

@@ -66,8 +66,20 @@ def _words(pair: Pair) -> str:
     return " over ".join(pair)
 
 
+def replace_rows(path: Path, header: Sequence[str], key: str, rows: Sequence[Sequence[str]]) -> None:
+    """Replace the rows of a table that begin with `key` by others, and print these; the table is sorted by its keys."""
+    others: list[list[str]] = []
+    if path.exists():
+        with path.open(newline="", encoding="utf-8") as file:
+            others = [row for row in csv.reader(file) if row and row[0] not in (header[0], key)]
+    own = [[key, *row] for row in rows]
+    _write(path, header, sorted([*others, *own], key=lambda row: row[0]))  # stable: rows of a key keep their order
+    for row in own:
+        print(*row, sep=" | ")
+
+
 def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    with path.open("w", newline="") as file:
+    with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(rows)

@@ -19,7 +19,7 @@ from numba import set_num_threads
 
 from evidence.answer import Answer, NamedPair
 from evidence.judge import judge
-from evidence.kept import PROCESSES, Job, Result, run_jobs
+from evidence.kept import PROCESSES, Job, Result, read_count, run_jobs
 from evidence.rates import Rate, count_hits
 from evidence.runner import WORK, name_commit, write_case
 from evidence.tables import print_rates, write_rates
@@ -117,8 +117,8 @@ def rate(studies: Sequence[WholeStudy]) -> list[Rate]:
 def main() -> None:
     """Study the cases that are left, and write the table."""
     parser = argparse.ArgumentParser(prog="python -m evidence.whole_study", description=__doc__)
-    parser.add_argument("--seed", type=int, default=301, help="seed of the first case (default: 301)")
-    parser.add_argument("--cases", type=int, default=24, help="number of cases (default: 24)")
+    parser.add_argument("--seed", type=read_count, default=301, help="seed of the first case (default: 301)")
+    parser.add_argument("--cases", type=read_count, default=24, help="number of cases (default: 24)")
     arguments = parser.parse_args()
     wanted = [(SUITES[number % len(SUITES)], arguments.seed + number) for number in range(arguments.cases)]
     done = dict[Job, WholeStudy]()

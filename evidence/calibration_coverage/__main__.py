@@ -11,11 +11,11 @@ from types import ModuleType
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for each process; before numpy is imported
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
+from benchmarks.results import describe_machine
 from evidence import calibration_coverage
 from evidence.calibration_coverage import calibrations, coefficients, fits
 from evidence.calibration_coverage.table import replace_rows
-from evidence.kept import PROCESSES, Job, Result, run_jobs
-from evidence.robustness.table import describe_machine
+from evidence.kept import PROCESSES, Job, Result, read_count, run_jobs
 from evidence.runner import WORK
 
 KINDS: dict[str, ModuleType] = {"calibrations": calibrations, "fits": fits, "coefficients": coefficients}
@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m evidence.calibration_coverage",
                                      description=(calibration_coverage.__doc__ or "").split("\n")[0])
     parser.add_argument("kind", nargs="?", choices=KINDS, help="by default all of them")
-    parser.add_argument("--sets", type=int, metavar="N", help="number of simulated sets (default: " + ", ".join(
+    parser.add_argument("--sets", type=read_count, metavar="N", help="number of simulated sets (default: " + ", ".join(
         f"{module.SETS} of {kind}" for kind, module in KINDS.items()) + ")")
     chosen = parser.parse_args(arguments)
     for kind in [chosen.kind] if chosen.kind else KINDS:

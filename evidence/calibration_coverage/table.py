@@ -1,10 +1,10 @@
 """The table of coverage, evidence/calibration_coverage.csv, in which each part replaces its own rows."""
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from evidence import tables
 from evidence.rates import bounds
 
 PATH = Path(__file__).parents[1] / "calibration_coverage.csv"
@@ -30,12 +30,4 @@ class Row:
 
 def replace_rows(kind: str, rows: Sequence[Row], made_by: str, path: Path = PATH) -> None:
     """Replace the rows of a kind, the last of which is what they were `made_by`; those of others stay as they are."""
-    others: list[list[str]] = []
-    if path.exists():
-        with path.open(newline="", encoding="utf-8") as file:
-            others = [row for row in csv.reader(file) if row and row[0] not in (HEADER[0], kind)]
-    own = [[kind, *row.cells()] for row in rows] + [[kind, "made by", *[""] * 6, made_by]]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([HEADER, *sorted([*others, *own], key=lambda row: row[0])])
-    for row in own:
-        print(*row, sep=" | ")
+    tables.replace_rows(path, HEADER, kind, [*(row.cells() for row in rows), ["made by", *[""] * 6, made_by]])

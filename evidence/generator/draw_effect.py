@@ -65,8 +65,10 @@ def size_of(quantity: str, run: Run) -> float:
     return float(np.percentile(np.abs(values[run.phase[1] != STICK]), 90))
 
 
-def _curve(dependence: Dependence, random: np.random.Generator, smooth: bool = False) -> Curve:
-    return draw_drift(random) if dependence.abscissa == "sequence" else draw_curve(random, smooth)
+def _draw_form(dependence: Dependence, random: np.random.Generator) -> tuple[Curve, np.ndarray]:
+    """Draw a form, and its value where the model is right."""
+    form = draw_drift(random) if dependence.abscissa == "sequence" else draw_curve(random)
+    return form, form(np.array(random.random()))
 
 
 def _over(dependence: Dependence, nominal: Run, magnitude: bool = False) -> Callable[[np.ndarray], np.ndarray]:
@@ -83,24 +85,21 @@ def _effect(dependence: Dependence, kind: str, law: Callable, form: Curve, **oth
 
 def _draw_ratio(dependence: Dependence, nominal: Run, random: np.random.Generator) -> DrawnEffect:
     share = _over(dependence, nominal, magnitude=dependence.abscissa == "free_piston_rate")
-    form, right_at = _curve(dependence, random), random.random()
-    zero = form(np.array(right_at))
+    form, zero = _draw_form(dependence, random)
     return DrawnEffect(_effect(dependence, "ratio", lambda amplitude, x: np.maximum(
         1 + amplitude * (form(share(x)) - zero), _LEAST_RATIO), form), 0.1)
 
 
 def _draw_exponent(dependence: Dependence, nominal: Run, random: np.random.Generator) -> DrawnEffect:
     share = _over(dependence, nominal)
-    form, right_at = _curve(dependence, random), random.random()
-    zero = form(np.array(right_at))
+    form, zero = _draw_form(dependence, random)
     return DrawnEffect(_effect(dependence, "ratio", lambda amplitude, x: np.exp(
         np.clip(amplitude * (form(share(x)) - zero), -6, 6)), form), 0.5)
 
 
 def _draw_difference(dependence: Dependence, nominal: Run, random: np.random.Generator) -> DrawnEffect:
     share = _over(dependence, nominal)
-    form, right_at = _curve(dependence, random), random.random()
-    zero = form(np.array(right_at))
+    form, zero = _draw_form(dependence, random)
     if dependence.pair[1] == "gain":
         zero = form(share(np.zeros(1)))[0]
     elif dependence.pair[1] == "offset":  # mostly there from the first run on
