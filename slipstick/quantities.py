@@ -12,7 +12,14 @@ _ARITHMETIC = re.compile(r"~[\s)]*~|\^|\*\*|(?<![\w.])(?!1(?!\w|\.))[\d.]")
 
 
 class NotAQuantity(ValueError):
-    """The text is no number with a unit of the wanted dimension; the message says why."""
+    """The text is no number with a unit of the wanted dimension; the message says why.
+
+    `remedy` is how to correct the unit, empty where the text has no unit, or no number, at its place.
+    """
+
+    def __init__(self, cause: str, remedy: str = "") -> None:
+        super().__init__(cause)
+        self.remedy = remedy
 
 
 def in_unit(value: Any, unit: str) -> float:
@@ -40,19 +47,35 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
         return values
     if written == unit:  # also spares the import of pint
         return values
+    other = "Give plain numbers, without a unit" if unit == "1" else \
+        f"State the unit of the numbers as one of the dimension of {unit}; where they have another, convert them first"
     if _ARITHMETIC.search(_POWER.sub("~", written)):
-        raise NotAQuantity(f"the unit '{written[:40]}' is not a product of units and their powers, such as N m^2 s")
+        raise NotAQuantity(f"the unit '{written[:40]}' is not a product of units and their powers, such as N m^2 s",
+                           other)
     registry = _registry()
     try:
         factor = registry.Quantity(1.0, registry.parse_units(written)).to(registry.parse_units(unit)).magnitude
     except Exception as error:  # pint raises tokenizer, attribute and arithmetic errors on malformed text
         reason = str(error).splitlines()[0] if str(error) else "it is not a unit"
-        raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({reason})") from None
+        raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({reason})", other) from None
     if "radian" in _base(unit) and "radian" not in _base(written):
         # To pint 1/min is the same as rad/min, and a motor speed in revolutions per minute would be wrong by 2 pi.
-        raise NotAQuantity(f"the unit '{written[:40]}' does not say which angle, such as rpm or rad/s")
+        raise NotAQuantity(f"the unit '{written[:40]}' does not say which angle, such as rpm or rad/s",
+                           "Write rpm (for 1/min) or revolution/s (for 1/s or Hz) in its place if it counts revolu"
+                           f"tions, rad/min or rad/s if radians, or convert the numbers to {unit}")
     converted: np.ndarray = values * factor
     return converted
+
+
+def is_unit(written: str) -> bool:
+    """Whether the text is a unit, of whatever dimension."""
+    if not written or _ARITHMETIC.search(_POWER.sub("~", written)):
+        return written == "1"
+    try:
+        _registry().parse_units(written)
+    except Exception:  # pint raises tokenizer, attribute and assertion errors on other text
+        return False
+    return True
 
 
 def _base(unit: str) -> list[str]:

@@ -3,13 +3,14 @@
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from slipstick.acquisition import Imported, import_sources, open_mapping, open_source, propose
 from slipstick.acquisition.channel import Source
 from slipstick.acquisition.comparison import compare
-from slipstick.acquisition.csv_file import CsvOptions
+from slipstick.acquisition.csv_layout import CsvOptions
 from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.opening import FORMATS, is_measurement
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.report.imported import imported_page, summary
@@ -17,7 +18,6 @@ from slipstick.storage.files import replacing
 from worker.bench_option import add_bench_argument
 from worker.progress import Progress
 
-_FORMATS = (".mf4", ".mdf", ".mat", ".csv", ".txt", ".asc", ".tsv", ".dat", ".parquet", ".pq")
 _MOST_REMARKS = 20
 
 
@@ -85,10 +85,10 @@ def _files(given: Sequence[Path]) -> list[Path]:
     found: list[Path] = []
     for path in given:
         if path.is_dir():
-            inside = sorted(one for one in path.iterdir() if one.suffix.lower() in _FORMATS)
+            inside = sorted(one for one in path.iterdir() if is_measurement(PurePath(one.name)))
             if not inside:
                 raise BadRecording(f"The folder '{path}' has no file of a known kind",
-                                   f"Known are {', '.join(_FORMATS)}; name files of other names one by one")
+                                   f"Known are {', '.join(FORMATS)}; name files of other names one by one")
             found += inside
         elif path.is_file():
             found.append(path)

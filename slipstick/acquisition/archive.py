@@ -3,6 +3,7 @@
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -11,7 +12,7 @@ from slipstick.acquisition.channel import Source
 from slipstick.acquisition.importing import import_sources
 from slipstick.acquisition.mapping import ChannelMap
 from slipstick.acquisition.mapping_file import read_mapping
-from slipstick.acquisition.opening import open_source
+from slipstick.acquisition.opening import FORMATS, is_hidden, is_measurement, open_source
 from slipstick.acquisition.result import SetAside
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording
@@ -55,37 +56,51 @@ def import_archive(content: bytes, bench: Path) -> tuple[bytes, ImportReport]:
 def answer(request: bytes) -> bytes:
     """In the child process: a line with the report as JSON, and the recordings as HDF5."""
     said, _, content = request.partition(b"\n")
-    members = _members(content)
-    if MAPPING not in members:
-        raise BadRecording(f"The archive has no file '{MAPPING}'", "Add the mapping under this name")
-    mapping = read_mapping(members.pop(MAPPING), MAPPING)
-    plan = None
-    if mapping.plan is not None:
-        if mapping.plan not in members:
-            raise BadRecording(f"The archive has no file '{mapping.plan}', the sheet of conditions", "Add it")
-        plan = members.pop(mapping.plan)
-    found = import_sources(_sources(members, mapping), mapping, Bench.open(json.loads(said)["bench"]), plan)
+    files = _files(content)
+    mapping = read_mapping(_taken(files, MAPPING, "the mapping"), MAPPING)
+    plan = None if mapping.plan is None else _taken(files, mapping.plan, "the sheet of conditions")
+    left_out = [path.as_posix() for path in files if not is_measurement(path)]
+    runs = {path.name: read for path, read in files.items() if is_measurement(path)}
+    if not runs:
+        raise BadRecording("The archive has no file of a known kind beside the mapping",
+                           f"Known are names in {', '.join(FORMATS)}")
+    found = import_sources(_sources(runs, mapping), mapping, Bench.open(json.loads(said)["bench"]), plan)
+    remarks = [*found.remarks, *(f"left out of the archive, because of their names: {', '.join(left_out[:10])}"
+                                 for _ in left_out[:1])]
     report = {"engagements": found.labels, "computed": found.computed,
               "set_aside": [{"label": one.label, "reason": one.reason} for one in found.set_aside],
-              "remarks": found.remarks, "doubts": found.doubts, "open_questions": found.open_questions}
+              "remarks": remarks, "doubts": found.doubts, "open_questions": found.open_questions}
     return json.dumps(report).encode() + b"\n" + found.recordings.to_bytes()
 
 
-def _members(content: bytes) -> dict[str, bytes]:
+def _files(content: bytes) -> dict[PurePosixPath, bytes]:
+    """The files by their paths, but for those that systems hide; raises `BadRecording`."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = [entry for entry in archive.infolist() if not entry.is_dir()]
             if len(entries) > _MOST_FILES or sum(entry.file_size for entry in entries) > _MOST_BYTES:
                 raise BadRecording(f"The archive has more than {_MOST_FILES:,} files or {_MOST_BYTES:,} bytes",
                                    "Split it, or import on the machine itself: `python -m worker import`")
-            names = [PurePosixPath(entry.filename).name for entry in entries]
-            if len(set(names)) < len(names):
-                twice = next(name for name in names if names.count(name) > 1)
-                raise BadRecording(f"The archive has two files '{twice}'", "Give each file a name of its own")
-            return {name: archive.read(entry) for name, entry in zip(names, entries, strict=True)}
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, ValueError, EOFError) as error:
+            # Programs of Windows may separate folders by a backslash.
+            paths = [PurePosixPath(entry.filename.replace("\\", "/")) for entry in entries]
+            files = {path: archive.read(entry) for path, entry in zip(paths, entries, strict=True)
+                     if not is_hidden(path)}
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, ValueError, EOFError, zlib.error) as error:
         raise BadRecording(f"The request body is not a readable ZIP archive ({str(error)[:100]})",
                            "Create it anew, without a password, such as zip -r files.zip channels.toml runs") from None
+    names = [path.name for path in files if is_measurement(path) or path.name == MAPPING]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise BadRecording(f"The archive has two files '{twice}'", "Give each file a name of its own")
+    return files
+
+
+def _taken(files: dict[PurePosixPath, bytes], name: str, what: str) -> bytes:
+    """Remove a file by its name, and return its content."""
+    path = next((path for path in files if path.name == name), None)
+    if path is None:
+        raise BadRecording(f"The archive has no file '{name}', {what}", "Add it under this name")
+    return files.pop(path)
 
 
 def _sources(members: dict[str, bytes], mapping: ChannelMap) -> Iterator[Source]:

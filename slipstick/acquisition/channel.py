@@ -10,8 +10,6 @@ import numpy as np
 
 from slipstick.errors import BadRecording
 
-_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]")
-
 LARGEST = 50_000_000
 """Most samples of one channel: 400 MB in memory."""
 
@@ -29,14 +27,16 @@ class Listed:
 class Channel:
     """The `values` (k,) of a channel in the unit that its file states, "" where it states none.
 
-    `time` (k,) in s comes with the channel (MDF), or is None where the file has it as another channel. A missing value
-    is NaN.
+    `time` (k,) in s comes with the channel (MDF), or is None where the file has it as another channel, or has none for
+    the reason `no_time`. A missing value is NaN. `note` says what was assumed.
     """
 
     name: str
     unit: str
     values: np.ndarray
     time: np.ndarray | None = None
+    no_time: str = ""
+    note: str = ""
 
 
 class Source(Protocol):
@@ -70,8 +70,3 @@ def unreadable(source: str, form: str, error: Exception,
     reason = " ".join(said.split())[:200] or type(error).__name__
     return BadRecording(f"{source} cannot be read as {form} ({reason})", remedy)
 
-
-def split_unit(heading: str) -> tuple[str, str]:
-    """Name and unit of a heading such as `n_mot [rpm]` or `n_mot (rpm)`; the unit is "" where there is none."""
-    parts = _UNIT.fullmatch(heading.strip())
-    return (parts["name"], parts["unit"].strip()) if parts and parts["name"] else (heading.strip(), "")

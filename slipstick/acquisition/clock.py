@@ -18,11 +18,56 @@ JITTER = 1.03
 """Ratio of sampling steps below which two clocks are the same: quartzes agree far better, but times are rounded."""
 _COVERED = 0.5
 """Share of a new step that samples must cover for its mean to be a value."""
+_LATE = 1.5
+"""Samples by which a held value begins early or late: both clocks are rounded to samples."""
+_LEAST_HELD = 20
+"""Changes that show held values: by chance the next sample would be equal after all of them in one case of 2^20."""
 
 
 def sampling_step(time: np.ndarray) -> float:
     """The usual step in s of sample times (k,)."""
     return float(np.median(np.diff(time)))
+
+
+def own_clock(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
+    """Times and values (k,) of a channel at its own rate, where a file states it at a faster one, and a note on it.
+
+    The file leaves most values of a slower channel out (NaN), or holds each until the next one.
+    """
+    known = np.isfinite(values)
+    if known.sum() > 1 and (own := sampling_step(time[known])) > GAP * sampling_step(time):
+        return time[known], values[known], f"most of its values are missing: it is used every {1e3 * own:.4g} ms"
+    places = _held_from(values[known])
+    if places is None:
+        return time, values, ""
+    time, values = time[known][places], values[known][places]
+    return time, values, (f"its values are held on a faster clock: the first of each is used, every "
+                          f"{1e3 * sampling_step(time):.4g} ms")
+
+
+def _held_from(values: np.ndarray) -> np.ndarray | None:
+    """Places (k,) at which values that are held begin; None for a channel that is sampled at its clock.
+
+    A channel that moves by several of its resolutions, and yet never in two successive samples, is held: if it were
+    sampled at its clock, a next sample would be different in at least half of the cases. Steps of a set point are told
+    from it by their irregular times.
+    """
+    steps = np.abs(np.diff(values))
+    changes = np.flatnonzero(steps) + 1
+    if not len(changes):
+        return None
+    several = np.count_nonzero(steps[changes - 1] > 1.5 * steps[changes - 1].min())
+    lengths = np.diff(changes)
+    if several < _LEAST_HELD or lengths.min() < 2:
+        return None
+    period = float(lengths[lengths < 1.5 * lengths.min()].mean())  # twice the period where two values are equal
+    if np.any(np.abs(lengths - period * np.round(lengths / period)) > _LATE):
+        return None
+    before = changes[0] - np.round(period * np.arange(changes[0] // period, 0, -1)).astype(int)
+    runs = [start + np.round(np.arange(max(1, round(length / period))) * length / max(1, round(length / period)))
+            for start, length in zip(changes[:-1], lengths, strict=True)]
+    after = changes[-1] + np.round(period * np.arange(max(1, (len(values) - changes[-1]) // period)))
+    return np.concatenate([before, *runs, after]).astype(int)
 
 
 def resampled(time: np.ndarray, values: np.ndarray, wanted: np.ndarray, step: float) -> np.ndarray:

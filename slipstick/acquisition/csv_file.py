@@ -1,165 +1,167 @@
 """Text files as data-acquisition systems write them: other separators, decimal commas, a row of units, remarks above.
 
-What a mapping does not state is found out from the first rows of numbers, and said in `remarks`.
+What a mapping does not state is inferred from the rows, and said in `remarks`.
 """
 
 import codecs
-import csv
 import io
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from datetime import datetime
 from typing import BinaryIO
 
 import numpy as np
 
-from slipstick.acquisition.channel import LARGEST, Channel, Listed, split_unit, unknown_channel
-from slipstick.acquisition.timestamps import timestamp
+from slipstick.acquisition.cells import number, timestamp
+from slipstick.acquisition.channel import LARGEST, Channel, Listed
+from slipstick.acquisition.csv_layout import SEPARATORS, CsvOptions, Layout, infer_layout, split
+from slipstick.acquisition.names import Names
+from slipstick.acquisition.units import split_unit
 from slipstick.errors import BadRecording
 
-_LOOK = 200  # rows from which the format is found out
-_ENCODINGS = {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16"}
-_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
-
-
-@dataclass(frozen=True)
-class CsvOptions:
-    """How text is read: `separator` and `decimal` sign, and `encoding`; None: found out from the file."""
-
-    separator: str | None = None
-    decimal: str | None = None
-    encoding: str | None = None
+_ENCODINGS = {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16", "utf-16-le": "UTF-16",
+              "utf-16-be": "UTF-16"}
+_PLAIN = re.compile(r"[0-9eE+\-.,;\t \n]*")
+"""Text in which `numpy.loadtxt` reads nothing as a number but what `cells.number` does."""
 
 
 class CsvFile:
-    """A text file, all of whose columns are in memory. An empty cell is a missing value; other text is refused.
+    """A text file, all of whose cells are in memory. An empty cell is a missing value.
 
-    A column of dates with times, or of times of day, is in s after its first row.
+    A column is read when it is asked for: other text in it is refused then, and in a column that nobody needs never. A
+    column of dates with times, or of times of day, is in s after its first row.
     """
 
     def __init__(self, name: str, file: BinaryIO, options: CsvOptions) -> None:
         self.name = name
         text, encoding = _decoded(name, file.read(), options.encoding)
-        lines = text.splitlines()
-        separator, decimal, first = _format(name, lines, options)
-        heading = [next(csv.reader([line], delimiter=separator), []) for line in lines[:first]]
-        widths = len(_cells(lines[first], separator))
-        named = [row for row in heading if len(row) == widths and any(cell.strip() for cell in row)]
-        if not named:
-            raise BadRecording(f"{name} has no row of {widths} column names above row {first + 1}, the first of "
-                               "numbers", "Name each column in the row above the numbers")
-        has_units = len(named) > 1 and heading[-2:] == named[-2:]  # names and units are the two rows above the numbers
-        names = named[-2] if has_units else named[-1]
-        self._columns: dict[str, tuple[str, int]] = {}
-        for column, cell in enumerate(names):
-            label, unit = split_unit(cell)
-            unit = named[-1][column].strip("[]() ") if has_units else unit
-            if label in self._columns:
-                raise BadRecording(f"{name} has more than one column '{label}'", "Give each column a name of its own")
-            self._columns[label] = unit, column
-        stamped = [column for column, cell in enumerate(_cells(lines[first], separator)) if timestamp(cell)]
-        self._columns |= {label: ("s", column) for label, (_, column) in self._columns.items() if column in stamped}
-        self._table = _numbers(name, text, lines, first, separator, decimal, [cell.strip() for cell in names])
+        lines = text.split("\n")
+        layout = infer_layout(name, lines, options)
+        self._names = Names.of_headings(name, layout.names, [str(column + 1) for column in range(len(layout.names))])
+        self._layout = layout
+        if len(lines) * len(layout.names) > LARGEST:
+            raise BadRecording(f"{name} has more than {LARGEST:,} numbers", "Split the file")
+        self._table = _plain_table(lines, layout)
+        self._rows = _rows(name, lines, layout) if self._table is None else []
+        self._stamped = [column for column in range(len(layout.names)) if self._states_times(column)]
+        left_out = self._rows[-1][0] + 1 if self._rows else len(lines)
+        footer = [line.strip() for line in lines[left_out:] if any(split(line, layout.separator))]
         self.remarks: tuple[str, ...] = (
-            f"text with {_SEPARATORS.get(separator, repr(separator))} between cells, decimal "
-            f"{'commas' if decimal == ',' else 'points'}, {encoding}, numbers from row {first + 1}"
-            f"{', units in the row above' if has_units else ''}",
-            *(f"the column '{names[column].strip()}' states dates or times of day, which are read as s after its first "
-              "row" for column in stamped))
+            f"text with {SEPARATORS.get(layout.separator, repr(layout.separator))} between cells, decimal "
+            f"{'commas' if layout.decimal == ',' else 'points'}, {encoding}, names in row {layout.name_row + 1}"
+            f"{'' if layout.unit_row is None else f', units in row {layout.unit_row + 1}'}, numbers from row "
+            f"{layout.first + 1}",
+            *(f"the column '{layout.names[column]}' states dates or times of day, which are read as s after its first "
+              "row" for column in self._stamped),
+            *(f"the text from row {left_out + 1} on, at the end of the file, is left out: '{footer[0][:60]}'"
+              for _ in footer[:1]))
 
     def listed(self) -> tuple[Listed, ...]:
-        """The columns."""
-        return tuple(Listed(name, unit, len(self._table)) for name, (unit, _) in self._columns.items() if name)
+        """The columns whose first value is a number or a time, or that have none."""
+        return tuple(Listed(name, self._unit(column), self._count()) for name, column in self._names.positions.items()
+                     if self._table is not None or column in self._stamped or self._first_number(column) is not None)
 
     def channel(self, name: str) -> Channel:
         """One column."""
-        if name not in self._columns:
-            raise unknown_channel(self.name, name, self._columns)
-        unit, column = self._columns[name]
-        return Channel(name, unit, self._table[:, column])
+        column = self._names.position(name)
+        values = self._table[:, column] if self._table is not None else self._read(column)
+        return Channel(name, self._unit(column), values)
+
+    def _unit(self, column: int) -> str:
+        heading = split_unit(self._layout.names[column])[1]
+        return "s" if column in self._stamped else self._layout.units[column] or heading
+
+    def _count(self) -> int:
+        return len(self._rows if self._table is None else self._table)
+
+    def _first_cell(self, column: int) -> str:
+        return next((cell for _, cells in self._rows if (cell := _cell(cells, column))), "")
+
+    def _first_number(self, column: int) -> float | None:
+        cell = self._first_cell(column)
+        return number(cell, self._layout.decimal) if cell else 0.0
+
+    def _states_times(self, column: int) -> bool:
+        return timestamp(self._first_cell(column)) is not None
+
+    def _read(self, column: int) -> np.ndarray:
+        decimal = self._layout.decimal
+        start = timestamp(self._first_cell(column)) if column in self._stamped else None
+        values = np.full(len(self._rows), np.nan)
+        for place, (row, cells) in enumerate(self._rows):
+            cell = _cell(cells, column)
+            if not cell:
+                continue
+            if start is None:
+                value = number(cell, decimal)
+            else:
+                stated = timestamp(cell)
+                value = None if stated is None else (stated - start).total_seconds()
+            if value is None:
+                raise self._refusal(row, column, cell, "a number" if start is None else
+                                    "a date with a time, as in the first row")
+            values[place] = value
+        return values
+
+    def _refusal(self, row: int, column: int, cell: str, kind: str) -> BadRecording:
+        where = f"Row {row + 1} of {self.name}, column '{self._layout.names[column]}'"
+        remedy = "Correct the cell, leave it empty where the value is missing, or state csv.decimal in the mapping"
+        if number(re.sub(r"(?<=\d)[.,' ](?=\d{3})", "", cell), self._layout.decimal) is not None:
+            remedy = f"Write numbers without thousands separators. {remedy}"
+        return BadRecording(f"{where}: '{cell[:40]}' is not {kind}", remedy)
+
+
+def _cell(cells: Sequence[str], column: int) -> str:
+    return cells[column] if column < len(cells) else ""
 
 
 def _decoded(name: str, content: bytes, encoding: str | None) -> tuple[str, str]:
-    """The text and its encoding: UTF-16 with a byte order mark, UTF-8, or Windows-1252 where it is neither."""
-    marked = ["utf-16"] if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else []
-    for candidate in ([encoding] if encoding else [*marked, "utf-8-sig", "cp1252"]):
+    """The text with its ends of lines as `\\n`, and its encoding.
+
+    UTF-16 is known by a byte order mark, or by zeros in every second byte; other text is UTF-8, or Windows-1252 where
+    it is not valid UTF-8.
+    """
+    candidates = [encoding] if encoding else [*wide_encoding(content), "utf-8-sig", "cp1252"]
+    for candidate in candidates:
         try:
-            return content.decode(candidate), _ENCODINGS.get(candidate, candidate)
+            text = content.decode(candidate).removeprefix("\ufeff")
         except (UnicodeDecodeError, LookupError):
             continue
+        return text.replace("\r\n", "\n").replace("\r", "\n"), _ENCODINGS.get(candidate, candidate)
     raise BadRecording(f"{name} is not text in the encoding {encoding or 'UTF-8 or Windows-1252'}",
                        "Give its encoding in the mapping, such as csv.encoding = \"utf-16\", or save it as UTF-8")
 
 
-def _format(name: str, lines: list[str], options: CsvOptions) -> tuple[str, str, int]:
-    """Separator, decimal sign and the number of the first row of numbers, from 0."""
-    for separator in ([options.separator] if options.separator else _SEPARATORS):
-        found = {}
-        for decimal in ([options.decimal] if options.decimal else (".", ",")):
-            rows = [number for number, line in enumerate(lines[:_LOOK]) if _is_row(line, separator, decimal)]
-            if rows and decimal != separator:
-                found[decimal] = rows
-        if found:
-            decimal = max(found, key=lambda sign: len(found[sign]))
-            return separator, decimal, found[decimal][0]
-    raise BadRecording(f"{name} has no rows of two or more numbers among its first {_LOOK}",
-                       "Separate cells by semicolons, tabs or commas, or state csv.separator and csv.decimal in the "
-                       "mapping; other binary formats must be exported as CSV")
+def wide_encoding(content: bytes) -> list[str]:
+    """The encoding of text in UTF-16 by its first bytes, or none."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return ["utf-16"]
+    start = content[:64]
+    if len(start) > 2 and not any(start[1::2]) and all(start[::2]):
+        return ["utf-16-le"]
+    return ["utf-16-be"] if len(start) > 2 and not any(start[::2]) and all(start[1::2]) else []
 
 
-def _is_row(line: str, separator: str, decimal: str) -> bool:
-    cells = _cells(line, separator)
-    return len(cells) > 1 and all(not cell or _is_number(cell, decimal) or timestamp(cell) for cell in cells) and any(
-        _is_number(cell, decimal) for cell in cells)
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    return [cell.strip().strip('"') for cell in line.split(separator)]
-
-
-def _is_number(cell: str, decimal: str) -> bool:
-    if decimal == "," and "." in cell:
-        return False
+def _plain_table(lines: Sequence[str], layout: Layout) -> np.ndarray | None:
+    """The numbers (r, c) by the reader of numpy, or None where it might not read them as `cells.number` does."""
+    text = "\n".join(lines[layout.first:])
+    if not _PLAIN.fullmatch(text) or (layout.decimal == "," and "." in text):
+        return None
     try:
-        float(cell.replace(decimal, "."))
+        table = np.loadtxt(io.StringIO(text.replace(",", ".") if layout.decimal == "," else text),
+                           delimiter=layout.separator, comments=None, ndmin=2)
     except ValueError:
-        return False
-    return True
+        return None
+    return table if table.shape[1] == len(layout.names) else None
 
 
-def _numbers(name: str, text: str, lines: Sequence[str], first: int, separator: str, decimal: str,
-             names: Sequence[str]) -> np.ndarray:
-    """The rows of numbers (r, c); the quick way of numpy first, and cell by cell where it refuses."""
-    if len(lines) * len(names) > LARGEST:
-        raise BadRecording(f"{name} has more than {LARGEST:,} numbers", "Split the file")
-    rows = "\n".join(lines[first:])
-    try:
-        return np.loadtxt(io.StringIO(rows.replace(",", ".") if decimal == "," else rows), delimiter=separator, ndmin=2)
-    except ValueError:
-        pass
-    table, starts = [], [timestamp(cell) for cell in _cells(lines[first], separator)]
-    for number, line in enumerate(lines[first:], first + 1):
-        if not line.strip():
-            continue
-        cells = _cells(line, separator)
-        if len(cells) != len(names):
-            raise BadRecording(f"Row {number} of {name} has {len(cells)} cells for {len(names)} columns",
+def _rows(name: str, lines: Sequence[str], layout: Layout) -> list[tuple[int, list[str]]]:
+    """Number, from 0, and cells of each row that has any, up to the last one with numbers; raises `BadRecording`."""
+    rows = [(row, cells) for row, line in enumerate(lines[layout.first:], layout.first)
+            if any(cells := split(line, layout.separator))]
+    while rows and not any(number(cell, layout.decimal) is not None or timestamp(cell) for cell in rows[-1][1]):
+        rows.pop()
+    for row, cells in rows:
+        if len(cells) <= layout.last_column or any(cells[len(layout.names):]):
+            raise BadRecording(f"Row {row + 1} of {name} has {len(cells)} cells for {len(layout.names)} columns",
                                "Give one cell for each column")
-        table.append([_value(cell, decimal, start, f"Row {number} of {name}, column '{column}'")
-                      for column, cell, start in zip(names, cells, starts, strict=True)])
-    return np.array(table)
-
-
-def _value(cell: str, decimal: str, start: datetime | None, where: str) -> float:
-    """The number in a cell, or the time in s after the `start` of its column."""
-    if not cell:
-        return np.nan
-    if start is None and _is_number(cell, decimal):
-        return float(cell.replace(decimal, "."))
-    stated = timestamp(cell)
-    if start is None or stated is None:
-        kind = "a number" if start is None else "a date with a time, as in the first row"
-        raise BadRecording(f"{where}: '{cell[:40]}' is not {kind}",
-                           "Correct the cell, leave it empty where the value is missing, or state csv.decimal in the "
-                           "mapping")
-    return (stated - start).total_seconds()
+    return rows

@@ -19,11 +19,14 @@ from slipstick.recordings.signals import SIGNAL_UNITS
 class Engagement:
     """One engagement, with times in s from its shift command.
 
-    `label` names file and number in error messages, `tracks` and `further` are those of the mapping, `numbers` its
-    conditions. `located` is its lock-up by the speeds and `recorded` its recorded shifting time, None where unknown.
+    `label` names file and number in error messages, `zero` and `begin` are t = 0 and the first sample in s of the clock
+    of the file, `tracks` and `further` are those of the mapping, `numbers` its conditions. `located` is its lock-up by
+    the speeds and `recorded` its recorded shifting time, None where unknown.
     """
 
     label: str
+    zero: float
+    begin: float
     tracks: Mapping[str, Track]
     further: Mapping[str, Track]
     numbers: Mapping[str, float]
@@ -86,7 +89,8 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
         elif mapping.shifting_time is not None:
             assert not isinstance(mapping.shifting_time, Marker)
             recorded = numbers.number(source, number, "shifting_time", mapping.shifting_time, zero, stop)
-        yield Engagement(label, cut, {name: one.between(start, stop, zero) for name, one in further.items()},
+        yield Engagement(label, zero, float(start), cut,
+                         {name: one.between(start, stop, zero) for name, one in further.items()},
                          numbers.of(source, number, zero, float(stop)), _located(cut, gear_ratio, horizon), recorded)
 
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.acquisition.channel import Listed, Source
+from slipstick.acquisition.channel import Channel, Listed, Source
 from slipstick.acquisition.mapping import ChannelRef, Marker
 from slipstick.acquisition.markers import instants
 from slipstick.acquisition.units import spelled
 from slipstick.bench import Bench
+from slipstick.errors import BadRecording
 from slipstick.quantities import NotAQuantity, convert
 
 _WORDS = {
@@ -51,7 +52,8 @@ class Proposal:
 def propose(source: Source, bench: Bench) -> Proposal:
     """A mapping for files like `source`, with conditions of the `bench`; every guess has its reason beside it."""
     listed = source.listed()
-    needs_time = bool(listed) and source.channel(listed[0].name).time is None
+    first = next((channel for entry in listed if (channel := _read(source, entry.name)) is not None), None)
+    needs_time = first is not None and first.time is None
     taken: set[str] = set()
     guesses = {}
     for name in ("time", "pressure", "output_torque", "motor_speed", "input_speed", "output_speed", "current",
@@ -94,9 +96,8 @@ def _fits(written: str, unit: str) -> bool:
 def _shift_command(source: Source, bench: Bench, channels: Sequence[Listed], current: Guess) -> tuple[Guess, float]:
     """A digital channel with such a name, or else the current, and the level through which it rises once."""
     for one in channels:
-        if re.search(_WORDS["shift_command"], one.name, re.IGNORECASE):
-            values = np.unique(source.channel(one.name).values)
-            values = values[np.isfinite(values)]
+        if re.search(_WORDS["shift_command"], one.name, re.IGNORECASE) and (read := _read(source, one.name)):
+            values = np.unique(read.values[np.isfinite(read.values)])
             level = float(values.mean()) if len(values) == 2 else np.nan
             if _rises(source, one.name, level) == 1:
                 return Guess("shift_command", one, f"the name '{one.name}' and its two values, of which the larger "
@@ -128,9 +129,19 @@ def _level_of_rise(bench: Bench) -> float | None:
 
 
 def _rises(source: Source, name: str, level: float) -> int:
-    found = source.channel(name)
-    time = np.arange(len(found.values), dtype=float)
-    return len(instants(Marker(ChannelRef(name), level), time, found.values))
+    read = _read(source, name)
+    if read is None:
+        return 0
+    time = np.arange(len(read.values), dtype=float)
+    return len(instants(Marker(ChannelRef(name), level), time, read.values))
+
+
+def _read(source: Source, name: str) -> Channel | None:
+    """A channel, None for one that cannot be read: a proposal goes on without it."""
+    try:
+        return source.channel(name)
+    except BadRecording:
+        return None
 
 
 def _written(source: Source, bench: Bench, guesses: dict[str, Guess], shift: Guess, level: float) -> Proposal:

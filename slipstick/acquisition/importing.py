@@ -11,7 +11,7 @@ from slipstick.acquisition.doubts import doubts
 from slipstick.acquisition.engagement import Engagement, engagements
 from slipstick.acquisition.flaws import flaws
 from slipstick.acquisition.mapping import ChannelMap
-from slipstick.acquisition.numbers import Numbers, read_plan
+from slipstick.acquisition.numbers import Numbers, Plan
 from slipstick.acquisition.open_questions import open_questions
 from slipstick.acquisition.result import Imported, MappedChannel, SetAside
 from slipstick.acquisition.units import spelled
@@ -29,9 +29,9 @@ def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench,
     `progress` is called with the name of each file that was read. Raises `BadRecording`, which names file, channel or
     row, if a file does not have what is mapped or no engagement remains.
     """
-    rows = read_plan(plan, mapping.plan) if plan is not None and mapping.plan is not None else {}
+    sheet = Plan.read(plan, mapping.plan) if plan is not None and mapping.plan is not None else None
     remarks = _require_conditions(mapping, bench)
-    numbers = Numbers(mapping, rows, (bench.profiles[0], bench.profiles[1]))
+    numbers = Numbers(mapping, sheet, (bench.profiles[0], bench.profiles[1]))
     gear_ratio = bench.physics.nominal[parameters.index("gear_ratio")]
     horizon = mapping.end if mapping.end is not None else float(bench.profiles[0][:, -1].max())
     found: list[Engagement] = []
@@ -106,7 +106,8 @@ def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Ben
         recordings, tuple(one.label for one in kept), window.step, channels,
         np.array([one.located.time if one.located else np.nan for one in kept]),
         np.array([one.located.error if one.located else np.nan for one in kept]), mapping.shifting_time is None,
-        tuple(aside), (*remarks, *window.remarks, *_remarks(channels, mapping, window.step)), doubts(recordings, bench),
+        tuple(aside), (*remarks, _shift_commands(kept), *window.remarks, *_remarks(channels, mapping, window.step)),
+        doubts(recordings, bench),
         open_questions(signals.names, bench))
 
 
@@ -160,14 +161,25 @@ def _channels(kept: Sequence[Engagement], mapping: ChannelMap) -> tuple[MappedCh
             name, ref.channel, tracks[0].stated, tracks[0].unit, ref.sign,
             float(np.median([sampling_step(one.time) for one in tracks if len(one.time) > 1] or [np.nan])),
             min(float(np.nanmin(one.values, initial=np.inf)) for one in tracks),
-            max(float(np.nanmax(one.values, initial=-np.inf)) for one in tracks)))
+            max(float(np.nanmax(one.values, initial=-np.inf)) for one in tracks),
+            next((one.note for one in tracks if one.note), "")))
     return tuple(found)
+
+
+def _shift_commands(kept: Sequence[Engagement]) -> str:
+    """Where t = 0 was put."""
+    first, after = kept[0], [one.zero - one.begin for one in kept]
+    others = f"; in all engagements, {min(after):.4g} to {max(after):.4g} s after the first sample"
+    return (f"t = 0 was put at {first.zero:.6g} s on the clock of {first.label}, {after[0]:.4g} s after its first "
+            f"sample at {first.begin:.6g} s{others if len(kept) > 1 else ''}")
 
 
 def _remarks(channels: Sequence[MappedChannel], mapping: ChannelMap, step: float) -> tuple[str, ...]:
     """Where the unit of the mapping takes the place of another one in the files, and how clocks were changed."""
     found = []
     for one in channels:
+        if one.note:
+            found.append(f"{one.name} ('{one.channel}'): {one.note}")
         written = {**mapping.signals, **mapping.further}[one.name].unit
         if written and one.stated and spelled(written) != spelled(one.stated):
             found.append(f"{one.name}: the files state the unit {one.stated} for '{one.channel}', the mapping "

@@ -7,21 +7,30 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from slipstick.acquisition.csv_file import CsvOptions
+from slipstick.acquisition.csv_layout import CsvOptions
+
+
+@dataclass(frozen=True)
+class TimeRef:
+    """Sample times of channels: a `channel` in `unit`, "" for that of the file, or a `step` in s between samples."""
+
+    channel: str = ""
+    unit: str = ""
+    step: float | None = None
 
 
 @dataclass(frozen=True)
 class ChannelRef:
     """A `channel` of a file, times `sign`, in `unit`, or in the unit that the file states where it is "".
 
-    `time` names the channel of its sample times where they are not those of the mapping. `limits` are the least and
+    `time` states its sample times where they are not those of the mapping or of the file. `limits` are the least and
     largest values that the sensor or its amplifier can show, in the unit of the model; None: not known.
     """
 
     channel: str
     unit: str = ""
     sign: float = 1.0
-    time: str = ""
+    time: TimeRef | None = None
     limits: tuple[float, float] | None = None
 
 
@@ -59,15 +68,6 @@ class FromColumn:
 
 NumberSource = Constant | FromName | FromColumn | ChannelRef
 """Where a number of each engagement comes from; of a channel it is the mean over the engagement."""
-
-
-@dataclass(frozen=True)
-class TimeRef:
-    """Sample times of channels that have none of their own: a `channel` in `unit`, or a `step` in s between samples."""
-
-    channel: str = ""
-    unit: str = ""
-    step: float | None = None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.acquisition.csv_file import CsvOptions
+from slipstick.acquisition.csv_layout import CsvOptions
 from slipstick.acquisition.mapping import (
     ChannelMap,
     ChannelRef,
@@ -101,7 +101,7 @@ def _channel(section: Section, unit: str) -> ChannelRef:
         limits = tuple(_in_unit(section, "limits", value, unit) for value in limits)
         if not limits[0] < limits[1]:
             raise section.error("limits", "the first is not below the second", "Give the least and the largest value")
-    return ChannelRef(section.text("channel"), written, sign, section.text("time", ""), limits)
+    return ChannelRef(section.text("channel"), written, sign, _own_time(section), limits)
 
 
 def _marker(section: Section, other: str = "") -> Marker:
@@ -110,7 +110,7 @@ def _marker(section: Section, other: str = "") -> Marker:
     if "channel" not in section.values or len(stated) != 1:
         raise section.document.error(section.path, "this does not say what marks the instant",
                                      f"Write {other}channel and above = 0.5, below = 0.5 or changes = true")
-    source = ChannelRef(section.text("channel"), time=section.text("time", ""))
+    source = ChannelRef(section.text("channel"), time=_own_time(section))
     if stated == ["changes"]:
         if not section.flag("changes", True):
             raise section.error("changes", "false marks nothing", "Write changes = true, above or below")
@@ -151,6 +151,13 @@ def _shifting_time(root: Section) -> Marker | NumberSource:
     return source
 
 
+def _own_time(section: Section) -> TimeRef | None:
+    """Sample times beside a channel: the name of the channel that has them, or a table as [time]."""
+    if "time" not in section.values:
+        return None
+    return TimeRef(section.text("time")) if isinstance(section.values["time"], str) else _time(section.section("time"))
+
+
 def _time(section: Section) -> TimeRef:
     section.keys(("channel", "unit", "step"))
     if "channel" in section.values and "step" in section.values:
@@ -162,9 +169,13 @@ def _time(section: Section) -> TimeRef:
 
 
 def _csv(section: Section) -> CsvOptions:
-    section.keys(("separator", "decimal", "encoding"))
-    options = CsvOptions(*(section.text(key) if key in section.values else None
-                           for key in ("separator", "decimal", "encoding")))
+    section.keys(("separator", "decimal", "encoding", "header"))
+    header = section.quantity("header", "1") if "header" in section.values else None
+    if header is not None and (header < 1 or header != round(header)):
+        raise section.error("header", f"{header:g} is not the number of a row", "Count rows from 1, such as header = 3")
+    separator, decimal, encoding = (section.text(key) if key in section.values else None
+                                    for key in ("separator", "decimal", "encoding"))
+    options = CsvOptions(separator, decimal, encoding, None if header is None else int(header))
     if options.decimal not in (None, ".", ","):
         raise section.error("decimal", f"'{options.decimal}' is neither . nor ,", 'Write decimal = ","')
     if options.separator is not None and len(options.separator) != 1:

@@ -9,16 +9,30 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from slipstick.acquisition.channel import LARGEST, Channel, Listed, unknown_channel, unreadable
+from slipstick.acquisition.channel import LARGEST, Channel, Listed, unreadable
+from slipstick.acquisition.names import Names
+from slipstick.acquisition.units import spelled
 from slipstick.errors import BadRecording
+from slipstick.quantities import NotAQuantity, convert
 
 _UNFINISHED = b"UnFinMF "
 SIGNATURES = (b"MDF     ", _UNFINISHED)
 """The first eight bytes of a file, finished or not."""
 
+_TIME, _KINDS = 1, {2: "an angle", 3: "a distance", 4: "an index"}
+"""Codes of MDF 4 for what a master channel states."""
+_REMOTE_MASTER = 1 << 3
+"""Flag of a group whose master is in another group."""
+_BUS_FRAMES = ("CAN_DataFrame", "CAN_RemoteFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")
+_TRANSLATED = "the file translates its numbers to text, and the numbers are used"
+
 
 class MdfFile:
-    """An MDF file. A name that several groups share is listed with the number of its group, such as `speed@2`."""
+    """An MDF file.
+
+    A name that several groups share is listed with the number of its group, such as `speed@2`, and one that a group has
+    more than once with the number in the group as well, such as `speed@2.5`.
+    """
 
     def __init__(self, name: str, file: BinaryIO) -> None:
         self.name = name
@@ -42,35 +56,79 @@ class MdfFile:
 
     def listed(self) -> tuple[Listed, ...]:
         """The channels of numbers, without the time of each group."""
-        return tuple(Listed(name, self._unit(*place), int(self._mdf.groups[place[0]].channel_group.cycles_nr))
-                     for name, place in self._places.items())
+        return tuple(Listed(name, self._unit(*self._places[position]), self._samples(self._places[position][0]))
+                     for name, position in self._names.positions.items())
 
     def channel(self, name: str) -> Channel:
-        """Read one channel; samples that the file marks as invalid are left out."""
-        if name not in self._places:
-            raise unknown_channel(self.name, name, self._places)
-        group, index = self._places[name]
-        if (samples := int(self._mdf.groups[group].channel_group.cycles_nr)) > LARGEST:
+        """Read one channel; samples that the file marks as invalid are left out.
+
+        Of values that the file translates to text, the numbers are read. `time` is None, with the reason, where the
+        master of the group is missing or is no time.
+        """
+        known = self._names.positions
+        if name not in (*known, *self._names.aliases) and any(other.startswith(_BUS_FRAMES) for other in known):
+            raise BadRecording(f"{self.name} has no channel '{name}': it is a log of bus messages that are not decoded",
+                               "Decode it with the DBC or ARXML file of the bus first, such as by extract_bus_logging "
+                               "of asammdf")
+        group, index = self._places[self._names.position(name)]
+        if (samples := self._samples(group)) > LARGEST:
             raise BadRecording(f"The channel '{name}' of {self.name} has {samples:,} samples, more than {LARGEST:,}",
                                "Split the file")
+        note = ""
         try:
             read = self._mdf.get(group=group, index=index)
+            values, unit = np.asarray(read.samples), str(read.unit or "")
+            if values.dtype.kind in "SUO":
+                values, note = np.asarray(self._mdf.get(group=group, index=index, raw=True).samples), _TRANSLATED
         except Exception as error:
             raise unreadable(self.name, "MDF", error) from error
-        values = np.asarray(read.samples)
         if values.ndim != 1 or values.dtype.kind not in "fiub":
             raise BadRecording(f"The channel '{name}' of {self.name} has values of the type {values.dtype}",
                                "Map a channel of numbers")
-        return Channel(name, str(read.unit or ""), values.astype(float), np.asarray(read.timestamps, float))
+        factor, reason = self._seconds[group]
+        time = None if factor is None else factor * np.asarray(read.timestamps, float)
+        return Channel(name, unit, values.astype(float), time, reason, note)
 
     @cached_property
-    def _places(self) -> dict[str, tuple[int, int]]:
-        """Name -> (group, index)."""
-        found = [(channel.name, group, index) for group, content in enumerate(self._mdf.groups)
-                 for index, channel in enumerate(content.channels)
-                 if index != self._mdf.masters_db.get(group) and self._is_number(channel)]
-        count = Counter(name for name, *_ in found)
-        return {name if count[name] == 1 else f"{name}@{group}": (group, index) for name, group, index in found}
+    def _places(self) -> list[tuple[int, int]]:
+        """Group and index of each channel of numbers, and of masters that are no times."""
+        return [(group, index) for group, content in enumerate(self._mdf.groups)
+                for index, channel in enumerate(content.channels) if self._is_number(channel)
+                and (index != self._mdf.masters_db.get(group) or self._seconds[group][0] is None)]
+
+    @cached_property
+    def _names(self) -> Names:
+        names = [(str(self._mdf.groups[group].channels[index].name), group) for group, index in self._places]
+        twice = Counter(names)
+        return Names.plain(self.name, [name for name, _ in names], [
+            f"{group}" if twice[name, group] == 1 else f"{group}.{index}"
+            for (name, _), (group, index) in zip(names, self._places, strict=True)])
+
+    @cached_property
+    def _seconds(self) -> list[tuple[float | None, str]]:
+        """For each group the factor from its master to s, or None and the reason why it has no times."""
+        return [self._master_seconds(group) for group in range(len(self._mdf.groups))]
+
+    def _master_seconds(self, group: int) -> tuple[float | None, str]:
+        number = group
+        while getattr(self._mdf.groups[number].channel_group, "flags", 0) & _REMOTE_MASTER and \
+                self._mdf.version >= "4":
+            number = self._mdf.groups[number].channel_group.cg_master_index
+        index = self._mdf.masters_db.get(number)
+        if index is None:
+            return None, f"its group {group} has no master channel"
+        master = self._mdf.groups[number].channels[index]
+        kind = getattr(master, "sync_type", _TIME) if self._mdf.version >= "4" else _TIME
+        if kind != _TIME:
+            return None, f"the master '{master.name}' of its group {group} is {_KINDS.get(kind, 'of an unknown kind')}"
+        unit = spelled(self._unit(number, index))
+        try:
+            return float(convert(np.array(1.0), unit or "s", "s")), ""
+        except NotAQuantity:
+            return None, f"the master '{master.name}' of its group {group} is in {unit}, which is no unit of time"
+
+    def _samples(self, group: int) -> int:
+        return int(self._mdf.groups[group].channel_group.cycles_nr)
 
     def _is_number(self, channel: Any) -> bool:
         """Whether the file declares integers or floating-point numbers, by the codes of MDF 3 and 4."""

@@ -2,12 +2,13 @@
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.acquisition.channel import Source, split_unit
+from slipstick.acquisition.cells import number
+from slipstick.acquisition.channel import Source
 from slipstick.acquisition.mapping import (
     ChannelMap,
     ChannelRef,
@@ -17,11 +18,11 @@ from slipstick.acquisition.mapping import (
     NumberSource,
 )
 from slipstick.acquisition.mapping_file import NUMBERS
+from slipstick.acquisition.names import Names
 from slipstick.acquisition.tracks import Track, track
-from slipstick.acquisition.units import factor_to
+from slipstick.acquisition.units import factor_to, split_unit
 from slipstick.errors import BadRecording
 
-_KEYS = ("file", "engagement")
 _STARTS = 1000
 """Most shift commands that are tried where the current follows no profile."""
 
@@ -30,20 +31,20 @@ _STARTS = 1000
 class Numbers:
     """Finds the numbers of an engagement: by the `mapping`, the rows of the `plan` and the `profiles` of the bench.
 
-    `plan` maps (file, number of the engagement in the file) to cells by heading. `profiles` are times in s and currents
-    in A, (p, k) each.
+    `profiles` are times in s and currents in A, (p, k) each.
     """
 
     mapping: ChannelMap
-    plan: Mapping[tuple[str, int], Mapping[str, str]]
+    plan: "Plan | None"
     profiles: tuple[np.ndarray, np.ndarray]
 
-    def of(self, source: Source, number: int, start: float, end: float) -> dict[str, float]:
-        """All numbers of the engagement `number` of a file, from `start` to `end` in s."""
-        return {name: self.number(source, number, name, one, start, end)
-                for name, one in self.mapping.conditions.items()}
+    def of(self, source: Source, engagement: int, start: float, end: float) -> dict[str, float]:
+        """All numbers of an engagement, counted in its file, from `start` to `end` in s."""
+        return {name: self.number(source, engagement, name, given, start, end)
+                for name, given in self.mapping.conditions.items()}
 
-    def number(self, source: Source, number: int, name: str, given: NumberSource, start: float, end: float) -> float:
+    def number(self, source: Source, engagement: int, name: str, given: NumberSource, start: float,
+               end: float) -> float:
         """One number in the unit of the model; raises `BadRecording`."""
         unit = NUMBERS.get(name, "s")
         if isinstance(given, Constant):
@@ -53,27 +54,26 @@ class Numbers:
             if found is None or found[given.group] is None:
                 raise BadRecording(f"The name '{source.name}' does not match conditions.pattern of {self.mapping.name}",
                                    "Rename the file, correct the pattern, or leave the file out")
-            return _value(found[given.group], given.unit, unit, f"'{given.group}' in the name '{source.name}'")
+            text = found[given.group]
+            return _value(text, "," if "," in text else ".", given.unit, unit,
+                          f"'{given.group}' in the name '{source.name}'")
         if isinstance(given, FromColumn):
-            return self._cell(source.name, number, given, unit)
+            return self._cell(source.name, engagement, given, unit)
         if name == "current_profile":
             return float(self._nearest_profile(source, given, start, end))
         mean = np.nanmean(_inside(source, given, self.mapping, unit, start, end).values)
         return float(mean)
 
-    def _cell(self, file: str, number: int, given: FromColumn, unit: str) -> float:
-        row = self.plan.get((file, number))
-        if row is None:
-            raise BadRecording(f"{self.mapping.plan} has no row for engagement {number} of {file}",
+    def _cell(self, file: str, engagement: int, given: FromColumn, unit: str) -> float:
+        plan = self.plan
+        if plan is None or (file, engagement) not in plan.rows:
+            raise BadRecording(f"{self.mapping.plan} has no row for engagement {engagement} of {file}",
                                "Add a row with this name in the column 'file', and the number in 'engagement' where a "
                                "file has several")
-        named = {split_unit(heading)[0]: (split_unit(heading)[1], cell) for heading, cell in row.items()}
-        if given.column not in named:
-            raise BadRecording(f"{self.mapping.plan} has no column '{given.column}'",
-                               f"It has {', '.join(named)}: correct the mapping")
-        stated, cell = named[given.column]
-        where = f"The column '{given.column}' of {self.mapping.plan}, row of {file}"
-        return _value(cell, given.unit or stated, unit, where)
+        column = plan.names.position(given.column)
+        written = given.unit or split_unit(plan.headings[column])[1]
+        return _value(plan.rows[file, engagement][column], plan.decimal, written, unit,
+                      f"The column '{given.column}' of {plan.name}, row of {file}")
 
     def _nearest_profile(self, source: Source, given: ChannelRef, start: float, end: float) -> int:
         """The current profile that the measured current follows; refused where no profile is clearly nearest."""
@@ -104,29 +104,49 @@ class Numbers:
         return int(best), float(away[best]), float(apart)
 
 
-def read_plan(content: bytes, name: str) -> dict[tuple[str, int], dict[str, str]]:
-    """The sheet of conditions: rows by the columns `file` and `engagement` (0 where absent); raises `BadRecording`."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise BadRecording(f"Byte {error.start} of {name} is not UTF-8", "Save the sheet as UTF-8") from None
-    lines = text.splitlines()
-    separator = ";" if lines and ";" in lines[0] else "\t" if lines and "\t" in lines[0] else ","
-    reader = csv.DictReader(io.StringIO(text), delimiter=separator)
-    if "file" not in (reader.fieldnames or ()):
-        raise BadRecording(f"{name} has no column 'file'", "Name the file of each row in a column 'file'")
-    rows: dict[tuple[str, int], dict[str, str]] = {}
-    for row in reader:
-        number = (row.get("engagement") or "0").strip()
-        if None in row or None in row.values() or not number.isdigit():
-            raise BadRecording(f"Row {reader.line_num} of {name} does not have one cell for each column",
-                               "Give as many cells as the first row has, and a whole number as `engagement`")
-        key = row["file"].strip(), int(number)
-        if key in rows:
-            raise BadRecording(f"Row {reader.line_num} of {name} is a second one for engagement {key[1]} of {key[0]}",
-                               "Give each engagement one row")
-        rows[key] = {heading: cell for heading, cell in row.items() if heading not in _KEYS}
-    return rows
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The sheet of conditions `name`: its `headings`, their unique `names`, and the cells of each row.
+
+    `rows` maps (file, number of the engagement in the file, 0 where it is not stated) to cells, whose numbers have the
+    sign `decimal`.
+    """
+
+    name: str
+    headings: tuple[str, ...]
+    names: Names
+    rows: Mapping[tuple[str, int], Sequence[str]]
+    decimal: str
+
+    @classmethod
+    def read(cls, content: bytes, name: str) -> "Plan":
+        """Read the bytes of a sheet; raises `BadRecording`."""
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise BadRecording(f"Byte {error.start} of {name} is not UTF-8", "Save the sheet as UTF-8") from None
+        separator = next((sign for sign in ";\t" if sign in text.partition("\n")[0]), ",")
+        reader = csv.reader(io.StringIO(text), delimiter=separator)
+        headings = [cell.strip() for cell in next(reader, [])]
+        if "file" not in headings:
+            raise BadRecording(f"{name} has no column 'file'", "Name the file of each row in a column 'file'")
+        names = Names.of_headings(name, headings, [str(place + 1) for place in range(len(headings))])
+        file = names.position("file")
+        counted = names.position("engagement") if "engagement" in headings else None
+        rows: dict[tuple[str, int], Sequence[str]] = {}
+        for cells in filter(any, reader):
+            engagement = "0" if counted is None or counted >= len(cells) else cells[counted].strip() or "0"
+            if len(cells) != len(headings) or not engagement.isdigit():
+                raise BadRecording(f"Row {reader.line_num} of {name} does not have one cell for each column",
+                                   "Give as many cells as the first row has, and a whole number as `engagement`")
+            key = cells[file].strip(), int(engagement)
+            if key in rows:
+                raise BadRecording(f"Row {reader.line_num} of {name} is a second one for engagement {key[1]} of "
+                                   f"{key[0]}", "Give each engagement one row")
+            rows[key] = cells
+        with_comma = separator != "," and any("," in cell and number(cell, ",") is not None
+                                              for cells in rows.values() for cell in cells)
+        return cls(name, tuple(headings), names, rows, "," if with_comma else ".")
 
 
 def _inside(source: Source, given: ChannelRef, mapping: ChannelMap, unit: str, start: float, end: float) -> Track:
@@ -142,11 +162,9 @@ def _rms(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(values**2, axis=1)))
 
 
-def _value(text: str, written: str, unit: str, where: str) -> float:
-    try:
-        number = float(text.strip().replace(",", "."))
-    except ValueError:
-        number = np.nan
-    if not np.isfinite(number):
-        raise BadRecording(f"{where}: it is '{text.strip()[:40]}', not a number", "Correct it, or leave the file out")
-    return number * factor_to(unit, written, where) if unit != "1" or written else number
+def _value(text: str, decimal: str, written: str, unit: str, where: str) -> float:
+    value = number(text, decimal)
+    if value is None or not np.isfinite(value):
+        raise BadRecording(f"{where}: it is '{text.strip()[:40]}', not a number with a decimal "
+                           f"{'comma' if decimal == ',' else 'point'}", "Correct it, or leave the file out")
+    return value * factor_to(unit, written, where) if unit != "1" or written else value

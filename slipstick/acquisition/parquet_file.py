@@ -7,7 +7,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from slipstick.acquisition.channel import LARGEST, Channel, Listed, split_unit, unknown_channel, unreadable
+from slipstick.acquisition.channel import LARGEST, Channel, Listed, unreadable
+from slipstick.acquisition.names import Names
+from slipstick.acquisition.units import split_unit
 from slipstick.errors import BadRecording
 
 
@@ -25,30 +27,45 @@ class ParquetFile:
         try:
             self._file: Any = pyarrow.parquet.ParquetFile(file)
             self._rows = int(self._file.metadata.num_rows)
-            self._columns = {split_unit(field.name)[0]: (field.name, _unit(field))
-                             for field in self._file.schema_arrow if _is_number(field.type)}
+            self._schema: Any = self._file.schema_arrow
         except Exception as error:  # pyarrow raises errors of its own, OSError and ValueError
             raise unreadable(self.name, "Parquet", error) from error
         if self._rows > LARGEST:
             raise BadRecording(f"{name} has {self._rows:,} rows, more than {LARGEST:,}", "Split the file")
+        if not self._rows:
+            raise BadRecording(f"{name} has no rows", "Leave it out, or export it again")
+        self._columns = [column for column, field in enumerate(self._schema) if _is_number(field.type)]
+        self._fields = [self._schema.field(column) for column in self._columns]
+        self._names = Names.of_headings(name, [field.name for field in self._fields],
+                                        [str(column + 1) for column in self._columns])
 
     def listed(self) -> tuple[Listed, ...]:
         """The columns of numbers and of times."""
-        return tuple(Listed(name, unit, self._rows) for name, (_, unit) in self._columns.items())
+        return tuple(Listed(name, _unit(self._fields[position]), self._rows)
+                     for name, position in self._names.positions.items())
 
     def channel(self, name: str) -> Channel:
-        """One column. Times of day are in s since the first; a null is NaN."""
-        if name not in self._columns:
-            raise unknown_channel(self.name, name, self._columns)
-        column, unit = self._columns[name]
+        """One column. Dates with times are in s since the earliest; a null is NaN."""
+        position = self._names.position(name)
         try:
-            values = self._file.read(columns=[column]).column(0).to_numpy()
+            values = self._values(position)
         except Exception as error:
             raise unreadable(self.name, "Parquet", error) from error
         if values.dtype.kind in "mM":
-            start = values[0] if values.dtype.kind == "M" else np.timedelta64(0, "ns")
+            start = np.timedelta64(0, "ns")
+            if values.dtype.kind == "M":
+                known = values[~np.isnat(values)]
+                start = known.min() if len(known) else values[0]
             values = (values - start) / np.timedelta64(1, "s")
-        return Channel(name, unit, values.astype(float))
+        return Channel(name, _unit(self._fields[position]), values.astype(float))
+
+    def _values(self, position: int) -> np.ndarray:
+        """The values of a column. pyarrow selects columns by name, so that those of equal names come together."""
+        name = self._fields[position].name
+        alike = [other for other, field in enumerate(self._schema) if field.name == name]
+        table = self._file.read(columns=[name])
+        read = [other for other, field in enumerate(table.schema) if field.name == name]
+        return np.asarray(table.column(read[alike.index(self._columns[position])]).to_numpy())
 
 
 def _unit(field: Any) -> str:

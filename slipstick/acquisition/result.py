@@ -19,7 +19,8 @@ class SetAside:
 class MappedChannel:
     """A signal or further channel: from which channel, in which unit of the file (`stated`), and how often sampled.
 
-    `step` is in s, `sign` is 1 or -1, and `lowest` and `highest` are over all engagements in `unit`.
+    `step` is in s, `sign` is 1 or -1, and `lowest` and `highest` are over all engagements in `unit`. `note` says what
+    was assumed about its values and times.
     """
 
     name: str
@@ -30,6 +31,7 @@ class MappedChannel:
     step: float
     lowest: float
     highest: float
+    note: str
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.acquisition.channel import Channel, Source
+from slipstick.acquisition.clock import own_clock
 from slipstick.acquisition.mapping import ChannelRef, TimeRef
 from slipstick.acquisition.units import factor_to
 from slipstick.errors import BadRecording
@@ -14,7 +15,8 @@ from slipstick.errors import BadRecording
 class Track:
     """`values` (k,) in `unit` at the increasing times `time` (k,) in s; a missing value is NaN.
 
-    `stated` is the unit in the file, "" for none, and `limits` are those of the sensor, in `unit`.
+    `stated` is the unit in the file, "" for none, and `limits` are those of the sensor, in `unit`. `note` says what was
+    assumed about values and times.
     """
 
     channel: str
@@ -23,13 +25,13 @@ class Track:
     time: np.ndarray
     values: np.ndarray
     limits: tuple[float, float] | None = None
+    note: str = ""
 
     def between(self, start: float, end: float, zero: float = 0.0) -> "Track":
         """The samples from `start` to `end` in s, with `zero` as the origin of their times."""
         first, last = np.searchsorted(self.time, (start, end))
         last = min(last + 1, len(self.time)) if last < len(self.time) and self.time[last] == end else last
-        return Track(self.channel, self.unit, self.stated, self.time[first:last] - zero, self.values[first:last],
-                     self.limits)
+        return replace(self, time=self.time[first:last] - zero, values=self.values[first:last])
 
     def known(self) -> "Track":
         """The samples that are not missing."""
@@ -49,6 +51,11 @@ def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> 
                            "Map the times that belong to it: time = \"...\" beside its channel")
     if len(time) < 2:
         raise BadRecording(f"{where} has {len(time)} samples", "Leave the file out, or map another channel")
+    # A sample without a time cannot be used; where its value is there, it leaves a gap.
+    timed = np.isfinite(time)
+    time, values = time[timed], channel.values[timed]
+    if len(time) < 2:
+        raise BadRecording(f"{where} has {len(time)} samples with a time", "Map the times that belong to it")
     wrong = np.flatnonzero(~(np.diff(time) > 0))
     if len(wrong):
         sample = int(wrong[0]) + 1
@@ -56,23 +63,27 @@ def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> 
                            f"({time[sample]:g} s after {time[sample - 1]:g} s)",
                            "Remove duplicates, split the file where the clock starts again, or map the right times")
     # An infinite reading is no reading.
-    values = np.where(np.isfinite(channel.values), channel.values * factor * ref.sign, np.nan)
-    return Track(ref.channel, written if unit is None else unit, channel.unit, time, values, ref.limits)
+    values = np.where(np.isfinite(values), values * factor * ref.sign, np.nan)
+    time, values, clock = own_clock(time, values)
+    return Track(ref.channel, written if unit is None else unit, channel.unit, time, values, ref.limits,
+                 "; ".join(note for note in (channel.note, clock) if note))
 
 
 def _times(source: Source, channel: Channel, ref: ChannelRef, times: TimeRef) -> np.ndarray:
-    """Sample times in s of a channel: its own, those that the mapping names, or equal steps."""
-    name = ref.time or times.channel
-    if channel.time is not None and not ref.time:
+    """Sample times in s of a channel: its own, those that the mapping states, or equal steps; NaN where missing."""
+    if channel.time is not None and ref.time is None:
         return channel.time
-    if name:
-        given = source.channel(name)
-        unit = times.unit if name == times.channel and times.unit else given.unit
-        where = f"The times '{name}' of {source.name}"
+    stated = ref.time or times
+    if stated.channel:
+        given = source.channel(stated.channel)
+        unit = stated.unit or (times.unit if stated.channel == times.channel else "") or given.unit or times.unit
+        where = f"The times '{stated.channel}' of {source.name}"
         if not unit:
-            raise BadRecording(f"{where} have no unit", "State it in the mapping: [time] with unit = \"s\"")
+            raise BadRecording(f"{where} have no unit", f'State it in the mapping: time = {{ channel = '
+                               f'"{stated.channel}", unit = "s" }} beside the channel, or [time] with unit = "s"')
         return given.values * factor_to("s", unit, where)
-    if times.step is not None:
-        return np.arange(len(channel.values)) * times.step
-    raise BadRecording(f"The channel '{channel.name}' of {source.name} has no times of its own",
+    if stated.step is not None:
+        return np.arange(len(channel.values)) * stated.step
+    reason = f": {channel.no_time}" if channel.no_time else ""
+    raise BadRecording(f"The channel '{channel.name}' of {source.name} has no times of its own{reason}",
                        "Add [time] to the mapping, with the channel of the times and its unit, or with a step")

@@ -1,18 +1,36 @@
 """Units as files spell them, and values in the units of the model."""
 
+import re
+
 import numpy as np
 
 from slipstick.errors import BadRecording
-from slipstick.quantities import NotAQuantity, convert
+from slipstick.quantities import NotAQuantity, convert, is_unit
 
+_BRACKET = re.compile(r"(?P<name>.+?)\s*[\[(](?P<content>[^\[\]()]*)[\])]")
 _SPELLINGS = {"Nm": "N m", "N*m": "N m", "N·m": "N m", "N.m": "N m", "U/min": "rpm", "kg*m^2": "kg m^2",
-              "kgm²": "kg m^2", "kg m²": "kg m^2", "kgm^2": "kg m^2", "Sec": "s", "sec": "s"}
+              "kgm²": "kg m^2", "kg m²": "kg m^2", "kgm^2": "kg m^2", "Sec": "s", "sec": "s", "-": "1"}
 """Unit of a file -> the same unit as pint reads it. Of 1/min it is not known whether it means revolutions."""
 
 
 def spelled(unit: str) -> str:
     """A unit as pint reads it."""
     return _SPELLINGS.get(unit.strip(), unit.strip())
+
+
+def split_unit(heading: str) -> tuple[str, str]:
+    """Name and unit of a heading such as `n_mot [rpm]` or `n_mot (rpm)`.
+
+    A bracket that holds no unit, as in `p (front)`, belongs to the name; the unit is then "".
+    """
+    name, unit = split_bracket(heading)
+    return (name, unit) if is_unit(spelled(unit)) else (heading.strip(), "")
+
+
+def split_bracket(heading: str) -> tuple[str, str]:
+    """A heading without the bracket at its end, and what is in it, "" for none."""
+    parts = _BRACKET.fullmatch(heading.strip())
+    return (parts["name"], parts["content"].strip()) if parts else (heading.strip(), "")
 
 
 def factor_to(unit: str, written: str, where: str) -> float:

@@ -1,10 +1,14 @@
 """From files and archives to recordings: what is mapped comes out, and what cannot be used is set aside and said."""
 
+import io
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from asammdf import MDF, Signal
+from scipy.io import savemat
 
 from slipstick.acquisition import import_sources, open_source, read_mapping
 from slipstick.acquisition.archive import answer, import_archive
@@ -162,6 +166,98 @@ def test_the_current_profile_is_the_nearest_one_or_refused() -> None:
     assert error.value.remedy == "Correct [shift_command]: from 0.1 s on, the current follows profile 1"
 
 
+def test_a_sheet_has_columns_of_unique_names_and_one_decimal_sign() -> None:
+    text = edited('brake_torque = { value = "5 N m" }', 'brake_torque = { column = "brake (set)" }\nplan = "plan.csv"')
+    plan = b"file;brake (set) [N m];brake (measured) [N m];note\nrun0.csv;5,5;7,5;\n"
+
+    def brake(text: str = text, plan: bytes = plan) -> float:
+        return float(imported(run(), text=text, plan=plan).recordings.conditions.brake_torque[0])
+
+    assert (brake(), brake(text.replace("(set)", "(measured)"))) == (5.5, 7.5)
+    with pytest.raises(BadRecording, match=r"it is '1.000', not a number with a decimal comma"):
+        brake(plan=plan.replace(b"5,5", b"1.000"))
+    with pytest.raises(BadRecording, match=r"it is '1,000', not a number with a decimal point"):
+        brake(plan=plan.replace(b";", b",").replace(b"5,5", b'"1,000"').replace(b"7,5", b"7.5"))
+    twice = plan.replace(b"(measured)", b"(set)")
+    with pytest.raises(BadRecording, match=r"plan.csv has 2 channels 'brake \(set\)'"):
+        brake(plan=twice)
+    assert brake(text.replace("(set)", "(set) [N m]@3"), twice) == 7.5
+
+
+@pytest.mark.parametrize("time", ['"t_slow"', '{ channel = "t_slow", unit = "ms" }'])
+@pytest.mark.parametrize("form", ["matlab", "csv with columns of several lengths", "csv with empty cells"])
+def test_channels_of_several_rates_in_one_file(form: str, time: str) -> None:
+    columns = run(seed=2).columns
+    slow = {"t_slow": columns["t"][::5], "n_out": columns["n_out"][::5]}
+    text = edited('channel = "n_out", unit = "rpm"', f'channel = "n_out", unit = "rpm", time = {time}')
+    count = len(columns["t"])
+    if form == "matlab":
+        memory = io.BytesIO()
+        savemat(memory, columns | slow)
+        source = open_source("a.mat", opened(memory.getvalue()))
+    elif form == "csv with empty cells":
+        text = MAP
+        source = open_source("a.csv", opened(csv(Run(columns | {"n_out": np.where(
+            np.arange(count) % 5 == 0, columns["n_out"], np.nan)}))))
+    else:
+        padded = {name: np.append(values, np.full(count - len(values), np.nan)) for name, values in slow.items()}
+        source = open_source("a.csv", opened(csv(Run(columns | padded))))
+    found = import_sources([source], read_mapping(text.encode(), "channels.toml"), COMPACT)
+    signals = found.recordings.signals
+    assert signals is not None
+    assert (found.step, found.set_aside) == (5e-3, ())
+    expected = np.interp(signals.time, columns["t"] / 1e3 - 0.1, columns["n_out"] * np.pi / 30)
+    np.testing.assert_allclose(signals.output_speed[0], expected, atol=1.0)  # noise of 0.1 and 2 ms beside its samples
+    assert found.recordings.measured_time == pytest.approx([LOCK], abs=5e-3)
+
+
+def test_values_that_a_logger_holds_are_used_at_their_own_rate() -> None:
+    columns = run().columns
+    places = np.arange(len(columns["t"]))
+    found = imported(Run(columns | {"n_out": columns["n_out"][places - places % 10]}))
+    assert (found.step, found.set_aside) == (0.01, ())
+    assert any(remark.startswith("output_speed ('n_out'): its values are held on a faster clock") and
+               remark.endswith("every 10 ms") for remark in found.remarks)
+    assert found.recordings.measured_time == pytest.approx([LOCK], abs=5e-3)
+
+
+def test_samples_without_a_time_are_gaps() -> None:
+    one = run()
+    count = np.arange(len(one.columns["t"]))
+    first = imported(one.changed(t=np.where(count == 0, np.nan, one.columns["t"])))
+    assert first.set_aside == ()  # before the shift command
+    with pytest.raises(BadRecording, match=r"has a gap from 0.299 to 0.301 s"):
+        imported(one.changed(t=np.where(count == 400, np.nan, one.columns["t"])))
+
+
+def test_where_t_0_was_put_is_said() -> None:
+    one = run()
+    early = one.changed(t=one.columns["t"] - 100)  # a pre-trigger: 0 is the shift command
+    assert "t = 0 was put at 0 s on the clock of run0.csv, 0.1 s after its first sample at -0.1 s; in all " \
+        "engagements, 0.1 to 0.1 s after the first sample" in imported(early, early).remarks
+    assert "t = 0 was put at 0.1 s on the clock of run0.csv, 0.1 s after its first sample at 0 s" in \
+        imported(one).remarks
+
+
+@pytest.mark.parametrize(("time", "count"), [('channel = "time"\nunit = "s"', 1), ('step = "1 ms"', 1), (None, 0)])
+def test_a_group_of_mdf_without_master_needs_times(tmp_path: Path, time: str | None, count: int) -> None:
+    columns = run().columns
+    clock = columns["t"] / 1e3
+    file = MDF(version="4.10")
+    file.append([Signal(columns[name], clock, "", name) for name in ("p_oil", "n_in", "n_out", "M_out")])
+    file.groups[0].channels[0].sync_type = file.groups[0].channels[0].channel_type = 0
+    path = Path(file.save(tmp_path / "a.mf4"))
+    text = edited('[time]\nchannel = "t"\nunit = "ms"', f"[time]\n{time}" if time else "")
+    with path.open("rb") as content:
+        source = open_source("a.mf4", content)
+        if time is None:
+            with pytest.raises(BadRecording, match="no times of its own: its group 0 has no master channel"):
+                import_sources([source], read_mapping(text.encode(), "channels.toml"), COMPACT)
+            return
+        found = import_sources([source], read_mapping(text.encode(), "channels.toml"), COMPACT)
+    assert found.recordings.measured_time == pytest.approx([LOCK], abs=3e-3)
+
+
 def test_further_channels_are_kept_with_their_unit_and_gaps() -> None:
     one = run()
     oil = np.where(one.columns["t"] < 1200, 80 + one.columns["t"] / 1000, np.nan)
@@ -297,11 +393,22 @@ def test_an_archive_becomes_recordings_in_a_child_process() -> None:
     assert any("decimal commas" in remark for remark in report.remarks)
 
 
+def test_what_systems_and_people_put_into_an_archive_is_left_out_and_said() -> None:
+    beside = {"__MACOSX/runs/._a.csv": b"\0\5\x16\7", ".DS_Store": b"\0\0\0\1Bud1", "runs/Thumbs.db": b"\xd0\xcf",
+              "other/Thumbs.db": b"\xd0", "runs/desktop.ini": b"[.ShellClassInfo]", "runs/protocol.pdf": b"%PDF\0"}
+    _, report = import_archive(archive({**FILES, **beside}), BENCH)
+    assert report.engagements == ("a.csv",)
+    assert report.remarks[-1] == "left out of the archive, because of their names: runs/Thumbs.db, other/Thumbs.db, " \
+        "runs/desktop.ini, runs/protocol.pdf"
+    _, report = import_archive(archive({"channels.toml": MAP.encode(), "runs\\a.csv": csv(run())}), BENCH)
+    assert report.engagements == ("a.csv",)
+
+
 @pytest.mark.parametrize(("files", "says"), [
     ({"runs/a.csv": b"t;p\n1;2\n"}, "no file 'channels.toml'"),
     ({**FILES, "channels.toml": (MAP + 'plan = "p.csv"').encode()}, "no file 'p.csv', the sheet of conditions"),
     ({**FILES, "other/a.csv": b""}, "two files 'a.csv'"),
-    ({"channels.toml": MAP.encode()}, "No file was given")])
+    ({"channels.toml": MAP.encode()}, "The archive has no file of a known kind")])
 def test_a_wrong_archive_is_refused(files: dict[str, bytes], says: str) -> None:
     with pytest.raises(BadRecording, match=says):
         answer(asked(files))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from slipstick.acquisition import open_source, propose, read_mapping
-from slipstick.acquisition.mapping import ChannelRef, Marker
+from slipstick.acquisition.csv_layout import CsvOptions
+from slipstick.acquisition.mapping import ChannelRef, Marker, TimeRef
 from slipstick.errors import BadRecording
 from tests.benches import COMPACT
 from tests.slipstick.acquisition.conftest import MAP, csv, opened, run
@@ -19,6 +20,9 @@ def test_a_mapping_is_a_value() -> None:
     mapping = read_mapping(text.encode(), "channels.toml")
     assert mapping.shift_command == Marker(ChannelRef("x"), 3.0, rising=False)
     assert mapping.signals["output_torque"].limits == (0.0, 2000.0)
+    own = MAP.replace("sign = -1", 'time = { channel = "t2", unit = "ms" }') + "[csv]\nheader = 3\n"
+    assert read_mapping(own.encode(), "channels.toml").signals["output_torque"].time == TimeRef("t2", "ms")
+    assert read_mapping(own.encode(), "channels.toml").csv == CsvOptions(header=3)
 
 
 @pytest.mark.parametrize(("old", "new", "says"), [
@@ -36,6 +40,8 @@ def test_a_mapping_is_a_value() -> None:
     ("[conditions]", '[csv]\ndecimal = ";"\n[conditions]', "line 13, csv.decimal: ';' is neither . nor ,"),
     ("[conditions]", '[clock]\nstep = "-1 ms"\n[conditions]', "clock.step: -0.001 s is not positive"),
     ("[conditions]", '[further.Oil]\nchannel = "x"\n[conditions]', "further.Oil: this is not a valid name"),
+    ("[conditions]", "[csv]\nheader = 0\n[conditions]", "line 13, csv.header: 0 is not the number of a row"),
+    ("sign = -1", 'time = { chanel = "t2" }', "signals.output_torque.time.chanel: the key is unknown"),
     ("[signals]", "[signals", "is not TOML")])
 def test_what_is_wrong_has_key_and_line(old: str, new: str, says: str) -> None:
     assert old in MAP
@@ -80,6 +86,14 @@ def test_the_shift_command_is_a_digital_channel_or_a_current_that_rises_once() -
     assert 'channel = "i_valve"\nabove = 210\n' in section(i_valve=1000 * current)
     twice = section(i_ampere=np.concatenate([current, current])[::2])
     assert twice.startswith("# OPEN: 'i_ampere' rises 2 times through 0.21 A")
+
+
+def test_a_guess_goes_on_without_a_channel_that_cannot_be_read() -> None:
+    content = csv(run()).replace(b"M_out\n", b"M_out;shift_request\n").split(b"\n")
+    rows = [row + b";0" if number > 2 else row for number, row in enumerate(content)]
+    rows[900] = rows[900].removesuffix(b"0") + b"ON"
+    proposal = propose(open_source("a.csv", opened(b"\n".join(rows))), COMPACT)
+    assert proposal.guesses[-1].channel is None
 
 
 def test_nothing_is_guessed_where_no_name_fits() -> None:

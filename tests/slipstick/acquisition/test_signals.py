@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from slipstick.acquisition.clock import resampled
+from slipstick.acquisition.clock import GAP, own_clock, resampled, sampling_step
 from slipstick.acquisition.flaws import flaws
 from slipstick.acquisition.lock_up import lock_up
 from slipstick.bench import Bench, parameters
@@ -36,6 +36,43 @@ def test_a_straight_line_stays_one_on_any_clock() -> None:
     np.testing.assert_allclose(resampled(shifted, 3 * shifted - 1, WANTED, STEP), 3 * WANTED - 1, atol=1e-9)
     time = np.arange(0, 5, STEP / 7.3)
     np.testing.assert_allclose(resampled(time, 3 * time - 1, WANTED, STEP), 3 * WANTED - 1, atol=3 * STEP / 7.3 / 40)
+
+
+@pytest.mark.parametrize("period", [2, 2.5, 5, 7.3, 20, 40])
+def test_values_held_on_a_faster_clock_are_used_at_their_own_rate(period: float) -> None:
+    time = np.arange(2000) * 1e-3
+    begins = np.ceil(np.arange(-1, 2000 / period) * period)  # the sample at which each value of the slow clock appears
+    values = np.random.default_rng(2).normal(size=len(begins))
+    values[10] = values[11]  # as it may be by chance
+    held = values[np.searchsorted(begins, np.arange(2000), side="right") - 1]
+    own_time, own_values, note = own_clock(time, held)
+    assert "held on a faster clock" in note
+    assert sampling_step(own_time) == pytest.approx(period * 1e-3, abs=0.5e-3)
+    inside = begins[(begins >= period) & (begins < 2000 - period)]
+    np.testing.assert_allclose(np.interp(inside * 1e-3, own_time, own_values), held[inside.astype(int)], atol=1e-12)
+    assert np.diff(own_time).max() < GAP * sampling_step(own_time) + 1.1e-3
+
+
+RANDOM = np.random.default_rng(3).normal(size=2000)
+
+
+@pytest.mark.parametrize("values", [
+    RANDOM, np.round(RANDOM), np.floor(np.arange(2000) / 7.0), np.sin(np.arange(2000) / 100).round(2), np.ones(2000),
+    np.repeat([0.0, 5.0, 2.0, 9.0] * 10, [20, 50, 11, 119] * 10), np.where(np.arange(2000) % 100 < 50, 0.0, 1.0)])
+def test_values_that_are_sampled_at_their_clock_stay(values: np.ndarray) -> None:
+    """Noise, coarse resolutions, a counter, rest, the steps of a set point, a digital channel."""
+    time = np.arange(2000) * 1e-3
+    same_time, same_values, note = own_clock(time, values)
+    assert (same_time is time, same_values is values, note) == (True, True, "")
+
+
+def test_a_channel_whose_values_are_mostly_missing_is_used_at_its_own_rate() -> None:
+    time = np.arange(2000) * 1e-3
+    own_time, own_values, note = own_clock(time, np.where(np.arange(2000) % 5 == 2, RANDOM, np.nan))
+    np.testing.assert_array_equal(own_time, time[2::5])
+    np.testing.assert_array_equal(own_values, RANDOM[2::5])
+    assert note == "most of its values are missing: it is used every 5 ms"
+    assert own_clock(time, np.where(np.arange(2000) < 900, np.nan, RANDOM))[2] == ""  # one long gap
 
 
 def test_the_filter_is_as_stated() -> None:

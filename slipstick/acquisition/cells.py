@@ -1,10 +1,24 @@
-"""Dates with times, and times of day, as text files have them in their column of time."""
+"""What a cell of a text file states: a number, or a date with a time. Every reader of text goes by this grammar."""
 
 import re
 from datetime import UTC, datetime
 
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(inf(inity)?|nan)", re.ASCII | re.IGNORECASE)
 _DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[ T]+(.+)")
 _TIME = re.compile(r"\d{1,2}:\d{2}:\d{2}(\.\d+)?")
+
+
+def number(cell: str, decimal: str = ".") -> float | None:
+    """The number that a cell states with the given decimal sign; None for other text, also for an empty cell.
+
+    Neither thousands separators nor the underscores and further digits that Python accepts are part of a number.
+    """
+    text = cell.strip()
+    if decimal != ".":
+        if "." in text:
+            return None
+        text = text.replace(decimal, ".")
+    return float(text) if _NUMBER.fullmatch(text) else None
 
 
 def timestamp(cell: str) -> datetime | None:
@@ -17,8 +31,8 @@ def timestamp(cell: str) -> datetime | None:
     if _TIME.fullmatch(text):
         whole, point, fraction = text.partition(".")
         text = f"2000-01-01 {whole.zfill(8)}{point}{fraction}"
-    elif found := _DAY_FIRST.fullmatch(text):
-        day, month, year, rest = found.groups()
+    elif date := _DAY_FIRST.fullmatch(text):
+        day, month, year, rest = date.groups()
         text = f"{year}-{int(month):02}-{int(day):02} {rest}"
     if ":" not in text:
         return None
